@@ -14,13 +14,23 @@ pub enum MeshError {
         position: [f64; 3],
     },
     /// A triangle names a vertex that does not exist.
-    #[error("triangle {triangle} refers to vertex {vertex}, but there are only {count} vertices (indices start at 0)")]
+    #[error(
+        "triangle {triangle} refers to vertex {vertex}, but there are only {count} vertices (indices start at 0)"
+    )]
     IndexOutOfRange {
         /// Index of the triangle, from 0.
         triangle: usize,
         /// The index that it holds.
         vertex: u64,
         /// How many vertices there are.
+        count: usize,
+    },
+    /// Every triangle has two corners at one point: the file may hold curves, or lost its precision when it was written.
+    #[error(
+        "all {count} triangles have two corners at the same point, so there is no surface: check the precision the file was written with"
+    )]
+    OnlyRepeatedVertices {
+        /// How many triangles there are.
         count: usize,
     },
     /// A triangle uses one vertex twice; [`Welded`](crate::Welded) sets such triangles aside.
@@ -32,12 +42,14 @@ pub enum MeshError {
         vertex: u32,
     },
     /// Vertices and triangles are counted in 32 bits.
-    #[error("{count} {what} are more than this library counts (4294967294)")]
+    #[error("{count} {what} are more than this library counts ({limit}): split the model into parts")]
     TooLarge {
         /// "vertices" or "triangles".
         what: &'static str,
         /// How many were given.
         count: usize,
+        /// The most that can be counted.
+        limit: usize,
     },
     /// New positions must come one a vertex.
     #[error("{given} positions were given for a mesh of {expected} vertices")]

@@ -1,0 +1,43 @@
+use crate::TriMesh;
+use crate::union_find::UnionFind;
+
+/// The connected parts of a mesh: two vertices lie in one part when a path of edges joins them.
+///
+/// Parts are numbered from 0 in the order of their smallest vertices. A vertex that no triangle uses is a part by itself.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Components {
+    /// How many parts there are.
+    pub count: usize,
+    /// The part of each vertex, #V.
+    pub of_vertex: Vec<u32>,
+    /// How many vertices each part has.
+    pub sizes: Vec<usize>,
+}
+
+/// Finds the connected parts of a mesh.
+pub fn components(mesh: &TriMesh) -> Components {
+    let mut sets = UnionFind::new(mesh.vertex_count());
+    for &[a, b, c] in mesh.triangles() {
+        sets.join(a, b);
+        sets.join(b, c);
+    }
+    let mut of_vertex = Vec::with_capacity(mesh.vertex_count());
+    let mut sizes = Vec::new();
+    for v in 0..mesh.vertex_count() as u32 {
+        // The representative is the smallest member, so it has been numbered already, or is v itself.
+        let part = match sets.find(v) {
+            first if first < v => of_vertex[first as usize],
+            _ => {
+                sizes.push(0);
+                sizes.len() as u32 - 1
+            }
+        };
+        sizes[part as usize] += 1;
+        of_vertex.push(part);
+    }
+    Components {
+        count: sizes.len(),
+        of_vertex,
+        sizes,
+    }
+}

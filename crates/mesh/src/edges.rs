@@ -1,0 +1,148 @@
+use crate::TriMesh;
+
+/// The edges of a mesh, each once, with the triangles on them.
+///
+/// Edge e joins `vertices()[e] = [a, b]`, a < b; edges are sorted by (a, b). An edge has one triangle on a boundary, two
+/// inside a surface, more where the surface is not a manifold. Built in O(#V + #F) time and about 40 bytes a triangle.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Edges {
+    vertices: Vec<[u32; 2]>,
+    offsets: Vec<u32>,
+    triangles: Vec<u32>,
+    of_triangle: Vec<[u32; 3]>,
+}
+
+impl Edges {
+    /// Collects the edges of a mesh.
+    pub fn of(mesh: &TriMesh) -> Self {
+        let starts = bucket_starts(mesh);
+        let mut sides = vec![(0, 0); 3 * mesh.triangle_count()];
+        let mut next = starts.clone();
+        for_each_side(mesh, |[a, b], side| {
+            let slot = &mut next[a as usize];
+            sides[*slot as usize] = (b, side);
+            *slot += 1;
+        });
+
+        let mut edges = Self {
+            vertices: Vec::with_capacity(sides.len() / 2),
+            offsets: Vec::with_capacity(sides.len() / 2 + 1),
+            triangles: Vec::with_capacity(sides.len()),
+            of_triangle: vec![[0; 3]; mesh.triangle_count()],
+        };
+        for a in 0..mesh.vertex_count() {
+            let bucket = &mut sides[starts[a] as usize..starts[a + 1] as usize];
+            bucket.sort_unstable();
+            for of_one_edge in bucket.chunk_by(|x, y| x.0 == y.0) {
+                edges.push([a as u32, of_one_edge[0].0], of_one_edge);
+            }
+        }
+        edges.offsets.push(edges.triangles.len() as u32);
+        edges
+    }
+
+    fn push(&mut self, vertices: [u32; 2], sides: &[(u32, u32)]) {
+        let edge = self.vertices.len() as u32;
+        self.vertices.push(vertices);
+        self.offsets.push(self.triangles.len() as u32);
+        for &(_, side) in sides {
+            self.triangles.push(side / 3);
+            self.of_triangle[side as usize / 3][side as usize % 3] = edge;
+        }
+    }
+
+    /// #E.
+    pub fn count(&self) -> usize {
+        self.vertices.len()
+    }
+
+    /// The two vertices of each edge, #E by 2, the smaller first, sorted.
+    pub fn vertices(&self) -> &[[u32; 2]] {
+        &self.vertices
+    }
+
+    /// The triangles on an edge, ascending; at least one.
+    pub fn triangles(&self, edge: usize) -> &[u32] {
+        &self.triangles[self.offsets[edge] as usize..self.offsets[edge + 1] as usize]
+    }
+
+    /// The edges of each triangle, #F by 3: edge i joins its corners i and i + 1 (mod 3).
+    pub fn of_triangle(&self) -> &[[u32; 3]] {
+        &self.of_triangle
+    }
+
+    /// The edge between two vertices, in either order.
+    pub fn find(&self, a: u32, b: u32) -> Option<usize> {
+        self.vertices.binary_search(&[a.min(b), a.max(b)]).ok()
+    }
+
+    /// The vertices at the other ends of each vertex's edges. `vertex_count` is that of the mesh.
+    pub fn neighbours(&self, vertex_count: usize) -> Adjacency {
+        let mut offsets = vec![0; vertex_count + 1];
+        for &v in self.vertices.as_flattened() {
+            offsets[v as usize + 1] += 1;
+        }
+        for v in 0..vertex_count {
+            offsets[v + 1] += offsets[v];
+        }
+        // Edges are sorted, so each row receives its smaller neighbours in order and then its larger ones in order.
+        let mut next = offsets.clone();
+        let mut neighbours = vec![0; 2 * self.count()];
+        for &[a, b] in &self.vertices {
+            for (from, to) in [(a, b), (b, a)] {
+                neighbours[next[from as usize]] = to;
+                next[from as usize] += 1;
+            }
+        }
+        Adjacency { offsets, neighbours }
+    }
+}
+
+/// Calls `visit([smaller, larger], 3 t + i)` for the side i, from corner i to corner i + 1, of every triangle t.
+fn for_each_side(mesh: &TriMesh, mut visit: impl FnMut([u32; 2], u32)) {
+    for (t, corners) in mesh.triangles().iter().enumerate() {
+        for i in 0..3 {
+            let (a, b) = (corners[i], corners[(i + 1) % 3]);
+            visit([a.min(b), a.max(b)], (3 * t + i) as u32);
+        }
+    }
+}
+
+/// Where the sides with smaller vertex a begin in a list sorted by a, #V + 1 entries.
+fn bucket_starts(mesh: &TriMesh) -> Vec<u32> {
+    let mut starts = vec![0; mesh.vertex_count() + 1];
+    for_each_side(mesh, |[a, _], _| starts[a as usize + 1] += 1);
+    for a in 0..mesh.vertex_count() {
+        starts[a + 1] += starts[a];
+    }
+    starts
+}
+
+/// Which vertices share an edge with which: compressed rows, each sorted, symmetric, no vertex its own neighbour.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Adjacency {
+    offsets: Vec<usize>,
+    neighbours: Vec<u32>,
+}
+
+impl Adjacency {
+    /// The neighbours of a vertex, ascending.
+    pub fn of(&self, vertex: usize) -> &[u32] {
+        &self.neighbours[self.offsets[vertex]..self.offsets[vertex + 1]]
+    }
+
+    /// Where each vertex's row begins in [`Self::neighbours`]; #V + 1 entries.
+    pub fn offsets(&self) -> &[usize] {
+        &self.offsets
+    }
+
+    /// All rows, one after another; 2 #E entries.
+    pub fn neighbours(&self) -> &[u32] {
+        &self.neighbours
+    }
+
+    /// #V.
+    pub fn vertex_count(&self) -> usize {
+        self.offsets.len() - 1
+    }
+}

@@ -1,0 +1,432 @@
+use crate::boundary::{runs_forward, trace_boundaries};
+use crate::union_find::UnionFind;
+use crate::vector::{norm, sub};
+use crate::{BoundingBox, Edges, TriMesh, WeldSummary, Welded, components};
+use std::fmt;
+
+/// Everything there is to say about how a mesh hangs together, and its size.
+///
+/// Vertices that no triangle uses count in `unused_vertices` and nowhere else. Lengths are in the model's unit, areas in
+/// its square, volumes in its cube. Serialises to one flat object; `Display` shows it to people.
+///
+/// ```
+/// let report = mesh::TopologyReport::of(&mesh::shapes::torus(12, 8, 2.0, 0.5));
+/// assert_eq!((report.euler_characteristic, report.genus), (0, Some(1)));
+/// assert!(report.closed && report.remarks().is_empty());
+/// ```
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct TopologyReport {
+    /// What welding did to the file's geometry; absent when the report is of a bare [`TriMesh`].
+    pub welding: Option<WeldSummary>,
+    /// #V: vertices that triangles use.
+    pub vertices: usize,
+    /// #E.
+    pub edges: usize,
+    /// #F.
+    pub triangles: usize,
+    /// Vertices that no triangle uses (none after welding).
+    pub unused_vertices: usize,
+    /// Parts that no path of edges joins.
+    pub components: usize,
+    /// Edges with one triangle.
+    pub boundary_edges: usize,
+    /// Curves that these edges form.
+    pub boundary_loops: usize,
+    /// Edges with three triangles or more.
+    pub non_manifold_edges: usize,
+    /// Vertices whose triangles, joined across edges, form more than one fan.
+    pub non_manifold_vertices: usize,
+    /// Whether there are neither non-manifold edges nor vertices.
+    pub manifold: bool,
+    /// Whether every edge has exactly two triangles.
+    pub closed: bool,
+    /// Edges whose two triangles run along them in the same direction, so that one faces the other way.
+    pub inconsistent_edges: usize,
+    /// Whether triangles can be turned so that `inconsistent_edges` becomes zero; false of a Möbius strip.
+    pub orientable: bool,
+    /// Which way the triangles of a closed, consistently oriented mesh face as a whole, by its volume's sign.
+    pub facing: Option<Facing>,
+    /// χ = #V − #E + #F.
+    pub euler_characteristic: i64,
+    /// Handles of one connected, orientable manifold, (2 − χ − boundary loops) / 2; absent where that is not defined.
+    pub genus: Option<u64>,
+    /// Triangles over the same three vertices as an earlier one.
+    pub duplicated_triangles: usize,
+    /// Triangles of no area: at most [`DEGENERATE`] of the longest edge squared.
+    pub degenerate_triangles: usize,
+    /// Sum of the triangles' areas.
+    pub area: f64,
+    /// Enclosed volume, where `facing` is known; positive.
+    pub volume: Option<f64>,
+    /// The smallest axis-aligned box around the used vertices.
+    pub bounding_box: BoundingBox,
+    /// Length of that box's diagonal.
+    pub diagonal: f64,
+    /// Shortest edge.
+    pub shortest_edge: f64,
+    /// Mean length of the edges.
+    pub mean_edge: f64,
+    /// Longest edge.
+    pub longest_edge: f64,
+}
+
+/// Which side the triangles of a closed surface turn counter-clockwise to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Facing {
+    /// Outward, as is usual: positive volume.
+    Outward,
+    /// Inward: negative volume.
+    Inward,
+}
+
+/// The area of a triangle, relative to its longest edge squared, up to which it counts as degenerate.
+pub const DEGENERATE: f64 = 1e-12;
+
+impl TopologyReport {
+    /// Reports on a mesh as it is indexed: copies of a vertex at one position are different vertices.
+    ///
+    /// O(#V + #F) time, apart from sorting the triangles.
+    pub fn of(mesh: &TriMesh) -> Self {
+        let edges = Edges::of(mesh);
+        let connection = Connection::of(mesh, &edges);
+        let boundary_loops = trace_boundaries(mesh, &edges).len();
+        let (used, unused_vertices) = used_positions(mesh);
+        let bounding_box = BoundingBox::of(&used);
+        let lengths = EdgeLengths::of(mesh, &edges);
+
+        let components = components(mesh).count - unused_vertices;
+        let euler_characteristic = used.len() as i64 - edges.count() as i64 + mesh.triangle_count() as i64;
+        let manifold = connection.non_manifold_edges == 0 && connection.non_manifold_vertices == 0;
+        let orientable = connection.orientable;
+        let closed = connection.boundary_edges == 0 && connection.non_manifold_edges == 0;
+        let genus = (manifold && orientable && components == 1)
+            .then(|| (2 - euler_characteristic - boundary_loops as i64) as u64 / 2);
+        let volume = (closed && connection.inconsistent_edges == 0).then(|| mesh.signed_volume());
+
+        Self {
+            welding: None,
+            vertices: used.len(),
+            edges: edges.count(),
+            triangles: mesh.triangle_count(),
+            unused_vertices,
+            components,
+            boundary_edges: connection.boundary_edges,
+            boundary_loops,
+            non_manifold_edges: connection.non_manifold_edges,
+            non_manifold_vertices: connection.non_manifold_vertices,
+            manifold,
+            closed,
+            inconsistent_edges: connection.inconsistent_edges,
+            orientable,
+            facing: volume.map(|v| if v < 0.0 { Facing::Inward } else { Facing::Outward }),
+            euler_characteristic,
+            genus,
+            duplicated_triangles: duplicated_triangles(mesh),
+            degenerate_triangles: (0..mesh.triangle_count())
+                .filter(|&t| is_degenerate(mesh, t))
+                .count(),
+            area: mesh.area(),
+            volume: volume.map(f64::abs),
+            bounding_box,
+            diagonal: bounding_box.diagonal(),
+            shortest_edge: lengths.shortest,
+            mean_edge: lengths.mean,
+            longest_edge: lengths.longest,
+        }
+    }
+
+    /// Reports on a welded surface, and on what welding did.
+    pub fn of_welded(welded: &Welded) -> Self {
+        Self {
+            welding: Some(welded.summary()),
+            ..Self::of(welded.mesh())
+        }
+    }
+
+    /// What is unusual about the mesh, and what it means for someone who wants to work with it: one sentence each.
+    pub fn remarks(&self) -> Vec<String> {
+        let mut remarks = Vec::new();
+        let mut note = |count: usize, one: &str, many: &str, meaning: &str| {
+            if count > 0 {
+                let what = if count == 1 { one } else { many };
+                remarks.push(format!("{count} {what}: {meaning}."));
+            }
+        };
+        let extra_parts = self.components - 1;
+        note(
+            if extra_parts > 0 { self.components } else { 0 },
+            "component",
+            "components",
+            "each vibrates by itself and has a spectrum of its own",
+        );
+        note(
+            self.non_manifold_edges,
+            "edge with three or more triangles",
+            "edges with three or more triangles",
+            "walls meet there; split the surface along them if results near them look wrong",
+        );
+        note(
+            self.non_manifold_vertices,
+            "vertex where separate fans of triangles meet",
+            "vertices where separate fans of triangles meet",
+            "parts touch at a point there and move together",
+        );
+        note(
+            self.inconsistent_edges,
+            "edge between triangles that face opposite ways",
+            "edges between triangles that face opposite ways",
+            if self.orientable {
+                "normals are unreliable there; reorient the faces in a mesh editor"
+            } else {
+                "the surface has only one side, so no choice of normals is consistent"
+            },
+        );
+        note(
+            usize::from(self.facing == Some(Facing::Inward)),
+            "surface turned inside out",
+            "surfaces turned inside out",
+            "its triangles face inward, so normals point into the solid",
+        );
+        note(
+            self.degenerate_triangles,
+            "triangle of no area",
+            "triangles of no area",
+            "they have no normal and contribute nothing to areas",
+        );
+        note(
+            self.duplicated_triangles,
+            "triangle that repeats another",
+            "triangles that repeat others",
+            "their area counts twice",
+        );
+        note(
+            self.unused_vertices,
+            "vertex that no triangle uses",
+            "vertices that no triangle uses",
+            "not part of the surface",
+        );
+        if let Some(welding) = self.welding {
+            note(
+                welding.unused_vertices,
+                "vertex in the file is not on the surface",
+                "vertices in the file are not on the surface",
+                "no triangle uses them, and they stay as they are",
+            );
+            note(
+                welding.dropped_triangles,
+                "triangle in the file has two corners at one point",
+                "triangles in the file have two corners at one point",
+                "they are left out of the surface",
+            );
+        }
+        remarks
+    }
+}
+
+/// How triangles meet at edges and vertices.
+struct Connection {
+    boundary_edges: usize,
+    non_manifold_edges: usize,
+    non_manifold_vertices: usize,
+    inconsistent_edges: usize,
+    orientable: bool,
+}
+
+impl Connection {
+    fn of(mesh: &TriMesh, edges: &Edges) -> Self {
+        let with = |wanted: fn(usize) -> bool| {
+            (0..edges.count())
+                .filter(|&e| wanted(edges.triangles(e).len()))
+                .count()
+        };
+        let (inconsistent_edges, orientable) = orientation(mesh, edges);
+        Self {
+            boundary_edges: with(|triangles| triangles == 1),
+            non_manifold_edges: with(|triangles| triangles > 2),
+            non_manifold_vertices: vertices_with_several_fans(mesh, edges),
+            inconsistent_edges,
+            orientable,
+        }
+    }
+}
+
+/// Joins corners of triangles that share an edge there; a vertex with several sets of corners has several fans.
+fn vertices_with_several_fans(mesh: &TriMesh, edges: &Edges) -> usize {
+    let corner_at = |t: u32, v: u32| {
+        let corner = mesh.triangles()[t as usize]
+            .iter()
+            .position(|&w| w == v)
+            .unwrap_or_default();
+        3 * t + corner as u32
+    };
+    let mut fans = UnionFind::new(3 * mesh.triangle_count());
+    for (e, ends) in edges.vertices().iter().enumerate() {
+        for pair in edges.triangles(e).windows(2) {
+            for &v in ends {
+                fans.join(corner_at(pair[0], v), corner_at(pair[1], v));
+            }
+        }
+    }
+    let mut fans_at = vec![0_u32; mesh.vertex_count()];
+    for (corner, &v) in (0..).zip(mesh.triangles().as_flattened()) {
+        fans_at[v as usize] += u32::from(fans.find(corner) == corner);
+    }
+    fans_at.iter().filter(|&&fans| fans > 1).count()
+}
+
+/// Counts the edges whose two triangles run the same way, and tells whether turning triangles could mend them all.
+///
+/// Node 2t stands for triangle t as it is, node 2t + 1 for t turned. What goes together is joined; the surface has one
+/// side only if some triangle goes together with itself turned. Edges with more than two triangles join nothing.
+fn orientation(mesh: &TriMesh, edges: &Edges) -> (usize, bool) {
+    let mut sides = UnionFind::new(2 * mesh.triangle_count());
+    let mut inconsistent = 0;
+    for e in 0..edges.count() {
+        if let [t, u] = *edges.triangles(e) {
+            let same_way = runs_forward(mesh, edges, e, t) == runs_forward(mesh, edges, e, u);
+            inconsistent += usize::from(same_way);
+            let turn = u32::from(same_way);
+            sides.join(2 * t, 2 * u + turn);
+            sides.join(2 * t + 1, 2 * u + 1 - turn);
+        }
+    }
+    let orientable = (0..mesh.triangle_count() as u32).all(|t| sides.find(2 * t) != sides.find(2 * t + 1));
+    (inconsistent, orientable)
+}
+
+fn used_positions(mesh: &TriMesh) -> (Vec<[f64; 3]>, usize) {
+    let mut is_used = vec![false; mesh.vertex_count()];
+    for &v in mesh.triangles().as_flattened() {
+        is_used[v as usize] = true;
+    }
+    let used: Vec<_> = mesh
+        .positions()
+        .iter()
+        .zip(&is_used)
+        .filter(|(_, used)| **used)
+        .map(|(&p, _)| p)
+        .collect();
+    let unused = mesh.vertex_count() - used.len();
+    (used, unused)
+}
+
+fn duplicated_triangles(mesh: &TriMesh) -> usize {
+    let mut sets = mesh.triangles().to_vec();
+    sets.iter_mut().for_each(|t| t.sort_unstable());
+    sets.sort_unstable();
+    sets.windows(2).filter(|pair| pair[0] == pair[1]).count()
+}
+
+fn is_degenerate(mesh: &TriMesh, triangle: usize) -> bool {
+    let [a, b, c] = mesh.corners(triangle);
+    let longest = norm(sub(b, a)).max(norm(sub(c, b))).max(norm(sub(a, c)));
+    mesh.triangle_area(triangle) <= DEGENERATE * longest * longest
+}
+
+struct EdgeLengths {
+    shortest: f64,
+    mean: f64,
+    longest: f64,
+}
+
+impl EdgeLengths {
+    fn of(mesh: &TriMesh, edges: &Edges) -> Self {
+        let (mut shortest, mut total, mut longest) = (f64::INFINITY, 0.0, 0.0_f64);
+        for ends in edges.vertices() {
+            let [a, b] = ends.map(|v| mesh.positions()[v as usize]);
+            let length = norm(sub(b, a));
+            shortest = shortest.min(length);
+            longest = longest.max(length);
+            total += length;
+        }
+        Self {
+            shortest,
+            mean: total / edges.count() as f64,
+            longest,
+        }
+    }
+}
+
+impl fmt::Display for TopologyReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut line = |label: &str, value: String| writeln!(f, "{label:<13}{value}");
+        let counts = format!(
+            "{} vertices, {} edges, {} triangles",
+            self.vertices, self.edges, self.triangles
+        );
+        line("surface", counts)?;
+        if let Some(welding) = self.welding.filter(|w| w.merged_vertices > 0) {
+            line(
+                "welded",
+                format!(
+                    "{} of {} file vertices repeat a position",
+                    welding.merged_vertices, welding.file_vertices
+                ),
+            )?;
+        }
+        line("components", self.components.to_string())?;
+        line(
+            "boundary",
+            match self.boundary_edges {
+                0 => "none".to_string(),
+                edges => format!("{edges} edges in {} loops", self.boundary_loops),
+            },
+        )?;
+        line("manifold", yes_or_no(self.manifold))?;
+        line("closed", yes_or_no(self.closed))?;
+        line("orientation", self.orientation_in_words().to_string())?;
+        let genus = self
+            .genus
+            .map_or(String::new(), |genus| format!(", genus {genus}"));
+        line("Euler char.", format!("{}{genus}", self.euler_characteristic))?;
+        line("area", number(self.area))?;
+        if let Some(volume) = self.volume {
+            line("volume", number(volume))?;
+        }
+        let [x, y, z] = self.bounding_box.size().map(number);
+        line(
+            "size",
+            format!("{x} × {y} × {z}, diagonal {}", number(self.diagonal)),
+        )?;
+        let [shortest, mean, longest] = [self.shortest_edge, self.mean_edge, self.longest_edge].map(number);
+        line("edge lengths", format!("{shortest} to {longest}, mean {mean}"))?;
+        self.remarks()
+            .iter()
+            .try_for_each(|remark| writeln!(f, "note         {remark}"))
+    }
+}
+
+impl TopologyReport {
+    fn orientation_in_words(&self) -> &'static str {
+        match (self.facing, self.inconsistent_edges, self.orientable) {
+            (Some(Facing::Outward), ..) => "consistent, outward",
+            (Some(Facing::Inward), ..) => "consistent, inward",
+            (None, 0, _) => "consistent",
+            (None, _, true) => "inconsistent",
+            (None, _, false) => "one-sided",
+        }
+    }
+}
+
+fn yes_or_no(yes: bool) -> String {
+    if yes { "yes" } else { "no" }.to_string()
+}
+
+/// Six significant digits, without an exponent where that reads well.
+fn number(x: f64) -> String {
+    if x != 0.0 && !(1e-4..1e7).contains(&x.abs()) {
+        return format!("{x:.5e}");
+    }
+    let digits = if x == 0.0 {
+        0
+    } else {
+        (5 - x.abs().log10().floor() as i32).max(0) as usize
+    };
+    let text = format!("{x:.digits$}");
+    if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.').to_string()
+    } else {
+        text
+    }
+}
