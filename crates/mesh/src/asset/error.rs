@@ -1,0 +1,204 @@
+use std::fmt;
+use std::io;
+use std::path::PathBuf;
+
+use super::Format;
+use crate::MeshError;
+
+/// Why a mesh file was not read, or not written.
+///
+/// Every message names the file, the place in it, the cause and the remedy. `path` is empty for bytes in memory.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum AssetError {
+    /// The file is missing, or may not be read.
+    #[error("{}: {}", Named(path), reason_and_remedy(source, "read"))]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system said.
+        source: io::Error,
+    },
+    /// A directory, a device or a pipe.
+    #[error("{}: this is {what}, not a mesh file: name a file", Named(path))]
+    NotAFile {
+        /// What was named.
+        path: PathBuf,
+        /// "a directory" or "not a regular file".
+        what: &'static str,
+    },
+    /// No bytes at all, usually from a program that failed while it wrote.
+    #[error("{}: the file is empty: write it again from its source", Named(path))]
+    Empty {
+        /// The file.
+        path: PathBuf,
+    },
+    /// Neither the name nor the content tells a format that is read here.
+    #[error("{}: {problem}; {} are read, each also gzipped (.gz)", Named(path), Format::LIST)]
+    UnknownFormat {
+        /// The file.
+        path: PathBuf,
+        /// What is unusual about the name or the content.
+        problem: String,
+    },
+    /// The name says one format and the content another.
+    #[error("{}: the name says {named}, but the content is {found}: rename it to end in .{}", Named(path), found.extension())]
+    WrongExtension {
+        /// The file.
+        path: PathBuf,
+        /// The format that the name promises.
+        named: Format,
+        /// The format that the content shows.
+        found: Format,
+    },
+    /// The content breaks the rules of its format.
+    #[error("{}, {place}: {problem}", Named(path))]
+    Malformed {
+        /// The file.
+        path: PathBuf,
+        /// Where it breaks.
+        place: Place,
+        /// What was found there, what was expected, and what to do.
+        problem: String,
+    },
+    /// The gzip stream is damaged.
+    #[error("{}: the gzip stream is damaged or cut short ({source}): fetch the file again", Named(path))]
+    Gzip {
+        /// The file.
+        path: PathBuf,
+        /// What the decompressor said.
+        source: io::Error,
+    },
+    /// The gzip stream grows beyond what meshes do.
+    #[error("{}: unpacks to more than {limit} bytes, far more than a mesh would from {compressed}: if you trust it, unpack it with gunzip first", Named(path))]
+    GzipTooLarge {
+        /// The file.
+        path: PathBuf,
+        /// Compressed size in bytes.
+        compressed: usize,
+        /// The largest size that is accepted for it.
+        limit: u64,
+    },
+    /// Positions and faces were read but do not make a mesh.
+    #[error("{}: {source}", Named(path))]
+    Geometry {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with them.
+        source: MeshError,
+    },
+    /// A new coordinate that the file's number type cannot hold.
+    #[error("{}: vertex {vertex} cannot be moved to {value}: {problem}", Named(path))]
+    Unwritable {
+        /// The file whose positions were to change.
+        path: PathBuf,
+        /// Vertex of the welded mesh, from 0.
+        vertex: usize,
+        /// The new coordinate.
+        value: f64,
+        /// Why the file cannot hold it, and what to do.
+        problem: &'static str,
+    },
+    /// The output file is there already.
+    #[error("{}: exists already: choose another name, or allow overwriting", Named(path))]
+    Exists {
+        /// The output file.
+        path: PathBuf,
+    },
+    /// An asset keeps its format and compression, and the output's name says otherwise.
+    #[error("{}: the output stays {format}{}: give it a name that ends in {ending}", Named(path), if *gzipped { ", gzipped," } else { "" })]
+    SaveName {
+        /// The output file.
+        path: PathBuf,
+        /// The asset's format.
+        format: Format,
+        /// Whether it is gzipped.
+        gzipped: bool,
+        /// How the name must end.
+        ending: String,
+    },
+    /// The output cannot be written.
+    #[error("{}: {}", Named(path), reason_and_remedy(source, "written"))]
+    Write {
+        /// The output file.
+        path: PathBuf,
+        /// What the operating system said.
+        source: io::Error,
+    },
+}
+
+/// A place in a file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Place {
+    /// Line of a text file, from 1.
+    Line(usize),
+    /// A byte of a binary file, and what lies there, such as `vertex 12, property y`.
+    Byte {
+        /// Offset from 0.
+        offset: usize,
+        /// The element and property.
+        what: String,
+    },
+    /// The file as a whole.
+    File,
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Line(line) => write!(f, "line {line}"),
+            Self::Byte { offset, what } => write!(f, "byte {offset} ({what})"),
+            Self::File => write!(f, "whole file"),
+        }
+    }
+}
+
+/// A path in a message, or what stands for it when the bytes came from memory.
+struct Named<'a>(&'a PathBuf);
+
+impl fmt::Display for Named<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.0.as_os_str().is_empty() { write!(f, "bytes in memory") } else { write!(f, "{}", self.0.display()) }
+    }
+}
+
+fn reason_and_remedy(error: &io::Error, done: &str) -> String {
+    let remedy = match error.kind() {
+        io::ErrorKind::NotFound if done == "read" => "check the spelling and the folder",
+        io::ErrorKind::NotFound => "the folder does not exist: make it first",
+        io::ErrorKind::PermissionDenied => "allow it with chmod, or choose another place",
+        io::ErrorKind::StorageFull => "make room on the disk",
+        _ => "check the disk and the path",
+    };
+    format!("cannot be {done} ({error}): {remedy}")
+}
+
+/// What a reader of one format reports; [`Asset`](super::Asset) adds the path.
+#[derive(Debug)]
+pub(super) struct Fault {
+    pub(super) place: Place,
+    pub(super) problem: String,
+}
+
+impl Fault {
+    pub(super) fn in_file(problem: impl Into<String>) -> Self {
+        Self { place: Place::File, problem: problem.into() }
+    }
+
+    /// A fault in a text file: the line of byte `at`, counted only now.
+    pub(super) fn at_line(bytes: &[u8], at: usize, problem: impl Into<String>) -> Self {
+        Self { place: Place::Line(line_number(bytes, at)), problem: problem.into() }
+    }
+
+    pub(super) fn at_byte(offset: usize, what: impl Into<String>, problem: impl Into<String>) -> Self {
+        Self { place: Place::Byte { offset, what: what.into() }, problem: problem.into() }
+    }
+}
+
+/// Line of byte `at`, from 1; lines end with LF, CR LF or CR.
+fn line_number(bytes: &[u8], at: usize) -> usize {
+    let before = &bytes[..at.min(bytes.len())];
+    let ends = |(i, &b): (usize, &u8)| b == b'\n' || (b == b'\r' && bytes.get(i + 1) != Some(&b'\n'));
+    1 + before.iter().enumerate().filter(|&x| ends(x)).count()
+}

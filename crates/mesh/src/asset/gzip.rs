@@ -1,0 +1,74 @@
+use std::borrow::Cow;
+use std::io::{Read, Write};
+use std::path::Path;
+use std::sync::Arc;
+
+use flate2::bufread::MultiGzDecoder;
+use flate2::{Compression, GzBuilder, GzHeader};
+
+use super::AssetError;
+
+const MAGIC: &[u8] = &[0x1F, 0x8B];
+
+/// Meshes pack at most some 20 to 1; more than this, and beyond some slack for tiny ones, is an attack on our memory.
+const LARGEST_RATIO: u64 = 64;
+const SLACK: u64 = 1 << 20;
+
+/// How a file was gzipped.
+#[derive(Clone, Debug)]
+pub(super) struct Gzip {
+    header: Option<GzHeader>,
+    /// The compressed file, while its content is unchanged.
+    stored: Option<Arc<Vec<u8>>>,
+}
+
+/// The content of a file that is gzipped, or just the file.
+pub(super) fn unpack(path: &Path, stored: Vec<u8>) -> Result<(Vec<u8>, Option<Gzip>), AssetError> {
+    if !stored.starts_with(MAGIC) {
+        return Ok((stored, None));
+    }
+    let compressed = stored.len();
+    let limit = LARGEST_RATIO * compressed as u64 + SLACK;
+    let mut decoder = MultiGzDecoder::new(stored.as_slice());
+    let header = decoder.header().cloned();
+    let mut content = Vec::new();
+    let read = decoder.by_ref().take(limit + 1).read_to_end(&mut content);
+    read.map_err(|source| AssetError::Gzip { path: path.into(), source })?;
+    if content.len() as u64 > limit {
+        return Err(AssetError::GzipTooLarge { path: path.into(), compressed, limit });
+    }
+    Ok((content, Some(Gzip { header, stored: Some(Arc::new(stored)) })))
+}
+
+impl Gzip {
+    /// The same header for another content.
+    pub(super) fn changed(&self) -> Self {
+        Self { header: self.header.clone(), stored: None }
+    }
+
+    pub(super) fn pack(&self, content: &[u8]) -> Cow<'_, [u8]> {
+        match &self.stored {
+            Some(stored) => Cow::Borrowed(stored),
+            None => Cow::Owned(compress(self.header.as_ref(), content)),
+        }
+    }
+}
+
+/// One gzip member with the name, time, comment and extra field of `header`.
+fn compress(header: Option<&GzHeader>, content: &[u8]) -> Vec<u8> {
+    let mut builder = GzBuilder::new();
+    if let Some(header) = header {
+        builder = builder.mtime(header.mtime()).operating_system(header.operating_system());
+        if let Some(name) = header.filename() {
+            builder = builder.filename(name);
+        }
+        if let Some(comment) = header.comment() {
+            builder = builder.comment(comment);
+        }
+        if let Some(extra) = header.extra() {
+            builder = builder.extra(extra);
+        }
+    }
+    let mut encoder = builder.write(Vec::new(), Compression::best());
+    encoder.write_all(content).and_then(|()| encoder.finish()).expect("a vector takes every byte")
+}

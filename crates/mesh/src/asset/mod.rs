@@ -1,0 +1,246 @@
+//! Mesh files that are written back with new positions and nothing else changed.
+
+mod error;
+mod export;
+mod format;
+mod gzip;
+mod number;
+mod obj;
+mod off;
+mod ply;
+mod save;
+mod scalar;
+mod slots;
+mod stl;
+mod text;
+
+use std::borrow::Cow;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use crate::{MeshError, TriMesh, Welded};
+pub use error::{AssetError, Place};
+pub use export::{Precision, write_mesh};
+pub use format::Format;
+
+use error::Fault;
+use gzip::Gzip;
+use slots::Slots;
+
+/// A mesh file that keeps all its bytes: its geometry is seen as a welded [`TriMesh`], and positions can be replaced.
+///
+/// Everything but the coordinates of vertices stays byte for byte: comments, materials, colours, normals, order,
+/// spacing, headers. Polygons and strips are cut into triangles for [`Self::mesh`] only; lines and points are not seen.
+/// Normals that a file holds are kept as they are, also where vertices move.
+///
+/// **Precision.** Binary coordinates are rounded to their own type. Text is taken as single precision when no coordinate
+/// has more than 9 significant digits, as doubles otherwise; new numbers are the shortest that read back to the same
+/// number of that precision. A coordinate that rounds to the old one keeps its bytes. [`Self::mesh`] always has exactly
+/// the numbers in the bytes.
+///
+/// **Names.** The file's name decides the format, with `.gz` passed over; compression is seen by content. A name
+/// that contradicts a mark in the content (`ply`, `OFF`, `solid`, the size of binary STL) is an error; a name
+/// without an extension leaves the decision to the content. Saving keeps format and compression.
+///
+/// Reading takes linear time (welding n log n) and memory of a small multiple of the file's size; counts in a header are
+/// checked against that size before anything is allocated. A clone shares the bytes.
+///
+/// ```
+/// let tetrahedron = "v 0 0 0\nv 1 0 0\nv 0 1 0 # top\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";
+/// let asset = mesh::Asset::from_bytes(tetrahedron, mesh::Format::Obj)?;
+/// let mut positions = asset.mesh().positions().to_vec();
+/// positions[2][1] += 0.25;
+/// let moved = asset.with_positions(&positions)?;
+/// assert_eq!(*moved.to_bytes(), *tetrahedron.replace("0 1 0 # top", "0 1.25 0 # top").as_bytes());
+/// # Ok::<(), mesh::AssetError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Asset {
+    path: PathBuf,
+    format: Format,
+    bytes: Arc<Vec<u8>>,
+    slots: Arc<Slots>,
+    gzip: Option<Gzip>,
+    welded: Arc<Welded>,
+    moved: Option<TriMesh>,
+}
+
+/// What the reader of one format finds in a file.
+struct Geometry {
+    positions: Vec<[f64; 3]>,
+    triangles: Vec<[u32; 3]>,
+    slots: Slots,
+}
+
+impl Asset {
+    /// Reads a file.
+    ///
+    /// # Errors
+    /// When it cannot be read, its format is not known or its content is damaged; the message says where and what to do.
+    pub fn open(path: impl AsRef<Path>) -> Result<Self, AssetError> {
+        let path = path.as_ref();
+        let unread = |source| AssetError::Read { path: path.into(), source };
+        let metadata = fs::metadata(path).map_err(unread)?;
+        if !metadata.is_file() {
+            let what = if metadata.is_dir() { "a directory" } else { "not a regular file" };
+            return Err(AssetError::NotAFile { path: path.into(), what });
+        }
+        Self::read(path.into(), fs::read(path).map_err(unread)?, None)
+    }
+
+    /// Reads a file's bytes, gzipped or not; without a format, the content decides.
+    ///
+    /// # Errors
+    /// As [`Self::open`].
+    pub fn from_bytes(bytes: impl Into<Vec<u8>>, format: impl Into<Option<Format>>) -> Result<Self, AssetError> {
+        Self::read(PathBuf::new(), bytes.into(), format.into())
+    }
+
+    fn read(path: PathBuf, stored: Vec<u8>, format: Option<Format>) -> Result<Self, AssetError> {
+        if stored.is_empty() {
+            return Err(AssetError::Empty { path });
+        }
+        let (bytes, gzip) = gzip::unpack(&path, stored)?;
+        if bytes.is_empty() {
+            return Err(AssetError::Empty { path });
+        }
+        let format = decide_format(&path, format, &bytes)?;
+        let Geometry { positions, triangles, slots } = parse(format, &bytes)
+            .map_err(|Fault { place, problem }| AssetError::Malformed { path: path.clone(), place, problem })?;
+        let welded = match Welded::new(&positions, &triangles) {
+            Ok(welded) => welded,
+            Err(MeshError::NotFinite { vertex, position }) => {
+                let axis = position.iter().position(|x| !x.is_finite()).unwrap_or(0);
+                let value = position[axis];
+                let problem = format!("vertex {vertex} has the coordinate {value}: write the file again with finite numbers");
+                return Err(AssetError::Malformed { place: slots.place(&bytes, vertex, axis), path, problem });
+            }
+            Err(source) => return Err(AssetError::Geometry { path, source }),
+        };
+        let (bytes, slots, welded) = (Arc::new(bytes), Arc::new(slots), Arc::new(welded));
+        Ok(Self { path, format, bytes, slots, gzip, welded, moved: None })
+    }
+
+    /// The file's format.
+    pub fn format(&self) -> Format {
+        self.format
+    }
+
+    /// Whether the file is gzipped.
+    pub fn is_gzipped(&self) -> bool {
+        self.gzip.is_some()
+    }
+
+    /// The file that was opened; empty for bytes in memory.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The surface, with the positions that the bytes hold now.
+    pub fn mesh(&self) -> &TriMesh {
+        self.moved.as_ref().unwrap_or(self.welded.mesh())
+    }
+
+    /// How the file's vertices were welded when it was read; its mesh has the positions of that time.
+    pub fn welded(&self) -> &Welded {
+        &self.welded
+    }
+
+    /// Vertices in the file; STL counts three a facet.
+    pub fn file_vertex_count(&self) -> usize {
+        self.slots.len()
+    }
+
+    /// The same file with new positions (#V by 3, one a vertex of [`Self::mesh`]), rounded to the file's precision.
+    ///
+    /// Every file vertex that was merged into a mesh vertex moves with it; unused ones stay. Vertices that become
+    /// equal by rounding stay apart here, though a later reader will weld them.
+    ///
+    /// # Errors
+    /// When the count differs, a number is not finite, or the file cannot hold it (integers, overflow of 32 bits).
+    pub fn with_positions(&self, positions: &[[f64; 3]]) -> Result<Self, AssetError> {
+        let refused = |source| AssetError::Geometry { path: self.path.clone(), source };
+        let finite = self.mesh().with_positions(positions.to_vec()).map_err(refused)?;
+        let vertex_of = self.welded.vertex_of();
+        let target = |file_vertex: usize| vertex_of[file_vertex].map(|v| finite.positions()[v as usize]);
+        let rewritten = self.slots.rewrite(&self.bytes, target).map_err(|refusal| AssetError::Unwritable {
+            path: self.path.clone(),
+            vertex: vertex_of[refusal.file_vertex].map_or(0, |v| v as usize),
+            value: refusal.value,
+            problem: refusal.problem,
+        })?;
+        let Some((bytes, slots)) = rewritten else { return Ok(self.clone()) };
+
+        let mut held = finite.positions().to_vec();
+        for (file_vertex, vertex) in vertex_of.iter().enumerate().rev() {
+            if let Some(vertex) = *vertex {
+                held[vertex as usize] = slots.position(&bytes, file_vertex);
+            }
+        }
+        let moved = Some(self.mesh().with_positions(held).map_err(refused)?);
+        let gzip = self.gzip.as_ref().map(Gzip::changed);
+        Ok(Self { bytes: Arc::new(bytes), slots: Arc::new(slots), gzip, moved, ..self.clone() })
+    }
+
+    /// The file's content, unpacked where it is gzipped.
+    pub fn content(&self) -> &[u8] {
+        &self.bytes
+    }
+
+    /// The bytes that [`Self::save`] writes: gzipped as the file was; for an unchanged file, exactly its bytes.
+    pub fn to_bytes(&self) -> Cow<'_, [u8]> {
+        match &self.gzip {
+            None => Cow::Borrowed(&self.bytes),
+            Some(gzip) => gzip.pack(&self.bytes),
+        }
+    }
+
+    /// Writes the file: to a temporary one in the same folder, which is then renamed, so that a failure leaves nothing.
+    /// A symbolic link is followed. A file that is overwritten passes its permissions on.
+    ///
+    /// # Errors
+    /// When the name does not end as the format demands, the file exists and `overwrite` is false, or writing fails.
+    pub fn save(&self, path: impl AsRef<Path>, overwrite: bool) -> Result<(), AssetError> {
+        let path = path.as_ref();
+        let gzipped = self.is_gzipped();
+        if Format::of_path(path) != Some(self.format) || format::ends_in_gz(path) != gzipped {
+            let ending = format!(".{}{}", self.format.extension(), if gzipped { ".gz" } else { "" });
+            return Err(AssetError::SaveName { path: path.into(), format: self.format, gzipped, ending });
+        }
+        save::replace(path, &self.to_bytes(), overwrite)
+    }
+}
+
+fn parse(format: Format, bytes: &[u8]) -> Result<Geometry, Fault> {
+    match format {
+        Format::Obj => obj::read(bytes),
+        Format::Ply => ply::read(bytes),
+        Format::Stl => stl::read(bytes),
+        Format::Off => off::read(bytes),
+    }
+}
+
+fn decide_format(path: &Path, given: Option<Format>, bytes: &[u8]) -> Result<Format, AssetError> {
+    let unknown = |problem: String| AssetError::UnknownFormat { path: path.into(), problem };
+    let extension = format::extension_before_gz(path);
+    if bytes.starts_with(b"glTF") || matches!(extension.as_deref(), Some("glb" | "gltf")) {
+        return Err(unknown("glTF is not read yet: export the model to another format".into()));
+    }
+    let Some(named) = given.or_else(|| Format::of_path(path)) else {
+        let found = Format::of_content(bytes);
+        return match (extension, found) {
+            (None, Some(found)) => Ok(found),
+            (None, None) => Err(unknown("the content is of no known format".into())),
+            (Some(extension), Some(found)) => {
+                let rename = format!("but the content looks like {found}: rename it to end in .{}", found.extension());
+                Err(unknown(format!("the name ends in .{extension}, {rename}")))
+            }
+            (Some(extension), None) => Err(unknown(format!("files that end in .{extension} are of no known format"))),
+        };
+    };
+    match Format::marked(bytes) {
+        Some(found) if found != named => Err(AssetError::WrongExtension { path: path.into(), named, found }),
+        _ => Ok(named),
+    }
+}

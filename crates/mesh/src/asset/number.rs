@@ -1,0 +1,104 @@
+//! Decimal numbers: how precise they are, and how new ones are written.
+
+/// The digits of text from which single precision can no longer be told from double.
+const SINGLE_DIGITS: usize = 9;
+
+/// Reads a decimal number; `nan` and `inf` are read too, so that their place can be reported if a face uses them.
+pub(super) fn parse(token: &[u8]) -> Option<f64> {
+    std::str::from_utf8(token).ok()?.parse().ok()
+}
+
+/// Whether `token`, which reads as `value`, may have been written from a single-precision number.
+pub(super) fn fits_single(token: &[u8], value: f64) -> bool {
+    let mantissa = token.iter().take_while(|&&b| b != b'e' && b != b'E').filter(|b| b.is_ascii_digit());
+    let significant = mantissa.skip_while(|&&b| b == b'0').count();
+    let in_range = value == 0.0 || ((value as f32).is_finite() && (value as f32).is_normal());
+    significant <= SINGLE_DIGITS && (in_range || !value.is_finite())
+}
+
+/// Appends the shortest decimal that reads back, also by way of f64, to the same single-precision number.
+pub(super) fn write_single(value: f32, out: &mut Vec<u8>) {
+    let start = out.len();
+    write(value, f64::from(value), out);
+    if parse(&out[start..]).map(|read| read as f32) != Some(value) {
+        out.truncate(start);
+        write_double(f64::from(value), out);
+    }
+}
+
+/// Appends the shortest decimal that reads back to the same number.
+pub(super) fn write_double(value: f64, out: &mut Vec<u8>) {
+    write(value, value, out);
+}
+
+/// Without an exponent where that is short, as C's `%g` decides.
+fn write(shown: impl std::fmt::Display + std::fmt::LowerExp, value: f64, out: &mut Vec<u8>) {
+    use std::io::Write;
+    let plain = value == 0.0 || (1e-5..1e15).contains(&value.abs());
+    let written = if plain { write!(out, "{shown}") } else { write!(out, "{shown:e}") };
+    written.expect("a vector takes every byte");
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn single(value: f32) -> String {
+        let mut out = Vec::new();
+        write_single(value, &mut out);
+        String::from_utf8(out).unwrap()
+    }
+
+    fn double(value: f64) -> String {
+        let mut out = Vec::new();
+        write_double(value, &mut out);
+        String::from_utf8(out).unwrap()
+    }
+
+    #[test]
+    fn short_numbers_are_written_without_an_exponent() {
+        assert_eq!(single(0.1), "0.1");
+        assert_eq!(single(-16_777_216.0), "-16777216");
+        assert_eq!(double(0.1 + 0.2), "0.30000000000000004");
+        assert_eq!(double(0.000_012), "0.000012");
+        assert_eq!(double(-2.5e-9), "-2.5e-9");
+        assert_eq!(double(1e300), "1e300");
+        assert_eq!(double(0.0), "0");
+    }
+
+    #[test]
+    fn the_tenth_digit_or_a_range_beyond_f32_makes_a_double() {
+        for (token, expected) in [
+            ("0.123456789", true),
+            ("0.1234567891", false),
+            ("-000123456789e-5", true),
+            ("12.00000000", false),
+            ("1e39", false),
+            ("1e-45", false),
+            ("0.0000000000000", true),
+        ] {
+            assert_eq!(fits_single(token.as_bytes(), token.parse().unwrap()), expected, "{token}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn a_written_single_reads_back_to_itself_and_stays_single(bits in any::<u32>()) {
+            let value = f32::from_bits(bits);
+            prop_assume!(value.is_finite());
+            let token = single(value);
+            prop_assert_eq!(token.parse::<f32>().unwrap().to_bits(), bits);
+            let by_way_of_f64 = token.parse::<f64>().unwrap();
+            prop_assert_eq!((by_way_of_f64 as f32).to_bits(), bits);
+            prop_assert!(!value.is_normal() || fits_single(token.as_bytes(), by_way_of_f64));
+        }
+
+        #[test]
+        fn a_written_double_reads_back_to_itself(bits in any::<u64>()) {
+            let value = f64::from_bits(bits);
+            prop_assume!(value.is_finite());
+            prop_assert_eq!(double(value).parse::<f64>().unwrap().to_bits(), bits);
+        }
+    }
+}
