@@ -1,0 +1,194 @@
+//! The group of points of y² + xy = x³ + a x² + b over GF(2¹⁶³), with a = 1.
+
+use crypto_bigint::U192;
+
+use super::ecdsa::ORDER;
+use super::field::FieldElement;
+use crate::signature::error::PointError;
+
+/// b.
+const B: FieldElement =
+    FieldElement::from_words([0x2_0a60_1907, 0xb8c9_53ca_1481_eb10, 0x512f_7874_4a32_05fd]);
+
+/// The base point (the paper's `A`), of order `d`.
+pub(crate) const GENERATOR: AffinePoint = AffinePoint {
+    x: FieldElement::from_words([0x3_f0eb_a162, 0x86a2_d57e_a099_1168, 0xd499_4637_e834_3e36]),
+    y: FieldElement::from_words([0x0_d51f_bc6c, 0x71a0_094f_a2cd_d545, 0xb11c_5c0c_7973_24f1]),
+};
+
+/// A point other than the neutral element, which is `None` where it can occur.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct AffinePoint {
+    pub(crate) x: FieldElement,
+    pub(crate) y: FieldElement,
+}
+
+impl AffinePoint {
+    /// Decodes and validates a public key (SEC 1, 2.3.4 and 3.2.2.1): on the curve and, the cofactor being 2, of order `d`.
+    pub(crate) fn from_sec1(octets: &[u8]) -> Result<Self, PointError> {
+        let point = match octets {
+            [] => return Err(PointError::Encoding("it is empty")),
+            [0] => return Err(PointError::Infinity),
+            [4, coordinates @ ..] if coordinates.len() == 42 => {
+                let (x, y) = coordinates.split_at(21);
+                let (x, y) = (coordinate(x)?, coordinate(y)?);
+                AffinePoint { x, y }
+            }
+            [tag @ (2 | 3), x @ ..] if x.len() == 21 => decompress(coordinate(x)?, *tag == 3)?,
+            [0 | 2 | 3 | 4, ..] => return Err(PointError::Encoding("its length is wrong")),
+            _ => return Err(PointError::Encoding("its first octet is not 0, 2, 3 or 4")),
+        };
+        if !point.is_on_curve() {
+            return Err(PointError::NotOnCurve);
+        }
+        match point.mul(&ORDER) {
+            None => Ok(point),
+            Some(_) => Err(PointError::WrongOrder),
+        }
+    }
+
+    /// The uncompressed encoding 04 || x || y.
+    pub(crate) fn to_sec1(self) -> [u8; 43] {
+        let mut octets = [4; 43];
+        octets[1..22].copy_from_slice(&self.x.to_octets());
+        octets[22..].copy_from_slice(&self.y.to_octets());
+        octets
+    }
+
+    pub(crate) fn is_on_curve(self) -> bool {
+        let AffinePoint { x, y } = self;
+        y.square() + x * y == (x + FieldElement::ONE) * x.square() + B
+    }
+
+    /// k P.
+    pub(crate) fn mul(self, k: &U192) -> Option<Self> {
+        self.mul_projective(k).to_affine()
+    }
+
+    /// k P + l Q.
+    pub(crate) fn mul_add(self, k: &U192, other: Self, l: &U192) -> Option<Self> {
+        let sum = self.mul_projective(k);
+        match other.mul(l) {
+            Some(point) => sum.add(point).to_affine(),
+            None => sum.to_affine(),
+        }
+    }
+
+    /// Double and add, from the most significant bit.
+    fn mul_projective(self, k: &U192) -> ProjectivePoint {
+        (0..k.bits_vartime())
+            .rev()
+            .fold(ProjectivePoint::INFINITY, |sum, i| {
+                let doubled = sum.double();
+                if k.bit_vartime(i) {
+                    doubled.add(self)
+                } else {
+                    doubled
+                }
+            })
+    }
+}
+
+/// A coordinate of 21 octets.
+fn coordinate(octets: &[u8]) -> Result<FieldElement, PointError> {
+    octets
+        .try_into()
+        .ok()
+        .and_then(FieldElement::from_octets)
+        .ok_or(PointError::Encoding("a coordinate exceeds 163 bits"))
+}
+
+/// The point with this x whose y/x ends in the bit `odd` (SEC 1, 2.3.4).
+///
+/// With y = xz the equation becomes z² + z = x + a + b/x².
+fn decompress(x: FieldElement, odd: bool) -> Result<AffinePoint, PointError> {
+    if x.is_zero() {
+        return Ok(AffinePoint { x, y: B.sqrt() });
+    }
+    let c = x + FieldElement::ONE + B * x.square().invert();
+    let mut z = c.half_trace();
+    if z.square() + z != c {
+        return Err(PointError::NotOnCurve);
+    }
+    if z.bit(0) != odd {
+        z = z + FieldElement::ONE;
+    }
+    Ok(AffinePoint { x, y: x * z })
+}
+
+/// López–Dahab coordinates: x = X/Z, y = Y/Z², so that only the last step divides; Z = 0 is the neutral element.
+#[derive(Clone, Copy, Debug)]
+struct ProjectivePoint {
+    x: FieldElement,
+    y: FieldElement,
+    z: FieldElement,
+}
+
+impl ProjectivePoint {
+    const INFINITY: ProjectivePoint = ProjectivePoint {
+        x: FieldElement::ONE,
+        y: FieldElement::ZERO,
+        z: FieldElement::ZERO,
+    };
+
+    fn to_affine(self) -> Option<AffinePoint> {
+        if self.z.is_zero() {
+            return None;
+        }
+        let inverse = self.z.invert();
+        Some(AffinePoint {
+            x: self.x * inverse,
+            y: self.y * inverse.square(),
+        })
+    }
+
+    /// 2 P (Hankerson, Menezes, Vanstone: Guide to Elliptic Curve Cryptography, algorithm 3.24).
+    fn double(self) -> Self {
+        let x1_2 = self.x.square();
+        let z1_2 = self.z.square();
+        let b_z1_4 = B * z1_2.square();
+        let z3 = x1_2 * z1_2;
+        let x3 = x1_2.square() + b_z1_4;
+        let y3 = b_z1_4 * z3 + x3 * (z3 + self.y.square() + b_z1_4);
+        ProjectivePoint {
+            x: x3,
+            y: y3,
+            z: z3,
+        }
+    }
+
+    /// P + Q, with Q affine (the same book, algorithm 3.25).
+    fn add(self, q: AffinePoint) -> Self {
+        if self.z.is_zero() {
+            return ProjectivePoint {
+                x: q.x,
+                y: q.y,
+                z: FieldElement::ONE,
+            };
+        }
+        let z1_2 = self.z.square();
+        let a = q.y * z1_2 + self.y;
+        let b = q.x * self.z + self.x;
+        if b.is_zero() {
+            // The same x: either Q = P, or Q = -P.
+            return if a.is_zero() {
+                self.double()
+            } else {
+                ProjectivePoint::INFINITY
+            };
+        }
+        let c = self.z * b;
+        let d = b.square() * (c + z1_2);
+        let z3 = c.square();
+        let e = a * c;
+        let x3 = a.square() + d + e;
+        let f = x3 + q.x * z3;
+        let g = (q.x + q.y) * z3.square();
+        let y3 = (e + z3) * f + g;
+        ProjectivePoint {
+            x: x3,
+            y: y3,
+            z: z3,
+        }
+    }
+}

@@ -1,0 +1,238 @@
+//! The structures inside key files, as DER: PKCS#8 private keys (RFC 5958), plain and locked (RFC 8018, PBES2),
+//! SEC1 private keys (RFC 5915) and public keys (SubjectPublicKeyInfo, RFC 5480).
+
+use pkcs8::der::asn1::{AnyRef, BitStringRef, OctetStringRef};
+use pkcs8::der::{Decode, Encode};
+use pkcs8::pkcs5::{self, EncryptionScheme, pbes2};
+use pkcs8::spki::SubjectPublicKeyInfoRef;
+use pkcs8::{
+    AlgorithmIdentifierRef, EncryptedPrivateKeyInfoRef, ObjectIdentifier, PrivateKeyInfoRef,
+};
+use rand_core::CryptoRng;
+use sec1::{EcParameters, EcPrivateKey};
+use zeroize::Zeroizing;
+
+use super::{Curve, KeyError};
+
+/// id-ecPublicKey: an elliptic curve key, the parameters name the curve.
+const EC_PUBLIC_KEY: ObjectIdentifier = ObjectIdentifier::new_unwrap("1.2.840.10045.2.1");
+
+/// Algorithms that people mistake for ours.
+const OTHER_ALGORITHMS: [(&str, &str); 6] = [
+    ("1.2.840.113549.1.1.1", "RSA"),
+    ("1.2.840.113549.1.1.10", "RSA-PSS"),
+    ("1.2.840.10040.4.1", "DSA"),
+    ("1.3.101.110", "X25519"),
+    ("1.3.101.112", "Ed25519"),
+    ("1.3.101.113", "Ed448"),
+];
+
+/// PBKDF2 iterations for new locked keys (OWASP's advice for HMAC-SHA-256).
+const ITERATIONS: u32 = 600_000;
+
+/// What opening a locked key may cost at most, so that a forged file cannot block the program: some seconds, and 128 MiB.
+const MAX_ITERATIONS: u64 = 10_000_000;
+const MAX_SCRYPT_MEMORY: u64 = 128 << 20;
+const MAX_SCRYPT_ROUNDS: u64 = 16;
+
+/// A private key as its file holds it.
+pub(super) struct PrivateKeyFields {
+    pub(super) curve: Curve,
+    /// Big-endian, not yet validated.
+    pub(super) scalar: Zeroizing<Vec<u8>>,
+    /// The encoded point beside it, if any, not yet validated.
+    pub(super) public: Option<Vec<u8>>,
+}
+
+/// Reads a PKCS#8 private key.
+pub(super) fn decode_pkcs8(der: &[u8]) -> Result<PrivateKeyFields, KeyError> {
+    let damaged = |error: pkcs8::der::Error| damaged("PKCS#8 private key", &error);
+    let info = PrivateKeyInfoRef::from_der(der).map_err(damaged)?;
+    let curve = curve_of(&info.algorithm)?;
+    decode_sec1(info.private_key.as_bytes(), Some(curve))
+}
+
+/// Reads a SEC1 private key; inside PKCS#8 the curve is named outside, `outer`.
+pub(super) fn decode_sec1(der: &[u8], outer: Option<Curve>) -> Result<PrivateKeyFields, KeyError> {
+    let key = EcPrivateKey::from_der(der).map_err(|error| damaged("SEC1 private key", &error))?;
+    let inner = key.parameters.and_then(EcParameters::named_curve);
+    let curve = match (outer, inner) {
+        (Some(curve), None) => curve,
+        (Some(curve), Some(oid)) if oid == curve.oid() => curve,
+        (Some(curve), Some(oid)) => {
+            return Err(KeyError::CurvesDisagree {
+                outer: curve.oid().to_string(),
+                inner: oid.to_string(),
+            });
+        }
+        (None, Some(oid)) => curve_by_oid(oid)?,
+        (None, None) => return Err(KeyError::CurveNotNamed),
+    };
+    Ok(PrivateKeyFields {
+        curve,
+        scalar: Zeroizing::new(key.private_key.to_vec()),
+        public: key.public_key.map(<[u8]>::to_vec),
+    })
+}
+
+/// Writes a PKCS#8 private key, with its public key inside, as OpenSSL does.
+pub(super) fn encode_pkcs8(curve: Curve, scalar: &[u8], public: &[u8]) -> Zeroizing<Vec<u8>> {
+    const FITS: &str = "a key of a few dozen octets can be encoded";
+    let key = EcPrivateKey {
+        private_key: scalar,
+        parameters: None,
+        public_key: Some(public),
+    };
+    let key = Zeroizing::new(key.to_der().expect(FITS));
+    let oid = curve.oid();
+    let info = PrivateKeyInfoRef::new(algorithm(&oid), OctetStringRef::new(&key).expect(FITS));
+    Zeroizing::new(info.to_der().expect(FITS))
+}
+
+/// Unlocks a private key: the DER of a PKCS#8 private key.
+pub(super) fn decrypt(der: &[u8], passphrase: &str) -> Result<Zeroizing<Vec<u8>>, KeyError> {
+    let info = EncryptedPrivateKeyInfoRef::from_der(der)
+        .map_err(|error| damaged("encrypted private key", &error))?;
+    let EncryptionScheme::Pbes2(parameters) = &info.encryption_algorithm else {
+        return Err(unsupported("it is not PBES2"));
+    };
+    limit_costs(&parameters.kdf)?;
+    let plain = info
+        .encryption_algorithm
+        .decrypt(passphrase, info.encrypted_data.as_bytes())
+        .map_err(|error| match error {
+            pkcs5::Error::DecryptFailed => KeyError::WrongPassphrase,
+            error => unsupported(&error.to_string()),
+        })?;
+    let plain = Zeroizing::new(plain);
+    // A wrong passphrase passes the test of the padding once in 256 times, and then yields noise.
+    match PrivateKeyInfoRef::from_der(&plain) {
+        Ok(_) => Ok(plain),
+        Err(_) => Err(KeyError::WrongPassphrase),
+    }
+}
+
+/// Locks a PKCS#8 private key by PBES2 with PBKDF2-HMAC-SHA-256 and AES-256-CBC, as `openssl pkcs8 -topk8` does.
+pub(super) fn encrypt(
+    plain: &[u8],
+    passphrase: &str,
+    rng: &mut (impl CryptoRng + ?Sized),
+) -> Vec<u8> {
+    const FITS: &str = "a salt of 16 octets and a key of a few dozen can be encoded";
+    let mut salt = [0; 16];
+    let mut iv = [0; 16];
+    rng.fill_bytes(&mut salt);
+    rng.fill_bytes(&mut iv);
+    let parameters =
+        pbes2::Parameters::generate_pbkdf2_sha256_aes256cbc(ITERATIONS, &salt, iv).expect(FITS);
+    let encrypted = parameters.encrypt(passphrase, plain).expect(FITS);
+    EncryptedPrivateKeyInfoRef {
+        encryption_algorithm: parameters.into(),
+        encrypted_data: OctetStringRef::new(&encrypted).expect(FITS),
+    }
+    .to_der()
+    .expect(FITS)
+}
+
+/// Reads a public key: its curve and the encoded point, not yet validated.
+pub(super) fn decode_spki(der: &[u8]) -> Result<(Curve, Vec<u8>), KeyError> {
+    let damaged = |error: pkcs8::der::Error| damaged("public key", &error);
+    let info = SubjectPublicKeyInfoRef::from_der(der).map_err(damaged)?;
+    let curve = curve_of(&info.algorithm)?;
+    let point = info
+        .subject_public_key
+        .as_bytes()
+        .ok_or(KeyError::PointEncoding {
+            curve,
+            detail: "it is not a whole number of octets",
+        })?;
+    Ok((curve, point.to_vec()))
+}
+
+/// Writes a public key.
+pub(super) fn encode_spki(curve: Curve, point: &[u8]) -> Vec<u8> {
+    const FITS: &str = "a point of a few dozen octets can be encoded";
+    let oid = curve.oid();
+    SubjectPublicKeyInfoRef {
+        algorithm: algorithm(&oid),
+        subject_public_key: BitStringRef::from_bytes(point).expect(FITS),
+    }
+    .to_der()
+    .expect(FITS)
+}
+
+fn algorithm(curve: &ObjectIdentifier) -> AlgorithmIdentifierRef<'_> {
+    AlgorithmIdentifierRef {
+        oid: EC_PUBLIC_KEY,
+        parameters: Some(AnyRef::from(curve)),
+    }
+}
+
+fn curve_of(algorithm: &AlgorithmIdentifierRef<'_>) -> Result<Curve, KeyError> {
+    if algorithm.oid != EC_PUBLIC_KEY {
+        let oid = algorithm.oid.to_string();
+        let name = OTHER_ALGORITHMS
+            .into_iter()
+            .find(|(other, _)| *other == oid)
+            .map_or("unknown", |(_, name)| name);
+        return Err(KeyError::WrongAlgorithm { name, oid });
+    }
+    match algorithm.parameters_oid() {
+        Ok(oid) => curve_by_oid(oid),
+        Err(_) => Err(KeyError::CurveNotNamed),
+    }
+}
+
+fn curve_by_oid(oid: ObjectIdentifier) -> Result<Curve, KeyError> {
+    Curve::ALL
+        .into_iter()
+        .find(|curve| curve.oid() == oid)
+        .ok_or_else(|| KeyError::UnknownCurve {
+            oid: oid.to_string(),
+        })
+}
+
+/// Refuses key derivations that would take minutes or gigabytes.
+fn limit_costs(kdf: &pbes2::Kdf) -> Result<(), KeyError> {
+    let limit = |what, found: u64, limit| {
+        if found <= limit {
+            Ok(())
+        } else {
+            Err(KeyError::CostlyEncryption { what, found, limit })
+        }
+    };
+    match kdf {
+        pbes2::Kdf::Pbkdf2(parameters) => limit(
+            "PBKDF2 iterations",
+            parameters.iteration_count.into(),
+            MAX_ITERATIONS,
+        ),
+        pbes2::Kdf::Scrypt(parameters) => {
+            let memory = parameters
+                .cost_parameter
+                .saturating_mul(128 * u64::from(parameters.block_size));
+            limit("bytes of scrypt memory", memory, MAX_SCRYPT_MEMORY)?;
+            limit(
+                "rounds of scrypt",
+                parameters.parallelization.into(),
+                MAX_SCRYPT_ROUNDS,
+            )
+        }
+        _ => Err(unsupported(
+            "its key derivation is neither PBKDF2 nor scrypt",
+        )),
+    }
+}
+
+fn damaged(what: &'static str, error: &pkcs8::der::Error) -> KeyError {
+    KeyError::DamagedDer {
+        what,
+        detail: error.to_string(),
+    }
+}
+
+fn unsupported(detail: &str) -> KeyError {
+    KeyError::UnsupportedEncryption {
+        detail: detail.to_owned(),
+    }
+}
