@@ -1,5 +1,6 @@
 //! Triangle meshes with checked topology, and mesh files that are written back with new positions and nothing else changed.
 
+mod asset;
 mod boundary;
 mod components;
 mod edges;
@@ -13,11 +14,12 @@ mod union_find;
 mod vector;
 mod weld;
 
+pub use asset::{Asset, AssetError, Format, Place, Precision, write_mesh};
 pub use boundary::{BoundaryLoop, boundary_loops};
 pub use components::{Components, components};
 pub use edges::{Adjacency, Edges};
 pub use error::MeshError;
 pub use similarity::Similarity;
-pub use topology::{DEGENERATE, Facing, TopologyReport};
+pub use topology::{DEGENERATE_AREA, Facing, TopologyReport};
 pub use trimesh::{BoundingBox, TriMesh};
 pub use weld::{WeldSummary, Welded};

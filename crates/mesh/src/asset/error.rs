@@ -34,7 +34,11 @@ pub enum AssetError {
         path: PathBuf,
     },
     /// Neither the name nor the content tells a format that is read here.
-    #[error("{}: {problem}; {} are read, each also gzipped (.gz)", Named(path), Format::LIST)]
+    #[error(
+        "{}: {problem}; {} are read, each also gzipped (.gz)",
+        Named(path),
+        Format::LIST
+    )]
     UnknownFormat {
         /// The file.
         path: PathBuf,
@@ -62,7 +66,10 @@ pub enum AssetError {
         problem: String,
     },
     /// The gzip stream is damaged.
-    #[error("{}: the gzip stream is damaged or cut short ({source}): fetch the file again", Named(path))]
+    #[error(
+        "{}: the gzip stream is damaged or cut short ({source}): fetch the file again",
+        Named(path)
+    )]
     Gzip {
         /// The file.
         path: PathBuf,
@@ -70,7 +77,10 @@ pub enum AssetError {
         source: io::Error,
     },
     /// The gzip stream grows beyond what meshes do.
-    #[error("{}: unpacks to more than {limit} bytes, far more than a mesh would from {compressed}: if you trust it, unpack it with gunzip first", Named(path))]
+    #[error(
+        "{}: unpacks to more than {limit} bytes, far more than a mesh would from {compressed}: if you trust it, unpack it with gunzip first",
+        Named(path)
+    )]
     GzipTooLarge {
         /// The file.
         path: PathBuf,
@@ -159,7 +169,11 @@ struct Named<'a>(&'a PathBuf);
 
 impl fmt::Display for Named<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.0.as_os_str().is_empty() { write!(f, "bytes in memory") } else { write!(f, "{}", self.0.display()) }
+        if self.0.as_os_str().is_empty() {
+            write!(f, "bytes in memory")
+        } else {
+            write!(f, "{}", self.0.display())
+        }
     }
 }
 
@@ -183,16 +197,28 @@ pub(super) struct Fault {
 
 impl Fault {
     pub(super) fn in_file(problem: impl Into<String>) -> Self {
-        Self { place: Place::File, problem: problem.into() }
+        Self {
+            place: Place::File,
+            problem: problem.into(),
+        }
     }
 
     /// A fault in a text file: the line of byte `at`, counted only now.
     pub(super) fn at_line(bytes: &[u8], at: usize, problem: impl Into<String>) -> Self {
-        Self { place: Place::Line(line_number(bytes, at)), problem: problem.into() }
+        Self {
+            place: Place::Line(line_number(bytes, at)),
+            problem: problem.into(),
+        }
     }
 
     pub(super) fn at_byte(offset: usize, what: impl Into<String>, problem: impl Into<String>) -> Self {
-        Self { place: Place::Byte { offset, what: what.into() }, problem: problem.into() }
+        Self {
+            place: Place::Byte {
+                offset,
+                what: what.into(),
+            },
+            problem: problem.into(),
+        }
     }
 }
 

@@ -37,7 +37,9 @@ impl Format {
     /// The format that a file name promises; a final `.gz` is passed over, case does not matter.
     pub fn of_path(path: &Path) -> Option<Self> {
         let extension = extension_before_gz(path)?;
-        Self::ALL.into_iter().find(|format| format.extension() == extension)
+        Self::ALL
+            .into_iter()
+            .find(|format| format.extension() == extension)
     }
 
     /// The format that the content shows by its first bytes or, for STL, its size. OBJ has no mark of its own:
@@ -49,10 +51,14 @@ impl Format {
     /// The format that a mark in the content proves; such a mark may contradict a file's name.
     pub(super) fn marked(bytes: &[u8]) -> Option<Self> {
         let bytes = without_bom(bytes);
-        let first = bytes.split(|b| b.is_ascii_whitespace()).find(|word| !word.is_empty()).unwrap_or(&[]);
+        let first = bytes
+            .split(|b| b.is_ascii_whitespace())
+            .find(|word| !word.is_empty())
+            .unwrap_or(&[]);
         if first == b"ply" && bytes.starts_with(b"ply") {
             Some(Self::Ply)
-        } else if is_binary_stl(bytes) || (first.eq_ignore_ascii_case(b"solid") && has_word(bytes, b"facet")) {
+        } else if is_binary_stl(bytes) || (first.eq_ignore_ascii_case(b"solid") && has_word(bytes, b"facet"))
+        {
             Some(Self::Stl)
         } else if first.len() <= 10 && first.ends_with(b"OFF") {
             Some(Self::Off)
@@ -89,8 +95,13 @@ pub(super) fn without_bom(bytes: &[u8]) -> &[u8] {
 
 /// Whether the size is the one that the count of facets demands: also true of headers that begin with `solid`.
 pub(super) fn is_binary_stl(bytes: &[u8]) -> bool {
-    let count = bytes.get(STL_HEADER - 4..STL_HEADER).and_then(|c| c.try_into().ok()).map(u32::from_le_bytes);
-    count.is_some_and(|count| (STL_HEADER as u64) + (STL_FACET as u64) * u64::from(count) == bytes.len() as u64)
+    let count = bytes
+        .get(STL_HEADER - 4..STL_HEADER)
+        .and_then(|c| c.try_into().ok())
+        .map(u32::from_le_bytes);
+    count.is_some_and(|count| {
+        (STL_HEADER as u64) + (STL_FACET as u64) * u64::from(count) == bytes.len() as u64
+    })
 }
 
 fn has_word(bytes: &[u8], word: &[u8]) -> bool {
@@ -105,6 +116,7 @@ fn looks_like_obj(bytes: &[u8]) -> bool {
     const WORDS: [&[u8]; 8] = [b"v", b"vn", b"vt", b"f", b"o", b"g", b"mtllib", b"usemtl"];
     let head = without_bom(&bytes[..bytes.len().min(SNIFFED)]);
     let lines = head.split(|&b| b == b'\n' || b == b'\r');
-    let mut first_words = lines.filter_map(|line| line.split(u8::is_ascii_whitespace).find(|w| !w.is_empty()));
+    let mut first_words =
+        lines.filter_map(|line| line.split(u8::is_ascii_whitespace).find(|w| !w.is_empty()));
     !head.contains(&0) && first_words.any(|word| WORDS.contains(&word))
 }

@@ -33,17 +33,33 @@ pub(super) fn unpack(path: &Path, stored: Vec<u8>) -> Result<(Vec<u8>, Option<Gz
     let header = decoder.header().cloned();
     let mut content = Vec::new();
     let read = decoder.by_ref().take(limit + 1).read_to_end(&mut content);
-    read.map_err(|source| AssetError::Gzip { path: path.into(), source })?;
+    read.map_err(|source| AssetError::Gzip {
+        path: path.into(),
+        source,
+    })?;
     if content.len() as u64 > limit {
-        return Err(AssetError::GzipTooLarge { path: path.into(), compressed, limit });
+        return Err(AssetError::GzipTooLarge {
+            path: path.into(),
+            compressed,
+            limit,
+        });
     }
-    Ok((content, Some(Gzip { header, stored: Some(Arc::new(stored)) })))
+    Ok((
+        content,
+        Some(Gzip {
+            header,
+            stored: Some(Arc::new(stored)),
+        }),
+    ))
 }
 
 impl Gzip {
     /// The same header for another content.
     pub(super) fn changed(&self) -> Self {
-        Self { header: self.header.clone(), stored: None }
+        Self {
+            header: self.header.clone(),
+            stored: None,
+        }
     }
 
     pub(super) fn pack(&self, content: &[u8]) -> Cow<'_, [u8]> {
@@ -58,7 +74,9 @@ impl Gzip {
 fn compress(header: Option<&GzHeader>, content: &[u8]) -> Vec<u8> {
     let mut builder = GzBuilder::new();
     if let Some(header) = header {
-        builder = builder.mtime(header.mtime()).operating_system(header.operating_system());
+        builder = builder
+            .mtime(header.mtime())
+            .operating_system(header.operating_system());
         if let Some(name) = header.filename() {
             builder = builder.filename(name);
         }
@@ -70,5 +88,8 @@ fn compress(header: Option<&GzHeader>, content: &[u8]) -> Vec<u8> {
         }
     }
     let mut encoder = builder.write(Vec::new(), Compression::best());
-    encoder.write_all(content).and_then(|()| encoder.finish()).expect("a vector takes every byte")
+    encoder
+        .write_all(content)
+        .and_then(|()| encoder.finish())
+        .expect("a vector takes every byte")
 }

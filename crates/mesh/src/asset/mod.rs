@@ -80,11 +80,21 @@ impl Asset {
     /// When it cannot be read, its format is not known or its content is damaged; the message says where and what to do.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, AssetError> {
         let path = path.as_ref();
-        let unread = |source| AssetError::Read { path: path.into(), source };
+        let unread = |source| AssetError::Read {
+            path: path.into(),
+            source,
+        };
         let metadata = fs::metadata(path).map_err(unread)?;
         if !metadata.is_file() {
-            let what = if metadata.is_dir() { "a directory" } else { "not a regular file" };
-            return Err(AssetError::NotAFile { path: path.into(), what });
+            let what = if metadata.is_dir() {
+                "a directory"
+            } else {
+                "not a regular file"
+            };
+            return Err(AssetError::NotAFile {
+                path: path.into(),
+                what,
+            });
         }
         Self::read(path.into(), fs::read(path).map_err(unread)?, None)
     }
@@ -93,7 +103,10 @@ impl Asset {
     ///
     /// # Errors
     /// As [`Self::open`].
-    pub fn from_bytes(bytes: impl Into<Vec<u8>>, format: impl Into<Option<Format>>) -> Result<Self, AssetError> {
+    pub fn from_bytes(
+        bytes: impl Into<Vec<u8>>,
+        format: impl Into<Option<Format>>,
+    ) -> Result<Self, AssetError> {
         Self::read(PathBuf::new(), bytes.into(), format.into())
     }
 
@@ -106,20 +119,41 @@ impl Asset {
             return Err(AssetError::Empty { path });
         }
         let format = decide_format(&path, format, &bytes)?;
-        let Geometry { positions, triangles, slots } = parse(format, &bytes)
-            .map_err(|Fault { place, problem }| AssetError::Malformed { path: path.clone(), place, problem })?;
+        let Geometry {
+            positions,
+            triangles,
+            slots,
+        } = parse(format, &bytes).map_err(|Fault { place, problem }| AssetError::Malformed {
+            path: path.clone(),
+            place,
+            problem,
+        })?;
         let welded = match Welded::new(&positions, &triangles) {
             Ok(welded) => welded,
             Err(MeshError::NotFinite { vertex, position }) => {
                 let axis = position.iter().position(|x| !x.is_finite()).unwrap_or(0);
                 let value = position[axis];
-                let problem = format!("vertex {vertex} has the coordinate {value}: write the file again with finite numbers");
-                return Err(AssetError::Malformed { place: slots.place(&bytes, vertex, axis), path, problem });
+                let problem = format!(
+                    "vertex {vertex} has the coordinate {value}: write the file again with finite numbers"
+                );
+                return Err(AssetError::Malformed {
+                    place: slots.place(&bytes, vertex, axis),
+                    path,
+                    problem,
+                });
             }
             Err(source) => return Err(AssetError::Geometry { path, source }),
         };
         let (bytes, slots, welded) = (Arc::new(bytes), Arc::new(slots), Arc::new(welded));
-        Ok(Self { path, format, bytes, slots, gzip, welded, moved: None })
+        Ok(Self {
+            path,
+            format,
+            bytes,
+            slots,
+            gzip,
+            welded,
+            moved: None,
+        })
     }
 
     /// The file's format.
@@ -160,17 +194,25 @@ impl Asset {
     /// # Errors
     /// When the count differs, a number is not finite, or the file cannot hold it (integers, overflow of 32 bits).
     pub fn with_positions(&self, positions: &[[f64; 3]]) -> Result<Self, AssetError> {
-        let refused = |source| AssetError::Geometry { path: self.path.clone(), source };
+        let refused = |source| AssetError::Geometry {
+            path: self.path.clone(),
+            source,
+        };
         let finite = self.mesh().with_positions(positions.to_vec()).map_err(refused)?;
         let vertex_of = self.welded.vertex_of();
         let target = |file_vertex: usize| vertex_of[file_vertex].map(|v| finite.positions()[v as usize]);
-        let rewritten = self.slots.rewrite(&self.bytes, target).map_err(|refusal| AssetError::Unwritable {
-            path: self.path.clone(),
-            vertex: vertex_of[refusal.file_vertex].map_or(0, |v| v as usize),
-            value: refusal.value,
-            problem: refusal.problem,
-        })?;
-        let Some((bytes, slots)) = rewritten else { return Ok(self.clone()) };
+        let rewritten =
+            self.slots
+                .rewrite(&self.bytes, target)
+                .map_err(|refusal| AssetError::Unwritable {
+                    path: self.path.clone(),
+                    vertex: vertex_of[refusal.file_vertex].map_or(0, |v| v as usize),
+                    value: refusal.value,
+                    problem: refusal.problem,
+                })?;
+        let Some((bytes, slots)) = rewritten else {
+            return Ok(self.clone());
+        };
 
         let mut held = finite.positions().to_vec();
         for (file_vertex, vertex) in vertex_of.iter().enumerate().rev() {
@@ -180,7 +222,13 @@ impl Asset {
         }
         let moved = Some(self.mesh().with_positions(held).map_err(refused)?);
         let gzip = self.gzip.as_ref().map(Gzip::changed);
-        Ok(Self { bytes: Arc::new(bytes), slots: Arc::new(slots), gzip, moved, ..self.clone() })
+        Ok(Self {
+            bytes: Arc::new(bytes),
+            slots: Arc::new(slots),
+            gzip,
+            moved,
+            ..self.clone()
+        })
     }
 
     /// The file's content, unpacked where it is gzipped.
@@ -206,7 +254,12 @@ impl Asset {
         let gzipped = self.is_gzipped();
         if Format::of_path(path) != Some(self.format) || format::ends_in_gz(path) != gzipped {
             let ending = format!(".{}{}", self.format.extension(), if gzipped { ".gz" } else { "" });
-            return Err(AssetError::SaveName { path: path.into(), format: self.format, gzipped, ending });
+            return Err(AssetError::SaveName {
+                path: path.into(),
+                format: self.format,
+                gzipped,
+                ending,
+            });
         }
         save::replace(path, &self.to_bytes(), overwrite)
     }
@@ -222,10 +275,15 @@ fn parse(format: Format, bytes: &[u8]) -> Result<Geometry, Fault> {
 }
 
 fn decide_format(path: &Path, given: Option<Format>, bytes: &[u8]) -> Result<Format, AssetError> {
-    let unknown = |problem: String| AssetError::UnknownFormat { path: path.into(), problem };
+    let unknown = |problem: String| AssetError::UnknownFormat {
+        path: path.into(),
+        problem,
+    };
     let extension = format::extension_before_gz(path);
     if bytes.starts_with(b"glTF") || matches!(extension.as_deref(), Some("glb" | "gltf")) {
-        return Err(unknown("glTF is not read yet: export the model to another format".into()));
+        return Err(unknown(
+            "glTF is not read yet: export the model to another format".into(),
+        ));
     }
     let Some(named) = given.or_else(|| Format::of_path(path)) else {
         let found = Format::of_content(bytes);
@@ -233,14 +291,23 @@ fn decide_format(path: &Path, given: Option<Format>, bytes: &[u8]) -> Result<For
             (None, Some(found)) => Ok(found),
             (None, None) => Err(unknown("the content is of no known format".into())),
             (Some(extension), Some(found)) => {
-                let rename = format!("but the content looks like {found}: rename it to end in .{}", found.extension());
+                let rename = format!(
+                    "but the content looks like {found}: rename it to end in .{}",
+                    found.extension()
+                );
                 Err(unknown(format!("the name ends in .{extension}, {rename}")))
             }
-            (Some(extension), None) => Err(unknown(format!("files that end in .{extension} are of no known format"))),
+            (Some(extension), None) => Err(unknown(format!(
+                "files that end in .{extension} are of no known format"
+            ))),
         };
     };
     match Format::marked(bytes) {
-        Some(found) if found != named => Err(AssetError::WrongExtension { path: path.into(), named, found }),
+        Some(found) if found != named => Err(AssetError::WrongExtension {
+            path: path.into(),
+            named,
+            found,
+        }),
         _ => Ok(named),
     }
 }

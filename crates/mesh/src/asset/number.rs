@@ -10,7 +10,10 @@ pub(super) fn parse(token: &[u8]) -> Option<f64> {
 
 /// Whether `token`, which reads as `value`, may have been written from a single-precision number.
 pub(super) fn fits_single(token: &[u8], value: f64) -> bool {
-    let mantissa = token.iter().take_while(|&&b| b != b'e' && b != b'E').filter(|b| b.is_ascii_digit());
+    let mantissa = token
+        .iter()
+        .take_while(|&&b| b != b'e' && b != b'E')
+        .filter(|b| b.is_ascii_digit());
     let significant = mantissa.skip_while(|&&b| b == b'0').count();
     let in_range = value == 0.0 || ((value as f32).is_finite() && (value as f32).is_normal());
     significant <= SINGLE_DIGITS && (in_range || !value.is_finite())
@@ -35,7 +38,11 @@ pub(super) fn write_double(value: f64, out: &mut Vec<u8>) {
 fn write(shown: impl std::fmt::Display + std::fmt::LowerExp, value: f64, out: &mut Vec<u8>) {
     use std::io::Write;
     let plain = value == 0.0 || (1e-5..1e15).contains(&value.abs());
-    let written = if plain { write!(out, "{shown}") } else { write!(out, "{shown:e}") };
+    let written = if plain {
+        write!(out, "{shown}")
+    } else {
+        write!(out, "{shown:e}")
+    };
     written.expect("a vector takes every byte");
 }
 
@@ -78,7 +85,11 @@ mod tests {
             ("1e-45", false),
             ("0.0000000000000", true),
         ] {
-            assert_eq!(fits_single(token.as_bytes(), token.parse().unwrap()), expected, "{token}");
+            assert_eq!(
+                fits_single(token.as_bytes(), token.parse().unwrap()),
+                expected,
+                "{token}"
+            );
         }
     }
 

@@ -53,8 +53,15 @@ impl Scalar {
         let big = endian == Endian::Big;
         macro_rules! read {
             ($type:ty) => {{
-                let raw = bytes.get(at..at.checked_add(size_of::<$type>())?)?.try_into().ok()?;
-                f64::from(if big { <$type>::from_be_bytes(raw) } else { <$type>::from_le_bytes(raw) })
+                let raw = bytes
+                    .get(at..at.checked_add(size_of::<$type>())?)?
+                    .try_into()
+                    .ok()?;
+                f64::from(if big {
+                    <$type>::from_be_bytes(raw)
+                } else {
+                    <$type>::from_le_bytes(raw)
+                })
             }};
         }
         Some(match self {

@@ -1,0 +1,115 @@
+use super::{Format, number};
+use crate::TriMesh;
+use crate::vector::{cross, sub, unit};
+
+/// The floating point numbers of a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Precision {
+    /// 32 bits: about 7 digits. Meshes with neighbouring vertices closer than that may lose triangles.
+    Single,
+    /// 64 bits: every coordinate exactly.
+    Double,
+}
+
+/// A new file with nothing but the mesh: OBJ, ASCII OFF, binary little-endian PLY, or binary STL.
+///
+/// STL has no double precision: its coordinates are single whatever is asked, and its normals are those of the triangles.
+///
+/// ```
+/// let mesh = mesh::TriMesh::new(vec![[0., 0., 0.], [1., 0., 0.], [0., 0.5, 0.]], vec![[0, 1, 2]])?;
+/// let obj = mesh::write_mesh(&mesh, mesh::Format::Obj, mesh::Precision::Double);
+/// assert_eq!(obj, b"v 0 0 0\nv 1 0 0\nv 0 0.5 0\nf 1 2 3\n");
+/// # Ok::<(), mesh::MeshError>(())
+/// ```
+pub fn write_mesh(mesh: &TriMesh, format: Format, precision: Precision) -> Vec<u8> {
+    match format {
+        Format::Obj => obj(mesh, precision),
+        Format::Ply => ply(mesh, precision),
+        Format::Stl => stl(mesh),
+        Format::Off => off(mesh, precision),
+    }
+}
+
+fn obj(mesh: &TriMesh, precision: Precision) -> Vec<u8> {
+    let mut out = Vec::new();
+    for position in mesh.positions() {
+        out.push(b'v');
+        write_coordinates(position, precision, &mut out);
+    }
+    for [a, b, c] in mesh.triangles() {
+        out.extend(
+            format!(
+                "f {} {} {}\n",
+                u64::from(*a) + 1,
+                u64::from(*b) + 1,
+                u64::from(*c) + 1
+            )
+            .bytes(),
+        );
+    }
+    out
+}
+
+fn off(mesh: &TriMesh, precision: Precision) -> Vec<u8> {
+    let mut out = format!("OFF\n{} {} 0\n", mesh.vertex_count(), mesh.triangle_count()).into_bytes();
+    for position in mesh.positions() {
+        let start = out.len();
+        write_coordinates(position, precision, &mut out);
+        out.remove(start);
+    }
+    for [a, b, c] in mesh.triangles() {
+        out.extend(format!("3 {a} {b} {c}\n").bytes());
+    }
+    out
+}
+
+/// Three numbers, each after a blank, and the end of the line.
+fn write_coordinates(position: &[f64; 3], precision: Precision, out: &mut Vec<u8>) {
+    for &x in position {
+        out.push(b' ');
+        match precision {
+            Precision::Single => number::write_single(x as f32, out),
+            Precision::Double => number::write_double(x, out),
+        }
+    }
+    out.push(b'\n');
+}
+
+fn ply(mesh: &TriMesh, precision: Precision) -> Vec<u8> {
+    let real = match precision {
+        Precision::Single => "float",
+        Precision::Double => "double",
+    };
+    let (vertices, faces) = (mesh.vertex_count(), mesh.triangle_count());
+    let mut out = format!(
+        "ply\nformat binary_little_endian 1.0\nelement vertex {vertices}\n\
+         property {real} x\nproperty {real} y\nproperty {real} z\n\
+         element face {faces}\nproperty list uchar uint vertex_indices\nend_header\n"
+    )
+    .into_bytes();
+    for &x in mesh.positions().as_flattened() {
+        match precision {
+            Precision::Single => out.extend((x as f32).to_le_bytes()),
+            Precision::Double => out.extend(x.to_le_bytes()),
+        }
+    }
+    for triangle in mesh.triangles() {
+        out.push(3);
+        out.extend(triangle.iter().flat_map(|v| v.to_le_bytes()));
+    }
+    out
+}
+
+fn stl(mesh: &TriMesh) -> Vec<u8> {
+    let mut out = vec![b' '; 80];
+    out.extend((mesh.triangle_count() as u32).to_le_bytes());
+    for triangle in 0..mesh.triangle_count() {
+        let [a, b, c] = mesh.corners(triangle);
+        let normal = unit(cross(sub(b, a), sub(c, a)));
+        for point in [normal, a, b, c] {
+            out.extend(point.iter().flat_map(|&x| (x as f32).to_le_bytes()));
+        }
+        out.extend([0, 0]);
+    }
+    out
+}

@@ -1,0 +1,144 @@
+//! STL, binary and ASCII. Facets share no vertices: each has three of its own, which welding joins.
+
+use super::Geometry;
+use super::error::Fault;
+use super::format::{STL_FACET, STL_HEADER, is_binary_stl};
+use super::scalar::{Endian, Scalar};
+use super::slots::Slots;
+use super::text::{CUT_SHORT, TextGeometry, Word, Words};
+
+pub(super) fn read(bytes: &[u8]) -> Result<Geometry, Fault> {
+    let first = bytes
+        .split(u8::is_ascii_whitespace)
+        .find(|word| !word.is_empty())
+        .unwrap_or(&[]);
+    let head = &bytes[..bytes.len().min(STL_HEADER)];
+    if is_binary_stl(bytes) || !first.eq_ignore_ascii_case(b"solid") || head.contains(&0) {
+        read_binary(bytes)
+    } else {
+        read_ascii(bytes)
+    }
+}
+
+/// 80 bytes of header, the number of facets, then 50 bytes a facet: a normal, three vertices, two bytes of attributes.
+fn read_binary(bytes: &[u8]) -> Result<Geometry, Fault> {
+    const NORMAL: usize = 12;
+    if !is_binary_stl(bytes) {
+        return Err(wrong_size(bytes));
+    }
+    let vertex_count = (bytes.len() - STL_HEADER) / STL_FACET * 3;
+    let start_of = |v: usize| STL_HEADER + v / 3 * STL_FACET + NORMAL + v % 3 * 12;
+    let starts: Vec<[usize; 3]> = (0..vertex_count)
+        .map(|v| [0, 4, 8].map(|axis| start_of(v) + axis))
+        .collect();
+    let slots = Slots::binary(starts, [Scalar::F32; 3], Endian::Little);
+    let positions = (0..vertex_count).map(|v| slots.position(bytes, v)).collect();
+    let triangles = (0..vertex_count as u32 / 3)
+        .map(|t| [3 * t, 3 * t + 1, 3 * t + 2])
+        .collect();
+    Ok(Geometry {
+        positions,
+        triangles,
+        slots,
+    })
+}
+
+fn wrong_size(bytes: &[u8]) -> Fault {
+    let Some(count) = Scalar::U32.read(bytes, STL_HEADER - 4, Endian::Little) else {
+        let problem = format!(
+            "neither ASCII STL (which begins with solid) nor binary STL ({} bytes are too few){CUT_SHORT}",
+            bytes.len()
+        );
+        return Fault::in_file(problem);
+    };
+    let needed = STL_HEADER as f64 + count * STL_FACET as f64;
+    let problem = format!(
+        "{count} facets take {needed} bytes, but the file has {}{CUT_SHORT}",
+        bytes.len()
+    );
+    Fault::at_byte(STL_HEADER - 4, "number of facets of a binary STL", problem)
+}
+
+/// `solid`, then for each facet `facet normal`, `outer loop`, three `vertex` lines, `endloop`, `endfacet`; `endsolid`.
+fn read_ascii(bytes: &[u8]) -> Result<Geometry, Fault> {
+    let mut words = Words::new(bytes, 0);
+    let mut geometry = TextGeometry::new();
+    let mut open = Open::Nothing;
+    let mut corners: Vec<u32> = Vec::with_capacity(4);
+    while let Some(keyword) = words.next_anywhere() {
+        let is = |name: &str| keyword.text.eq_ignore_ascii_case(name.as_bytes());
+        if is("vertex") {
+            open.expect(Open::Loop, Open::Loop, &words, keyword)?;
+            corners.push(geometry.vertex_count() as u32);
+            geometry.read_vertex(&mut words)?;
+        } else if is("facet") {
+            open.expect(Open::Solid, Open::Facet, &words, keyword)?;
+        } else if is("outer") {
+            open.expect(Open::Facet, Open::Loop, &words, keyword)?;
+        } else if is("endloop") {
+            open.expect(Open::Loop, Open::Facet, &words, keyword)?;
+            if corners.len() < 3 {
+                let problem = format!(
+                    "this facet has {} vertices, and needs 3{CUT_SHORT}",
+                    corners.len()
+                );
+                return Err(words.fault_at(keyword, problem));
+            }
+            geometry.push_polygon(&corners);
+            corners.clear();
+        } else if is("endfacet") {
+            open.expect(Open::Facet, Open::Solid, &words, keyword)?;
+        } else if is("solid") {
+            open.expect(Open::Nothing, Open::Solid, &words, keyword)?;
+        } else if is("endsolid") {
+            open.expect(Open::Solid, Open::Nothing, &words, keyword)?;
+        } else {
+            let problem = format!(
+                "{} is not a word of STL: expected facet, vertex, endsolid or the like",
+                keyword.shown()
+            );
+            return Err(words.fault_at(keyword, problem));
+        }
+        words.skip_line();
+    }
+    match open {
+        Open::Nothing => Ok(geometry.finish()),
+        open => Err(words.fault(format!("the file ends inside a {}{CUT_SHORT}", open.name()))),
+    }
+}
+
+/// The innermost thing that is open.
+#[derive(Clone, Copy, PartialEq)]
+enum Open {
+    Nothing,
+    Solid,
+    Facet,
+    Loop,
+}
+
+impl Open {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Nothing => "file",
+            Self::Solid => "solid",
+            Self::Facet => "facet",
+            Self::Loop => "loop",
+        }
+    }
+
+    /// Goes on to `next`, from `before` alone.
+    fn expect(
+        &mut self,
+        before: Self,
+        next: Self,
+        words: &Words<'_>,
+        keyword: Word<'_>,
+    ) -> Result<(), Fault> {
+        if *self != before {
+            let place = format!("{} does not belong inside a {}", keyword.shown(), self.name());
+            return Err(words.fault_at(keyword, place + CUT_SHORT));
+        }
+        *self = next;
+        Ok(())
+    }
+}
