@@ -1,0 +1,80 @@
+//! One basis among all that span the same eigenspaces (DESIGN: the same watermark on every machine).
+//!
+//! Eigenvectors are defined up to sign, and in a cluster of k close eigenvalues up to a rotation. Let F be k fixed
+//! reference functions, white noise that depends on the vertex's index alone, and V any orthonormal basis of the
+//! cluster's space E. The basis W = V·polar(Vᵀ F) is the one closest to F: it depends on E alone, and continuously,
+//! wherever Vᵀ F is regular, which noise is with probability one. For k = 1 it fixes the sign.
+
+use std::ops::Range;
+
+use faer::reborrow::Reborrow;
+use faer::{Mat, MatMut};
+use rand_chacha::ChaCha8Rng;
+use rand_core::{Rng, SeedableRng};
+
+use crate::SpectrumError;
+use crate::dense;
+
+/// Two neighbouring eigenvalues belong to one cluster if they differ by less than this fraction of the larger.
+///
+/// Far above the accuracy of eigenvalues (1e-12), far below their usual distance (1 / count), and no larger than the
+/// residual that users ask for, since a rotated vector of a cluster of relative width w has a residual of w/2.
+pub(crate) const CLUSTER_GAP: f64 = 1e-6;
+
+/// Maximal runs of ascending `eigenvalues` whose neighbours are closer than [`CLUSTER_GAP`].
+pub(crate) fn clusters(eigenvalues: &[f64]) -> Vec<Range<usize>> {
+    let mut clusters = Vec::new();
+    let mut start = 0;
+    for k in 1..=eigenvalues.len() {
+        if k == eigenvalues.len() || !in_one_cluster(eigenvalues[k - 1], eigenvalues[k]) {
+            clusters.push(start..k);
+            start = k;
+        }
+    }
+    clusters
+}
+
+/// Whether eigenvalue `upper` continues the cluster of its predecessor `lower`.
+pub(crate) fn in_one_cluster(lower: f64, upper: f64) -> bool {
+    upper - lower <= CLUSTER_GAP * upper
+}
+
+/// Replaces the orthonormal basis of one eigenspace, #V by k, by its canonical one.
+pub(crate) fn canonicalise(mut basis: MatMut<'_, f64>) -> Result<(), SpectrumError> {
+    let (n, k) = (basis.nrows(), basis.ncols());
+    let references = references(n, k);
+    let overlap = dense::product(basis.rb().transpose(), references.as_ref());
+    let rotated = dense::product(basis.rb(), dense::polar(overlap.as_ref())?.as_ref());
+    basis.copy_from(&rotated);
+    Ok(())
+}
+
+/// k columns of white noise: column j is the same whatever k is.
+fn references(n: usize, k: usize) -> Mat<f64> {
+    let mut columns = Mat::zeros(n, k);
+    for j in 0..k {
+        let mut noise = Noise::new(REFERENCE_SEED, j as u64);
+        for i in 0..n {
+            columns[(i, j)] = noise.next();
+        }
+    }
+    columns
+}
+
+const REFERENCE_SEED: u64 = 0x4d61_6e69_666f_6c64;
+
+/// A seeded stream of independent numbers, uniform in ±√3, of mean 0 and variance 1.
+pub(crate) struct Noise(ChaCha8Rng);
+
+impl Noise {
+    pub(crate) fn new(seed: u64, stream: u64) -> Self {
+        let mut generator = ChaCha8Rng::seed_from_u64(seed);
+        generator.set_stream(stream);
+        Self(generator)
+    }
+
+    pub(crate) fn next(&mut self) -> f64 {
+        let unit = (self.0.next_u64() >> 11) as f64 * (1.0 / (1u64 << 53) as f64);
+        (2.0 * unit - 1.0) * 3f64.sqrt()
+    }
+}

@@ -1,0 +1,85 @@
+//! faer's dense kernels, sequential, so that results do not depend on the number of threads.
+
+use faer::diag::DiagMut;
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::evd::{ComputeEigenvectors, self_adjoint_evd, self_adjoint_evd_scratch};
+use faer::linalg::matmul;
+use faer::linalg::matmul::triangular::{self, BlockStructure};
+use faer::linalg::svd::{ComputeSvdVectors, svd, svd_scratch};
+use faer::{Accum, Mat, MatMut, MatRef, Par};
+
+use crate::SpectrumError;
+
+/// Eigenvalues, ascending, and orthonormal eigenvectors of a symmetric matrix of which the lower half is read.
+pub(crate) fn symmetric_eigen(a: MatRef<'_, f64>) -> Result<(Vec<f64>, Mat<f64>), SpectrumError> {
+    let size = a.nrows();
+    let mut values = vec![0.0; size];
+    let mut vectors = Mat::zeros(size, size);
+    let scratch =
+        self_adjoint_evd_scratch::<f64>(size, ComputeEigenvectors::Yes, Par::Seq, Default::default());
+    self_adjoint_evd(
+        a,
+        DiagMut::from_slice_mut(&mut values),
+        Some(vectors.as_mut()),
+        Par::Seq,
+        MemStack::new(&mut MemBuffer::new(scratch)),
+        Default::default(),
+    )
+    .map_err(|_| SpectrumError::Dense { size })?;
+    Ok((values, vectors))
+}
+
+/// The orthogonal polar factor of a square matrix: U Vᵀ of its singular value decomposition.
+pub(crate) fn polar(a: MatRef<'_, f64>) -> Result<Mat<f64>, SpectrumError> {
+    let size = a.nrows();
+    let (mut u, mut v) = (Mat::zeros(size, size), Mat::zeros(size, size));
+    let mut singular = vec![0.0; size];
+    let vectors = ComputeSvdVectors::Full;
+    let scratch = svd_scratch::<f64>(size, size, vectors, vectors, Par::Seq, Default::default());
+    svd(
+        a,
+        DiagMut::from_slice_mut(&mut singular),
+        Some(u.as_mut()),
+        Some(v.as_mut()),
+        Par::Seq,
+        MemStack::new(&mut MemBuffer::new(scratch)),
+        Default::default(),
+    )
+    .map_err(|_| SpectrumError::Dense { size })?;
+    Ok(product(u.as_ref(), v.transpose()))
+}
+
+/// A B.
+pub(crate) fn product(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
+    let mut c = Mat::zeros(a.nrows(), b.ncols());
+    matmul::matmul(c.as_mut(), Accum::Replace, a, b, 1.0, Par::Seq);
+    c
+}
+
+/// C ← C + α A B.
+pub(crate) fn add_product(c: MatMut<'_, f64>, alpha: f64, a: MatRef<'_, f64>, b: MatRef<'_, f64>) {
+    matmul::matmul(c, Accum::Add, a, b, alpha, Par::Seq);
+}
+
+/// Xᵀ X, of which only the lower half is computed; the upper half is its mirror image.
+pub(crate) fn gram(x: MatRef<'_, f64>) -> Mat<f64> {
+    let k = x.ncols();
+    let mut g = Mat::zeros(k, k);
+    triangular::matmul(
+        g.as_mut(),
+        BlockStructure::TriangularLower,
+        Accum::Replace,
+        x.transpose(),
+        BlockStructure::Rectangular,
+        x,
+        BlockStructure::Rectangular,
+        1.0,
+        Par::Seq,
+    );
+    for j in 0..k {
+        for i in 0..j {
+            g[(i, j)] = g[(j, i)];
+        }
+    }
+    g
+}

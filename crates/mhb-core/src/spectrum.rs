@@ -1,0 +1,254 @@
+use std::ops::Range;
+
+use faer::{Mat, MatRef};
+use mesh::TriMesh;
+
+use crate::canonical::{canonicalise, clusters};
+use crate::kernel::kernel;
+use crate::observer::{Observer, Phase, Unobserved};
+use crate::operator::Operator;
+use crate::solver::{self, Progress};
+use crate::{Laplacian, SpectrumError};
+
+/// What to compute, and how.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SpectrumOptions {
+    /// How many of the lowest pairs: m.
+    pub count: usize,
+    /// Largest relative residual ‖S h − λ D h‖ / λ (in the norm of D⁻¹, for h of D-norm 1) that counts as converged.
+    pub tolerance: f64,
+    /// Threads to compute with; the result does not depend on it.
+    pub threads: usize,
+    /// Width of the blocks that the solver iterates with. Changes the time, and the result within the tolerance.
+    pub block: usize,
+    /// How many pairs a band should hold. Changes the time, and the result within the tolerance.
+    pub band: usize,
+}
+
+impl Default for SpectrumOptions {
+    fn default() -> Self {
+        Self {
+            count: 325,
+            tolerance: 1e-10,
+            threads: 1,
+            block: 8,
+            band: 48,
+        }
+    }
+}
+
+/// The m lowest eigenpairs of S h = λ D h (eq. 5): the manifold harmonics basis.
+#[derive(Clone, Debug)]
+pub struct Spectrum {
+    eigenvalues: Vec<f64>,
+    eigenfunctions: Mat<f64>,
+    mass: Vec<f64>,
+    residuals: Vec<f64>,
+    clusters: Vec<Range<usize>>,
+    certificate: Certificate,
+}
+
+/// Proof that no pair is missing: by Sylvester's law of inertia, A − σ I = L E Lᵀ has as many negative pivots as there
+/// are eigenvalues below σ.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Certificate {
+    /// Shifts σ, ascending, in the unit of the eigenvalues, each with the number of eigenvalues that inertia proves below it.
+    pub counts: Vec<(f64, usize)>,
+    /// Whether at every shift as many pairs were found as inertia proves.
+    pub complete: bool,
+}
+
+impl Spectrum {
+    /// The spectrum of a mesh with cotangent stiffness and lumped mass, in the mesh's unit: eigenvalues scale as 1/s².
+    ///
+    /// # Errors
+    /// See [`SpectrumError`]: what is wrong with the options or the mesh, and where.
+    pub fn compute(mesh: &TriMesh, options: &SpectrumOptions) -> Result<Self, SpectrumError> {
+        Self::compute_observed(mesh, options, &Unobserved)
+    }
+
+    /// [`compute`](Self::compute), reporting to an observer, who may cancel.
+    ///
+    /// # Errors
+    /// As [`compute`](Self::compute), and [`SpectrumError::Cancelled`].
+    pub fn compute_observed(
+        mesh: &TriMesh,
+        options: &SpectrumOptions,
+        observer: &dyn Observer,
+    ) -> Result<Self, SpectrumError> {
+        check(options, mesh.vertex_count())?;
+        let progress = Progress::new(observer);
+        progress.report(Phase::Assembly, 0.0)?;
+        let laplacian = Laplacian::cotangent(mesh)?;
+        progress.report(Phase::Assembly, 1.0)?;
+        Self::of_laplacian_observed(&laplacian, options, observer)
+    }
+
+    /// The spectrum of any Laplacian.
+    ///
+    /// # Errors
+    /// See [`SpectrumError`].
+    pub fn of_laplacian(laplacian: &Laplacian, options: &SpectrumOptions) -> Result<Self, SpectrumError> {
+        Self::of_laplacian_observed(laplacian, options, &Unobserved)
+    }
+
+    /// [`of_laplacian`](Self::of_laplacian), reporting to an observer, who may cancel.
+    ///
+    /// # Errors
+    /// As [`of_laplacian`](Self::of_laplacian), and [`SpectrumError::Cancelled`].
+    pub fn of_laplacian_observed(
+        laplacian: &Laplacian,
+        options: &SpectrumOptions,
+        observer: &dyn Observer,
+    ) -> Result<Self, SpectrumError> {
+        check(options, laplacian.mass().len())?;
+        let operator = Operator::new(laplacian)?;
+        let progress = Progress::new(observer);
+        let kernel = kernel(&operator);
+        let solution = solver::lowest(&operator, kernel.as_ref(), options, &progress)?;
+        finish(
+            laplacian,
+            &operator,
+            kernel.as_ref(),
+            solution,
+            options,
+            &progress,
+        )
+    }
+
+    /// m.
+    pub fn len(&self) -> usize {
+        self.eigenvalues.len()
+    }
+
+    /// Never: at least one pair is always asked for.
+    pub fn is_empty(&self) -> bool {
+        self.eigenvalues.is_empty()
+    }
+
+    /// λ_0 = 0 ≤ λ_1 ≤ …, m of them, in the inverse square of the mesh's unit.
+    pub fn eigenvalues(&self) -> &[f64] {
+        &self.eigenvalues
+    }
+
+    /// H, #V by m, column-major: column k belongs to eigenvalue k, Hᵀ D H = I. The basis is canonical: it depends on
+    /// the mesh alone, and the first columns do not depend on how many were asked for. Column 0 is a positive constant.
+    pub fn eigenfunctions(&self) -> MatRef<'_, f64> {
+        self.eigenfunctions.as_ref()
+    }
+
+    /// Eigenfunction k, #V values.
+    ///
+    /// # Panics
+    /// If there is no such pair.
+    pub fn eigenfunction(&self, k: usize) -> &[f64] {
+        self.eigenfunctions.col_as_slice(k)
+    }
+
+    /// The diagonal of D, #V.
+    pub fn mass(&self) -> &[f64] {
+        &self.mass
+    }
+
+    /// Relative residual of each pair, ‖S h − λ D h‖_{D⁻¹} / max(λ, 1 / area), recomputed from the final vectors.
+    pub fn residuals(&self) -> &[f64] {
+        &self.residuals
+    }
+
+    /// Runs of eigenvalues so close that only the space that they span together is well defined.
+    pub fn clusters(&self) -> &[Range<usize>] {
+        &self.clusters
+    }
+
+    /// Proof that no pair is missing.
+    pub fn certificate(&self) -> &Certificate {
+        &self.certificate
+    }
+}
+
+fn check(options: &SpectrumOptions, vertices: usize) -> Result<(), SpectrumError> {
+    if options.count == 0 || options.count > vertices {
+        return Err(SpectrumError::Count {
+            count: options.count,
+            vertices,
+        });
+    }
+    if !(options.tolerance > 0.0 && options.tolerance < 1.0) {
+        return Err(SpectrumError::Tolerance {
+            tolerance: options.tolerance,
+        });
+    }
+    Ok(())
+}
+
+/// Canonical choice, cut to `count`, units of the mesh, residuals.
+fn finish(
+    laplacian: &Laplacian,
+    operator: &Operator,
+    kernel: MatRef<'_, f64>,
+    solution: solver::Solution,
+    options: &SpectrumOptions,
+    progress: &Progress<'_>,
+) -> Result<Spectrum, SpectrumError> {
+    let solver::Solution {
+        eigenvalues,
+        mut vectors,
+        counts,
+    } = solution;
+    let zeros = kernel.ncols();
+    let mut clusters = clusters(&eigenvalues);
+    for cluster in &clusters {
+        if cluster.end > zeros && cluster.start < options.count {
+            let start = cluster.start.max(zeros);
+            canonicalise(vectors.as_mut().subcols_mut(start, cluster.end - start))?;
+        }
+    }
+    let count = options.count;
+    vectors.truncate(operator.size(), count);
+    let residuals = residuals(operator, vectors.as_ref(), &eigenvalues[..count]);
+    progress.report(Phase::Finishing, 0.9)?;
+    let area = operator.total_mass();
+    for k in 0..count {
+        let column = vectors.col_as_slice_mut(k);
+        for (y, root) in column.iter_mut().zip(operator.root_mass()) {
+            *y /= root * area.sqrt();
+        }
+    }
+    clusters.retain(|c| c.start < count);
+    if let Some(last) = clusters.last_mut() {
+        last.end = last.end.min(count);
+    }
+    let complete = counts
+        .iter()
+        .all(|&(shift, below)| eigenvalues.partition_point(|&l| l < shift) == below);
+    let spectrum = Spectrum {
+        eigenvalues: eigenvalues[..count].iter().map(|l| l / area).collect(),
+        eigenfunctions: vectors,
+        mass: laplacian.mass().to_vec(),
+        residuals,
+        clusters,
+        certificate: Certificate {
+            counts: counts
+                .into_iter()
+                .map(|(shift, below)| (shift / area, below))
+                .collect(),
+            complete,
+        },
+    };
+    progress.report(Phase::Finishing, 1.0)?;
+    Ok(spectrum)
+}
+
+/// ‖A y − λ y‖ / max(λ, 1) of each column.
+fn residuals(operator: &Operator, vectors: MatRef<'_, f64>, eigenvalues: &[f64]) -> Vec<f64> {
+    let mut image = Mat::zeros(operator.size(), 1);
+    let residual = |(k, &lambda): (usize, &f64)| {
+        let y = vectors.subcols(k, 1);
+        operator.apply(y, image.as_mut());
+        let square: f64 = (0..operator.size())
+            .map(|i| (image[(i, 0)] - lambda * y[(i, 0)]).powi(2))
+            .sum();
+        square.sqrt() / lambda.max(1.0)
+    };
+    eigenvalues.iter().enumerate().map(residual).collect()
+}
