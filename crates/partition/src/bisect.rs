@@ -1,0 +1,136 @@
+//! Multilevel bisection and, by halving halves, recursive bisection.
+
+use crate::Graph;
+use crate::coarsen::{coarsen, prolong};
+use crate::fm2::{Bisection, refine};
+use crate::initial::best_grown;
+use crate::options::Balance;
+use crate::rng::Rng;
+
+/// Size of the graph on which first bisections are grown.
+const COARSEST: usize = 100;
+
+/// How hard bisections are searched.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BisectionSearch {
+    /// Grown bisections on the coarsest graph.
+    pub(crate) tries: usize,
+    /// Whole multilevel cycles, the best kept.
+    pub(crate) cycles: usize,
+    /// Passes of two-way refinement on every level.
+    pub(crate) passes: usize,
+}
+
+/// Two sides of weights near `targets` and within `limits` if that can be had.
+pub(crate) fn bisect(
+    graph: &Graph,
+    targets: [f64; 2],
+    limits: [i64; 2],
+    search: &BisectionSearch,
+    rng: &mut Rng,
+) -> Bisection {
+    let mut best: Option<Bisection> = None;
+    for _ in 0..search.cycles.max(1) {
+        let state = bisect_once(graph, targets, limits, search, rng);
+        let key = |b: &Bisection| (b.excess(limits), b.cut);
+        if best.as_ref().is_none_or(|best| key(&state) < key(best)) {
+            best = Some(state);
+        }
+    }
+    best.unwrap_or_else(|| Bisection::one_sided(graph))
+}
+
+fn bisect_once(
+    graph: &Graph,
+    targets: [f64; 2],
+    limits: [i64; 2],
+    search: &BisectionSearch,
+    rng: &mut Rng,
+) -> Bisection {
+    let levels = coarsen(graph, COARSEST, None, rng);
+    let coarsest = levels.last().map_or(graph, |level| &level.graph);
+    let mut state = best_grown(coarsest, targets[0], limits, search.tries, rng);
+    for depth in (0..levels.len()).rev() {
+        let fine = if depth == 0 { graph } else { &levels[depth - 1].graph };
+        state.side = prolong(&state.side, &levels[depth].coarse_of);
+        refine(fine, &mut state, limits, search.passes, patience(fine), rng);
+    }
+    state
+}
+
+/// Moves without success after which a pass of two-way refinement ends.
+pub(crate) fn patience(graph: &Graph) -> usize {
+    (graph.vertex_count() / 100).clamp(25, 150)
+}
+
+/// Parts of the graph by halving halves; `balance` holds for all parts together.
+pub(crate) fn recursive_bisection(
+    graph: &Graph,
+    balance: &Balance,
+    search: &BisectionSearch,
+    rng: &Rng,
+) -> Vec<u32> {
+    let parts = balance.parts();
+    if parts == 1 {
+        return vec![0; graph.vertex_count()];
+    }
+    let half = parts / 2;
+    let (targets, limits) = halves(graph, balance, half);
+    let state = bisect(graph, targets, limits, search, &mut rng.fork(0));
+    let side = |s: u8, parts: std::ops::Range<usize>| {
+        let part = Balance {
+            targets: balance.targets[parts.clone()].to_vec(),
+            limits: balance.limits[parts].to_vec(),
+        };
+        let (subgraph, vertices) = induced(graph, &state.side, s);
+        (recursive_bisection(&subgraph, &part, search, &rng.fork(1 + u64::from(s))), vertices)
+    };
+    let (left, right) = rayon_join(|| side(0, 0..half), || side(1, half..parts));
+    let mut part_of = vec![0; graph.vertex_count()];
+    for ((parts, vertices), first) in [(left, 0), (right, half as u32)] {
+        for (part, v) in parts.into_iter().zip(vertices) {
+            part_of[v as usize] = first + part;
+        }
+    }
+    part_of
+}
+
+/// Runs both in parallel inside a pool of several threads, else one after the other.
+fn rayon_join<A: Send, B: Send>(a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B + Send) -> (A, B) {
+    if rayon::current_thread_index().is_some() { rayon::join(a, b) } else { (a(), b()) }
+}
+
+/// Targets and limits of a bisection after which the slack that is left still suffices for the bisections below:
+/// each of the ⌈log2 k⌉ levels may use an equal factor of it (Schlag et al. 2016).
+fn halves(graph: &Graph, balance: &Balance, half: usize) -> ([f64; 2], [i64; 2]) {
+    let total = graph.total_vertex_weight() as f64;
+    let sum = |values: &[f64]| values.iter().sum::<f64>();
+    let wanted = sum(&balance.targets).max(f64::MIN_POSITIVE);
+    let depth = (balance.parts() as f64).log2().ceil();
+    let allowed = balance.limits.iter().sum::<i64>() as f64;
+    let slack = (allowed / total.max(1.0)).max(1.0).powf(1.0 / depth);
+    let targets = [&balance.targets[..half], &balance.targets[half..]].map(|t| sum(t) / wanted * total);
+    let limits = [0, 1].map(|s| ((slack * targets[s]).floor() as i64).max(targets[s].ceil() as i64));
+    (targets, limits)
+}
+
+/// The subgraph of one side and the vertices it was made of.
+fn induced(graph: &Graph, side: &[u8], wanted: u8) -> (Graph, Vec<u32>) {
+    let vertices: Vec<u32> = (0..side.len() as u32).filter(|&v| side[v as usize] == wanted).collect();
+    let mut number = vec![0u32; side.len()];
+    for (i, &v) in vertices.iter().enumerate() {
+        number[v as usize] = i as u32;
+    }
+    let mut offsets = Vec::with_capacity(vertices.len() + 1);
+    let (mut neighbours, mut edge_weights) = (Vec::new(), Vec::new());
+    offsets.push(0);
+    for &v in &vertices {
+        for (u, weight) in graph.edges(v as usize).filter(|&(u, _)| side[u] == wanted) {
+            neighbours.push(number[u]);
+            edge_weights.push(weight);
+        }
+        offsets.push(neighbours.len());
+    }
+    let vertex_weights = vertices.iter().map(|&v| graph.vertex_weights[v as usize]).collect();
+    (Graph { offsets, neighbours, vertex_weights, edge_weights }, vertices)
+}

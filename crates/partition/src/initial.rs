@@ -1,0 +1,91 @@
+//! First bisections of small graphs: a side grown from a random vertex, by gain or by breadth, then refined; the best of
+//! several is kept.
+
+use std::collections::VecDeque;
+
+use crate::Graph;
+use crate::buckets::GainBuckets;
+use crate::fm2::{Bisection, refine};
+use crate::rng::Rng;
+
+/// The best of `tries` grown and refined bisections: least excess weight, then least cut.
+pub(crate) fn best_grown(
+    graph: &Graph,
+    target: f64,
+    limits: [i64; 2],
+    tries: usize,
+    rng: &mut Rng,
+) -> Bisection {
+    let mut best: Option<Bisection> = None;
+    for attempt in 0..tries.max(1) {
+        let mut state = Bisection::one_sided(graph);
+        let seed = rng.below(graph.vertex_count());
+        if attempt % 4 == 3 {
+            grow_by_breadth(graph, &mut state, target, seed);
+        } else {
+            grow_by_gain(graph, &mut state, target, seed);
+        }
+        refine(graph, &mut state, limits, 4, graph.vertex_count().clamp(15, 100), rng);
+        let key = |b: &Bisection| (b.excess(limits), b.cut);
+        if best.as_ref().is_none_or(|best| key(&state) < key(best)) {
+            best = Some(state);
+        }
+    }
+    best.unwrap_or_else(|| Bisection::one_sided(graph))
+}
+
+/// Greedy graph growing (Karypis and Kumar 1998): side 0 takes the vertex that lengthens the border least until it
+/// weighs `target`.
+fn grow_by_gain(graph: &Graph, state: &mut Bisection, target: f64, seed: usize) {
+    let mut queue = GainBuckets::new(graph.vertex_count(), graph.max_weighted_degree());
+    let mut seeds = (seed..graph.vertex_count()).chain(0..seed);
+    while (state.weight[0] as f64) < target {
+        let next = queue.pop().or_else(|| seeds.find(|&v| state.side[v] == 1));
+        let Some(v) = next else { return };
+        if !take(graph, state, v, target) {
+            continue;
+        }
+        for &u in graph.neighbours(v) {
+            if state.side[u as usize] == 1 {
+                queue.set(u as usize, state.gain(graph, u as usize));
+            }
+        }
+    }
+}
+
+/// Side 0 takes vertices in breadth-first order until it weighs `target`.
+fn grow_by_breadth(graph: &Graph, state: &mut Bisection, target: f64, seed: usize) {
+    let mut queue = VecDeque::new();
+    let mut seen = vec![false; graph.vertex_count()];
+    for root in (seed..graph.vertex_count()).chain(0..seed) {
+        if !seen[root] {
+            seen[root] = true;
+            queue.push_back(root);
+        }
+        while let Some(v) = queue.pop_front() {
+            if state.weight[0] as f64 >= target {
+                return;
+            }
+            take(graph, state, v, target);
+            for &u in graph.neighbours(v) {
+                if !std::mem::replace(&mut seen[u as usize], true) {
+                    queue.push_back(u as usize);
+                }
+            }
+        }
+    }
+}
+
+/// Moves the vertex to side 0 unless that overshoots the target by more than half of its weight.
+fn take(graph: &Graph, state: &mut Bisection, vertex: usize, target: f64) -> bool {
+    let weight = graph.vertex_weights[vertex];
+    if state.weight[0] as f64 + f64::from(weight) / 2.0 > target {
+        return false;
+    }
+    let gain = state.gain(graph, vertex);
+    state.cut -= i64::from(gain);
+    state.side[vertex] = 0;
+    state.weight[0] += i64::from(weight);
+    state.weight[1] -= i64::from(weight);
+    true
+}

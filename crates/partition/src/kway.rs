@@ -1,0 +1,114 @@
+//! The state that all k-way refinement shares: parts, their weights, and the best move of a vertex.
+
+use crate::Graph;
+
+/// A division of a graph into k parts under refinement.
+pub(crate) struct KWay<'a> {
+    pub(crate) graph: &'a Graph,
+    pub(crate) part: Vec<u32>,
+    pub(crate) weight: Vec<i64>,
+    pub(crate) limits: &'a [i64],
+    /// Weight of the edges from the vertex under inspection to each part; zero outside of a call.
+    connection: Vec<i32>,
+    /// Parts with a connection.
+    touched: Vec<u32>,
+}
+
+/// A vertex' best move: external less internal edge weight, and where to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Move {
+    pub(crate) gain: i32,
+    pub(crate) to: u32,
+}
+
+impl<'a> KWay<'a> {
+    pub(crate) fn new(graph: &'a Graph, part: Vec<u32>, limits: &'a [i64]) -> Self {
+        let parts = limits.len();
+        let mut weight = vec![0; parts];
+        for (v, &p) in part.iter().enumerate() {
+            weight[p as usize] += i64::from(graph.vertex_weights[v]);
+        }
+        Self { graph, part, weight, limits, connection: vec![0; parts], touched: Vec::new() }
+    }
+
+    /// Weight above the limits.
+    pub(crate) fn excess(&self) -> i64 {
+        self.weight.iter().zip(self.limits).map(|(w, limit)| (w - limit).max(0)).sum()
+    }
+
+    pub(crate) fn is_overweight(&self, part: u32) -> bool {
+        self.weight[part as usize] > self.limits[part as usize]
+    }
+
+    pub(crate) fn on_boundary(&self, vertex: usize) -> bool {
+        let own = self.part[vertex];
+        self.graph.neighbours(vertex).iter().any(|&u| self.part[u as usize] != own)
+    }
+
+    /// The neighbouring part of greatest gain that has room; of equals the one with most room.
+    pub(crate) fn best_move(&mut self, vertex: usize) -> Option<Move> {
+        let weight = i64::from(self.graph.vertex_weights[vertex]);
+        self.best_move_where(vertex, |state, to| {
+            state.weight[to as usize] + weight <= state.limits[to as usize]
+        })
+    }
+
+    /// The neighbouring part of greatest gain among those that `admissible` lets pass.
+    pub(crate) fn best_move_where(
+        &mut self,
+        vertex: usize,
+        admissible: impl Fn(&Self, u32) -> bool,
+    ) -> Option<Move> {
+        let own = self.part[vertex];
+        let mut internal = 0;
+        for (u, weight) in self.graph.edges(vertex) {
+            let part = self.part[u];
+            if part == own {
+                internal += weight;
+            } else {
+                let connection = &mut self.connection[part as usize];
+                if *connection == 0 {
+                    self.touched.push(part);
+                }
+                *connection += weight;
+            }
+        }
+        let mut best: Option<(i32, i64, u32)> = None;
+        for i in 0..self.touched.len() {
+            let to = self.touched[i];
+            let connection = std::mem::take(&mut self.connection[to as usize]);
+            let room = self.limits[to as usize] - self.weight[to as usize];
+            if best.is_none_or(|(c, r, _)| (connection, room) > (c, r)) && admissible(self, to) {
+                best = Some((connection, room, to));
+            }
+        }
+        self.touched.clear();
+        best.map(|(connection, _, to)| Move { gain: connection - internal, to })
+    }
+
+    pub(crate) fn apply(&mut self, vertex: usize, to: u32) {
+        let from = std::mem::replace(&mut self.part[vertex], to);
+        let weight = i64::from(self.graph.vertex_weights[vertex]);
+        self.weight[from as usize] -= weight;
+        self.weight[to as usize] += weight;
+    }
+
+    /// Total weight of the edges between parts.
+    pub(crate) fn cut(&self) -> i64 {
+        cut(self.graph, &self.part)
+    }
+}
+
+/// Total weight of the edges between parts.
+pub(crate) fn cut(graph: &Graph, part: &[u32]) -> i64 {
+    let mut twice = 0;
+    for v in 0..graph.vertex_count() {
+        let own = part[v];
+        for (u, weight) in graph.edges(v) {
+            if part[u] != own {
+                twice += i64::from(weight);
+            }
+        }
+    }
+    twice / 2
+}

@@ -1,0 +1,110 @@
+//! Sorted heavy-edge matching with a two-hop step (Karypis and Kumar 1998; two-hop: LaSalle et al. 2015).
+//!
+//! Vertices are visited in random order, those of small degree first, for they have the fewest partners to lose. Each
+//! takes the free neighbour of greatest w²/c (edge weight w, partner's vertex weight c), which keeps coarse vertices
+//! of similar weight. The order is random only inside windows of consecutive vertices: as good, and kind to the cache.
+
+use crate::Graph;
+use crate::rng::Rng;
+
+/// Vertices of one window of the random order.
+const WINDOW: usize = 4096;
+/// Two-hop matching starts when more than one in `STALL` vertices stays alone.
+const STALL: usize = 10;
+const NONE: u32 = u32::MAX;
+
+/// Partner of each vertex (itself when alone). No pair weighs more than `max_weight`, and both of a pair carry the
+/// same label.
+pub(crate) fn heavy_edge_matching(
+    graph: &Graph,
+    max_weight: i64,
+    labels: Option<&[u32]>,
+    rng: &mut Rng,
+) -> Vec<u32> {
+    let count = graph.vertex_count();
+    let mut partner = vec![NONE; count];
+    let mut alone = Vec::new();
+    let fits = |v: usize, u: usize| {
+        i64::from(graph.vertex_weights[v]) + i64::from(graph.vertex_weights[u]) <= max_weight
+            && labels.is_none_or(|labels| labels[v] == labels[u])
+    };
+    for v in visiting_order(graph, rng) {
+        let v = v as usize;
+        if partner[v] != NONE {
+            continue;
+        }
+        let mut best = (0.0f32, NONE);
+        for (u, weight) in graph.edges(v) {
+            if partner[u] == NONE && fits(v, u) {
+                let rating = weight as f32 * weight as f32 / graph.vertex_weights[u].max(1) as f32;
+                if rating > best.0 {
+                    best = (rating, u as u32);
+                }
+            }
+        }
+        if best.1 == NONE {
+            alone.push(v as u32);
+        } else {
+            partner[v] = best.1;
+            partner[best.1 as usize] = v as u32;
+        }
+    }
+    alone.retain(|&v| partner[v as usize] == NONE);
+    if alone.len() > count / STALL {
+        match_two_hop(graph, &alone, &fits, &mut partner);
+    }
+    for v in alone {
+        if partner[v as usize] == NONE {
+            partner[v as usize] = v;
+        }
+    }
+    partner
+}
+
+/// Pairs lone vertices whose heaviest edges lead to the same neighbour, and isolated vertices with each other.
+fn match_two_hop(
+    graph: &Graph,
+    alone: &[u32],
+    fits: &impl Fn(usize, usize) -> bool,
+    partner: &mut [u32],
+) {
+    let mut waiting = vec![NONE; graph.vertex_count() + 1];
+    for &v in alone {
+        let v = v as usize;
+        let anchor = graph.edges(v).max_by_key(|&(u, w)| (w, std::cmp::Reverse(u)));
+        let place = anchor.map_or(graph.vertex_count(), |(u, _)| u);
+        let other = waiting[place];
+        if other != NONE && fits(v, other as usize) {
+            partner[v] = other;
+            partner[other as usize] = v as u32;
+            waiting[place] = NONE;
+        } else {
+            waiting[place] = v as u32;
+        }
+    }
+}
+
+/// All vertices, sorted by degree up to the average degree, random within windows.
+fn visiting_order(graph: &Graph, rng: &mut Rng) -> Vec<u32> {
+    let count = graph.vertex_count();
+    let mut shuffled: Vec<u32> = (0..count as u32).collect();
+    for window in shuffled.chunks_mut(WINDOW) {
+        rng.shuffle(window);
+    }
+    let average = graph.neighbours.len() / count.max(1) + 1;
+    let key = |v: u32| graph.degree(v as usize).min(average);
+    let mut start = vec![0usize; average + 2];
+    for &v in &shuffled {
+        start[key(v) + 1] += 1;
+    }
+    for d in 0..=average {
+        start[d + 1] += start[d];
+    }
+    let mut order = vec![0; count];
+    for &v in &shuffled {
+        let at = &mut start[key(v)];
+        order[*at] = v;
+        *at += 1;
+    }
+    order
+}

@@ -1,0 +1,101 @@
+use crate::kway::cut;
+use crate::{Graph, PartitionError};
+
+/// A division of the vertices, with the figures by which it is judged.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Partition {
+    /// Part of each vertex, from 0.
+    pub part_of: Vec<u32>,
+    /// Total weight of the edges between parts.
+    pub cut: i64,
+    /// Vertex weight of each part.
+    pub weights: Vec<i64>,
+    /// Greatest ratio of a part's weight to its target, less 1.
+    pub imbalance: f64,
+    /// Whether every part is within its limit. When not, the weights allow nothing better that the search could find.
+    pub balanced: bool,
+    /// Connected components of each part; 0 for an empty part.
+    pub components: Vec<usize>,
+    /// Sum over the vertices of the number of other parts that they touch.
+    pub communication_volume: u64,
+}
+
+impl Partition {
+    /// Judges a given division into as many parts as there are targets (relative weights of any sum).
+    ///
+    /// # Errors
+    /// When a part is out of range, the lengths differ, or a target is not positive.
+    pub fn evaluate(graph: &Graph, part_of: Vec<u32>, options: &crate::Options) -> Result<Self, PartitionError> {
+        let balance = crate::options::Balance::new(graph, options)?;
+        if part_of.len() != graph.vertex_count() {
+            let (what, given) = ("the array of parts", part_of.len());
+            return Err(PartitionError::Length { what, given, expected: graph.vertex_count() });
+        }
+        let parts = options.parts;
+        if let Some(vertex) = part_of.iter().position(|&p| p as usize >= parts) {
+            return Err(PartitionError::PartOutOfRange { vertex, part: part_of[vertex] as usize, parts });
+        }
+        Ok(Self::of(graph, part_of, &balance))
+    }
+
+    /// `part_of` must be in range.
+    pub(crate) fn of(graph: &Graph, part_of: Vec<u32>, balance: &crate::options::Balance) -> Self {
+        let mut weights = vec![0i64; balance.parts()];
+        for (v, &p) in part_of.iter().enumerate() {
+            weights[p as usize] += i64::from(graph.vertex_weights[v]);
+        }
+        let ratio = |(&w, &t): (&i64, &f64)| if t > 0.0 { w as f64 / t - 1.0 } else { 0.0 };
+        let imbalance = weights.iter().zip(&balance.targets).map(ratio).fold(f64::NEG_INFINITY, f64::max);
+        let balanced = weights.iter().zip(&balance.limits).all(|(w, limit)| w <= limit);
+        Self {
+            cut: cut(graph, &part_of),
+            weights,
+            imbalance: imbalance.max(0.0),
+            balanced,
+            components: components_of_parts(graph, &part_of, balance.parts()),
+            communication_volume: communication_volume(graph, &part_of, balance.parts()),
+            part_of,
+        }
+    }
+
+    /// Number of parts.
+    pub fn parts(&self) -> usize {
+        self.weights.len()
+    }
+}
+
+fn components_of_parts(graph: &Graph, part_of: &[u32], parts: usize) -> Vec<usize> {
+    let mut components = vec![0; parts];
+    let mut seen = vec![false; part_of.len()];
+    let mut stack = Vec::new();
+    for root in 0..part_of.len() {
+        if std::mem::replace(&mut seen[root], true) {
+            continue;
+        }
+        components[part_of[root] as usize] += 1;
+        stack.push(root as u32);
+        while let Some(v) = stack.pop() {
+            for &u in graph.neighbours(v as usize) {
+                if part_of[u as usize] == part_of[root] && !std::mem::replace(&mut seen[u as usize], true) {
+                    stack.push(u);
+                }
+            }
+        }
+    }
+    components
+}
+
+fn communication_volume(graph: &Graph, part_of: &[u32], parts: usize) -> u64 {
+    let mut last_seen = vec![u32::MAX; parts];
+    let mut volume = 0;
+    for v in 0..part_of.len() {
+        last_seen[part_of[v] as usize] = v as u32;
+        for &u in graph.neighbours(v) {
+            let seen = &mut last_seen[part_of[u as usize] as usize];
+            if std::mem::replace(seen, v as u32) != v as u32 {
+                volume += 1;
+            }
+        }
+    }
+    volume
+}
