@@ -18,9 +18,9 @@ impl BoundaryLoop {
 
 /// The boundary of a mesh: the edges with one triangle, joined into curves.
 ///
-/// Each curve is followed around its fans of triangles, so two holes that touch at one vertex are two loops. Each begins at
-/// its first edge in the order of [`Edges`] and runs in the direction in which the triangle there has it: the surface
-/// lies to the left, seen from the side from which its triangles turn counter-clockwise.
+/// Curves are followed around fans of triangles, as if fans that touch only at a vertex were apart: two holes that touch at
+/// a vertex are one loop that passes it twice. A curve begins at its first edge in the order of [`Edges`] and runs as
+/// the triangle there does: the surface lies to the left, seen from the side from which triangles turn counter-clockwise.
 pub fn boundary_loops(mesh: &TriMesh) -> Vec<BoundaryLoop> {
     trace_boundaries(mesh, &Edges::of(mesh))
 }
@@ -106,4 +106,69 @@ pub(crate) fn runs_forward(mesh: &TriMesh, edges: &Edges, edge: usize, triangle:
     let [a, b] = edges.vertices()[edge];
     let corners = mesh.triangles()[triangle as usize];
     (0..3).any(|i| [corners[i], corners[(i + 1) % 3]] == [a, b])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shapes;
+
+    #[test]
+    fn the_boundary_of_a_rectangle_runs_once_around_it_with_the_surface_on_the_left() {
+        let loops = boundary_loops(&shapes::rectangle(2, 1, 2.0, 1.0));
+        assert_eq!(
+            loops,
+            [BoundaryLoop {
+                vertices: vec![0, 1, 2, 5, 4, 3],
+                closed: true
+            }]
+        );
+        assert_eq!(loops[0].edge_count(), 6);
+    }
+
+    #[test]
+    fn two_holes_that_touch_at_a_vertex_are_one_loop_that_passes_it_twice() {
+        // A grid of 4 × 4 cells without the cells (1, 1) and (2, 2), which share one corner.
+        let grid = shapes::rectangle(4, 4, 1.0, 1.0);
+        let removed = |t: usize| [5, 10].contains(&(t / 2));
+        let kept = (0..grid.triangle_count())
+            .filter(|&t| !removed(t))
+            .map(|t| grid.triangles()[t])
+            .collect();
+        let mesh = TriMesh::new(grid.positions().to_vec(), kept).unwrap();
+        let loops = boundary_loops(&mesh);
+        assert_eq!(
+            loops.iter().map(BoundaryLoop::edge_count).collect::<Vec<_>>(),
+            [16, 8]
+        );
+        assert_eq!(loops[1].vertices.iter().filter(|&&v| v == 12).count(), 2);
+    }
+
+    #[test]
+    fn non_manifold_edges_cut_the_boundary_into_open_curves() {
+        let curves = boundary_loops(&shapes::shuffled(&shapes::book(3), 8));
+        assert_eq!(curves.len(), 3);
+        assert!(
+            curves
+                .iter()
+                .all(|curve| !curve.closed && curve.edge_count() == 3)
+        );
+    }
+
+    #[test]
+    fn a_one_sided_strip_has_one_loop_and_triangles_that_face_either_way_change_no_loop() {
+        let loops = boundary_loops(&shapes::moebius_strip(7));
+        assert_eq!(
+            (loops.len(), loops[0].edge_count(), loops[0].closed),
+            (1, 14, true)
+        );
+        let grid = shapes::rectangle(3, 3, 1.0, 1.0);
+        let turn = |(t, &[a, b, c]): (usize, &[u32; 3])| if t % 3 == 0 { [a, c, b] } else { [a, b, c] };
+        let turned = grid.triangles().iter().enumerate().map(turn).collect();
+        let loops = boundary_loops(&TriMesh::new(grid.positions().to_vec(), turned).unwrap());
+        assert_eq!(
+            (loops.len(), loops[0].edge_count(), loops[0].closed),
+            (1, 12, true)
+        );
+    }
 }

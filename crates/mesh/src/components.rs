@@ -41,3 +41,39 @@ pub fn components(mesh: &TriMesh) -> Components {
         sizes,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shapes;
+
+    #[test]
+    fn parts_are_numbered_in_the_order_of_their_smallest_vertices() {
+        let parts = components(&shapes::disjoint_union(&[
+            shapes::cube(1.0),
+            shapes::tetrahedron(),
+            shapes::icosphere(0),
+        ]));
+        assert_eq!(parts.sizes, [8, 4, 12]);
+        assert!(parts.of_vertex.is_sorted());
+        let parts = components(&shapes::shuffled(&shapes::soup(20, 3), 4));
+        let firsts = (0..20).map(|part| parts.of_vertex.iter().position(|&p| p == part).unwrap());
+        assert!(firsts.is_sorted());
+        assert_eq!(parts.sizes, [3; 20]);
+    }
+
+    #[test]
+    fn an_unused_vertex_is_a_part_by_itself() {
+        let mesh = TriMesh::new(
+            vec![[0., 0., 0.], [9., 9., 9.], [1., 0., 0.], [0., 1., 0.]],
+            vec![[0, 2, 3]],
+        )
+        .unwrap();
+        let expected = Components {
+            count: 2,
+            of_vertex: vec![0, 1, 0, 0],
+            sizes: vec![3, 1],
+        };
+        assert_eq!(components(&mesh), expected);
+    }
+}

@@ -146,3 +146,63 @@ impl Adjacency {
         self.offsets.len() - 1
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shapes;
+    use std::collections::BTreeSet;
+
+    fn meshes() -> Vec<TriMesh> {
+        vec![
+            shapes::bumpy_sphere(2, 1),
+            shapes::book(4),
+            shapes::moebius_strip(5),
+            shapes::soup(7, 2),
+        ]
+    }
+
+    #[test]
+    fn each_side_of_each_triangle_is_on_one_edge() {
+        for mesh in meshes() {
+            let edges = Edges::of(&mesh);
+            for (t, corners) in mesh.triangles().iter().enumerate() {
+                for i in 0..3 {
+                    let (a, b) = (corners[i], corners[(i + 1) % 3]);
+                    let e = edges.of_triangle()[t][i] as usize;
+                    assert_eq!(edges.vertices()[e], [a.min(b), a.max(b)]);
+                    assert_eq!(edges.find(b, a), Some(e));
+                    assert!(edges.triangles(e).contains(&(t as u32)));
+                }
+            }
+            let sides: usize = (0..edges.count()).map(|e| edges.triangles(e).len()).sum();
+            assert_eq!(sides, 3 * mesh.triangle_count());
+            assert!(edges.vertices().is_sorted_by(|x, y| x < y));
+        }
+    }
+
+    #[test]
+    fn neighbours_are_the_pairs_that_share_a_triangle() {
+        for mesh in meshes() {
+            let mut pairs = BTreeSet::new();
+            for &[a, b, c] in mesh.triangles() {
+                pairs.extend([(a, b), (b, a), (b, c), (c, b), (c, a), (a, c)]);
+            }
+            let adjacency = mesh.neighbours();
+            let rows =
+                (0..mesh.vertex_count()).flat_map(|v| adjacency.of(v).iter().map(move |&w| (v as u32, w)));
+            assert!(rows.eq(pairs), "rows are sorted and complete");
+        }
+    }
+
+    #[test]
+    fn vertices_that_nothing_joins_have_no_edge() {
+        let mesh = TriMesh::new(
+            vec![[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [2., 2., 2.]],
+            vec![[0, 1, 2]],
+        )
+        .unwrap();
+        assert_eq!(Edges::of(&mesh).find(0, 3), None);
+        assert!(mesh.neighbours().of(3).is_empty());
+    }
+}

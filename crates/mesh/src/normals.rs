@@ -24,3 +24,77 @@ pub(crate) fn angle(apex: [f64; 3], p: [f64; 3], q: [f64; 3]) -> f64 {
     let (u, v) = (sub(p, apex), sub(q, apex));
     norm(cross(u, v)).atan2(dot(u, v))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shapes;
+    use proptest::prelude::*;
+
+    fn close(a: [f64; 3], b: [f64; 3]) -> bool {
+        norm(sub(a, b)) < 1e-14
+    }
+
+    proptest! {
+        #[test]
+        fn the_normals_of_a_cube_do_not_depend_on_which_diagonals_cut_its_faces(cut in prop::array::uniform6(any::<bool>())) {
+            let cube = shapes::cube(2.0);
+            let mut triangles = cube.triangles().to_vec();
+            for face in (0..6).filter(|&face| cut[face]) {
+                let ([a, b, c], [_, _, d]) = (triangles[2 * face], triangles[2 * face + 1]);
+                (triangles[2 * face], triangles[2 * face + 1]) = ([b, c, d], [b, d, a]);
+            }
+            let cube = TriMesh::new(cube.positions().to_vec(), triangles).unwrap();
+            for (&normal, &p) in cube.vertex_normals().iter().zip(cube.positions()) {
+                prop_assert!(close(normal, unit(sub(p, [1.0; 3]))));
+            }
+        }
+    }
+
+    #[test]
+    fn normals_of_a_sphere_approach_its_radii_as_the_square_of_the_edge_length() {
+        for level in 1..5 {
+            let mesh = shapes::icosphere(level);
+            let edge = 2.0 / f64::from(1 << level);
+            for (&normal, &p) in mesh.vertex_normals().iter().zip(mesh.positions()) {
+                assert!(norm(sub(normal, p)) < 0.5 * edge * edge);
+            }
+        }
+    }
+
+    #[test]
+    fn normals_are_zero_where_they_are_undefined_and_unit_elsewhere() {
+        let positions = vec![
+            [0., 0., 0.],
+            [1., 0., 0.],
+            [2., 0., 0.],
+            [5., 5., 5.],
+            [0., 0., 1.],
+            [0., 1., 1.],
+            [1., 0., 1.],
+        ];
+        let line_and_both_sides = vec![[0, 1, 2], [4, 5, 6], [6, 5, 4]];
+        let mesh = TriMesh::new(positions, line_and_both_sides).unwrap();
+        assert_eq!(mesh.vertex_normals(), [[0.0; 3]; 7]);
+        assert!(
+            shapes::bumpy_torus(16, 8, 1)
+                .vertex_normals()
+                .iter()
+                .all(|&n| (norm(n) - 1.0).abs() < 1e-14)
+        );
+    }
+
+    #[test]
+    fn normals_of_tiny_and_huge_models_are_the_same() {
+        let mesh = shapes::bumpy_sphere(2, 1);
+        for s in [1e-30, 1e30] {
+            let scaled = shapes::scaled(&mesh, s).vertex_normals();
+            assert!(
+                scaled
+                    .iter()
+                    .zip(mesh.vertex_normals())
+                    .all(|(&a, b)| norm(sub(a, b)) < 1e-12)
+            );
+        }
+    }
+}

@@ -1,4 +1,4 @@
-use crate::vector::{add, dot, scale};
+use crate::vector::{add, cross, dot, scale};
 
 /// A similarity transform, p ↦ s R p + t.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
@@ -92,7 +92,7 @@ impl Similarity {
     /// Whether left becomes right: the determinant of R is negative.
     pub fn mirrors(&self) -> bool {
         let [a, b, c] = self.rotation;
-        dot(a, crate::vector::cross(b, c)) < 0.0
+        dot(a, cross(b, c)) < 0.0
     }
 
     /// The 4 by 4 matrix for homogeneous column vectors, row by row: s R beside t, over 0 0 0 1.
@@ -108,4 +108,70 @@ impl Similarity {
 
 fn transposed(m: [[f64; 3]; 3]) -> [[f64; 3]; 3] {
     std::array::from_fn(|i| std::array::from_fn(|j| m[j][i]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::vector::{norm, sub};
+    use proptest::prelude::*;
+
+    fn similarities() -> impl Strategy<Value = Similarity> {
+        let quaternion = prop::array::uniform4(-1.0..1.0)
+            .prop_filter("not zero", |q| q.iter().any(|x: &f64| x.abs() > 0.1));
+        (
+            quaternion,
+            1e-3..1e3,
+            prop::array::uniform3(-1e2..1e2),
+            any::<bool>(),
+        )
+            .prop_map(|(q, scale, translation, mirror)| {
+                let mut rotation = Similarity::from_quaternion(q).rotation;
+                if mirror {
+                    rotation[1] = rotation[1].map(|x: f64| -x);
+                }
+                Similarity {
+                    scale,
+                    rotation,
+                    translation,
+                }
+            })
+    }
+
+    proptest! {
+        #[test]
+        fn the_inverse_brings_every_point_back(s in similarities(), p in prop::array::uniform3(-1e2..1e2)) {
+            prop_assert!(norm(sub(s.inverse().apply(s.apply(p)), p)) < 1e-9);
+            prop_assert!(norm(sub(s.then(&s.inverse()).apply(p), p)) < 1e-9);
+        }
+
+        #[test]
+        fn a_chain_of_transforms_does_what_they_do_one_after_the_other(
+            s in similarities(), t in similarities(), p in prop::array::uniform3(-1e2..1e2)
+        ) {
+            let size = norm(t.apply(s.apply(p))) + t.scale * norm(s.translation) + norm(t.translation);
+            prop_assert!(norm(sub(s.then(&t).apply(p), t.apply(s.apply(p)))) < 1e-12 * size);
+            prop_assert_eq!(s.then(&t).mirrors(), s.mirrors() != t.mirrors());
+        }
+
+        #[test]
+        fn distances_are_multiplied_by_the_scale(s in similarities(), p in prop::array::uniform3(-1.0..1.0)) {
+            let moved = norm(sub(s.apply(p), s.apply([0.0; 3])));
+            prop_assert!((moved - s.scale * norm(p)).abs() < 1e-12 * (s.scale + norm(s.translation)));
+        }
+
+        #[test]
+        fn the_matrix_does_what_the_transform_does(s in similarities(), [x, y, z] in prop::array::uniform3(-1.0..1.0)) {
+            let image = s.to_matrix().map(|row| row[0] * x + row[1] * y + row[2] * z + row[3]);
+            prop_assert_eq!(image[3], 1.0);
+            prop_assert!(norm(sub(s.apply([x, y, z]), [image[0], image[1], image[2]])) < 1e-12 * (s.scale + norm(s.translation)));
+        }
+    }
+
+    #[test]
+    fn a_quaternion_turns_counter_clockwise_about_its_axis() {
+        let quarter_about_z = Similarity::from_quaternion([1.0, 0.0, 0.0, 1.0]);
+        assert!(norm(sub(quarter_about_z.apply([1.0, 0.0, 0.0]), [0.0, 1.0, 0.0])) < 1e-15);
+        assert!(!quarter_about_z.mirrors());
+    }
 }

@@ -52,7 +52,7 @@ pub struct TopologyReport {
     pub genus: Option<u64>,
     /// Triangles over the same three vertices as an earlier one.
     pub duplicated_triangles: usize,
-    /// Triangles of no area: at most [`DEGENERATE`] of the longest edge squared.
+    /// Triangles of no area: at most [`DEGENERATE_AREA`] of the longest edge squared.
     pub degenerate_triangles: usize,
     /// Sum of the triangles' areas.
     pub area: f64,
@@ -81,7 +81,7 @@ pub enum Facing {
 }
 
 /// The area of a triangle, relative to its longest edge squared, up to which it counts as degenerate.
-pub const DEGENERATE: f64 = 1e-12;
+pub const DEGENERATE_AREA: f64 = 1e-12;
 
 impl TopologyReport {
     /// Reports on a mesh as it is indexed: copies of a vertex at one position are different vertices.
@@ -144,84 +144,89 @@ impl TopologyReport {
         }
     }
 
-    /// What is unusual about the mesh, and what it means for someone who wants to work with it: one sentence each.
+    /// What is unusual about the mesh, and what it means for someone who works with it: one sentence each.
     pub fn remarks(&self) -> Vec<String> {
-        let mut remarks = Vec::new();
-        let mut note = |count: usize, one: &str, many: &str, meaning: &str| {
-            if count > 0 {
-                let what = if count == 1 { one } else { many };
-                remarks.push(format!("{count} {what}: {meaning}."));
-            }
+        let several = if self.components > 1 { self.components } else { 0 };
+        let inside_out = usize::from(self.facing == Some(Facing::Inward));
+        let (strays, dropped) = self
+            .welding
+            .map_or((0, 0), |w| (w.unused_vertices, w.dropped_triangles));
+        let opposite = if self.orientable {
+            "normals are unreliable there; reorient the faces in a mesh editor"
+        } else {
+            "the surface has one side only, so normals cannot be made consistent"
         };
-        let extra_parts = self.components - 1;
-        note(
-            if extra_parts > 0 { self.components } else { 0 },
-            "component",
-            "components",
-            "each vibrates by itself and has a spectrum of its own",
-        );
-        note(
-            self.non_manifold_edges,
-            "edge with three or more triangles",
-            "edges with three or more triangles",
-            "walls meet there; split the surface along them if results near them look wrong",
-        );
-        note(
-            self.non_manifold_vertices,
-            "vertex where separate fans of triangles meet",
-            "vertices where separate fans of triangles meet",
-            "parts touch at a point there and move together",
-        );
-        note(
-            self.inconsistent_edges,
-            "edge between triangles that face opposite ways",
-            "edges between triangles that face opposite ways",
-            if self.orientable {
-                "normals are unreliable there; reorient the faces in a mesh editor"
-            } else {
-                "the surface has only one side, so no choice of normals is consistent"
-            },
-        );
-        note(
-            usize::from(self.facing == Some(Facing::Inward)),
-            "surface turned inside out",
-            "surfaces turned inside out",
-            "its triangles face inward, so normals point into the solid",
-        );
-        note(
-            self.degenerate_triangles,
-            "triangle of no area",
-            "triangles of no area",
-            "they have no normal and contribute nothing to areas",
-        );
-        note(
-            self.duplicated_triangles,
-            "triangle that repeats another",
-            "triangles that repeat others",
-            "their area counts twice",
-        );
-        note(
-            self.unused_vertices,
-            "vertex that no triangle uses",
-            "vertices that no triangle uses",
-            "not part of the surface",
-        );
-        if let Some(welding) = self.welding {
-            note(
-                welding.unused_vertices,
-                "vertex in the file is not on the surface",
-                "vertices in the file are not on the surface",
-                "no triangle uses them, and they stay as they are",
-            );
-            note(
-                welding.dropped_triangles,
-                "triangle in the file has two corners at one point",
-                "triangles in the file have two corners at one point",
-                "they are left out of the surface",
-            );
-        }
-        remarks
+        let remarks = [
+            (
+                several,
+                "component",
+                "components",
+                "each has a spectrum of its own",
+            ),
+            (
+                self.non_manifold_edges,
+                "edge with three or more triangles",
+                "edges with three or more triangles",
+                "walls meet there; split the surface along them if results nearby look wrong",
+            ),
+            (
+                self.non_manifold_vertices,
+                "vertex between separate fans of triangles",
+                "vertices between separate fans of triangles",
+                "parts that touch only at a point move together there",
+            ),
+            (
+                self.inconsistent_edges,
+                "edge between triangles that face opposite ways",
+                "edges between triangles that face opposite ways",
+                opposite,
+            ),
+            (
+                inside_out,
+                "surface turned inside out",
+                "",
+                "normals point into the solid; turn the faces over in a mesh editor if they should not",
+            ),
+            (
+                self.degenerate_triangles,
+                "triangle of no area",
+                "triangles of no area",
+                "without a normal, and adding nothing to areas",
+            ),
+            (
+                self.duplicated_triangles,
+                "triangle that repeats another",
+                "triangles that repeat others",
+                "counted twice in areas",
+            ),
+            (
+                self.unused_vertices,
+                "vertex that no triangle uses",
+                "vertices that no triangle uses",
+                "not part of the surface",
+            ),
+            (
+                strays,
+                "file vertex that no triangle uses",
+                "file vertices that no triangle uses",
+                "not part of the surface, and never moved",
+            ),
+            (
+                dropped,
+                "file triangle with two corners at one point",
+                "file triangles with two corners at one point",
+                "left out of the surface",
+            ),
+        ];
+        let present = remarks.into_iter().filter(|&(count, ..)| count > 0);
+        let sentence = |(count, one, many, meaning)| format!("{}: {meaning}.", counted(count, one, many));
+        present.map(sentence).collect()
     }
+}
+
+/// "1 edge", "2 edges".
+fn counted(count: usize, one: &str, many: &str) -> String {
+    format!("{count} {}", if count == 1 { one } else { many })
 }
 
 /// How triangles meet at edges and vertices.
@@ -321,7 +326,7 @@ fn duplicated_triangles(mesh: &TriMesh) -> usize {
 fn is_degenerate(mesh: &TriMesh, triangle: usize) -> bool {
     let [a, b, c] = mesh.corners(triangle);
     let longest = norm(sub(b, a)).max(norm(sub(c, b))).max(norm(sub(a, c)));
-    mesh.triangle_area(triangle) <= DEGENERATE * longest * longest
+    mesh.triangle_area(triangle) <= DEGENERATE_AREA * longest * longest
 }
 
 struct EdgeLengths {
@@ -370,7 +375,11 @@ impl fmt::Display for TopologyReport {
             "boundary",
             match self.boundary_edges {
                 0 => "none".to_string(),
-                edges => format!("{edges} edges in {} loops", self.boundary_loops),
+                edges => format!(
+                    "{} in {}",
+                    counted(edges, "edge", "edges"),
+                    counted(self.boundary_loops, "loop", "loops")
+                ),
             },
         )?;
         line("manifold", yes_or_no(self.manifold))?;

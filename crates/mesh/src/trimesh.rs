@@ -188,3 +188,85 @@ impl BoundingBox {
         self.size().iter().map(|s| s * s).sum::<f64>().sqrt()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shapes;
+
+    const POSITIONS: [[f64; 3]; 3] = [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.]];
+
+    fn mesh(triangles: &[[u32; 3]]) -> Result<TriMesh, MeshError> {
+        TriMesh::new(POSITIONS.to_vec(), triangles.to_vec())
+    }
+
+    #[test]
+    fn what_is_not_a_surface_is_refused_with_its_place() {
+        assert_eq!(mesh(&[]), Err(MeshError::NoTriangles));
+        let out_of_range = MeshError::IndexOutOfRange {
+            triangle: 1,
+            vertex: 3,
+            count: 3,
+        };
+        assert_eq!(mesh(&[[0, 1, 2], [0, 1, 3]]), Err(out_of_range));
+        for (triangle, vertex) in [([2, 2, 1], 2), ([1, 0, 0], 0), ([1, 2, 1], 1)] {
+            assert_eq!(
+                mesh(&[triangle]),
+                Err(MeshError::RepeatedVertex { triangle: 0, vertex })
+            );
+        }
+        let mut positions = POSITIONS.to_vec();
+        positions[1][2] = f64::INFINITY;
+        let refused = TriMesh::new(positions.clone(), vec![[0, 1, 2]]);
+        assert_eq!(
+            refused,
+            Err(MeshError::NotFinite {
+                vertex: 1,
+                position: [1.0, 0.0, f64::INFINITY]
+            })
+        );
+        let valid = mesh(&[[0, 1, 2]]).unwrap();
+        assert!(matches!(
+            valid.with_positions(positions),
+            Err(MeshError::NotFinite { vertex: 1, .. })
+        ));
+        let too_few = MeshError::PositionCount {
+            given: 2,
+            expected: 3,
+        };
+        assert_eq!(valid.with_positions(POSITIONS[..2].to_vec()), Err(too_few));
+    }
+
+    #[test]
+    fn more_than_32_bits_can_count_is_refused() {
+        assert!(check_counts(u32::MAX as usize - 1, (u32::MAX as usize - 1) / 3).is_ok());
+        assert!(matches!(
+            check_counts(u32::MAX as usize, 1),
+            Err(MeshError::TooLarge { what: "vertices", .. })
+        ));
+        assert!(matches!(
+            check_counts(3, 1 << 31),
+            Err(MeshError::TooLarge {
+                what: "triangles",
+                ..
+            })
+        ));
+    }
+
+    #[test]
+    fn area_and_volume_of_a_cube_are_those_of_the_formula() {
+        let cube = shapes::translated(&shapes::cube(3.0), [100.0, 200.0, 300.0]);
+        assert!((cube.area() - 54.0).abs() < 1e-11);
+        assert!((cube.signed_volume() - 27.0).abs() < 1e-11);
+        assert!((shapes::inside_out(&cube).signed_volume() + 27.0).abs() < 1e-11);
+        assert_eq!(
+            cube.bounding_box(),
+            BoundingBox {
+                min: [100., 200., 300.],
+                max: [103., 203., 303.]
+            }
+        );
+        assert_eq!(cube.bounding_box().centre(), [101.5, 201.5, 301.5]);
+        assert_eq!(cube.triangle_area(0), 4.5);
+    }
+}

@@ -1,5 +1,5 @@
 use super::plain::{block, built, icosphere, torus};
-use crate::vector::{add, cross, dot, scale, sub, unit};
+use crate::vector::{add, cross, dot, norm, scale, sub, unit};
 use crate::{Edges, TriMesh};
 use std::collections::HashSet;
 use std::f64::consts::TAU;
@@ -57,10 +57,7 @@ pub fn jittered(mesh: &TriMesh, amount: f64, seed: u64) -> TriMesh {
     let neighbours = mesh.neighbours();
     let p = mesh.positions();
     let moved = (0..mesh.vertex_count()).map(|v| {
-        let lengths = neighbours
-            .of(v)
-            .iter()
-            .map(|&w| crate::vector::norm(sub(p[w as usize], p[v])));
+        let lengths = neighbours.of(v).iter().map(|&w| norm(sub(p[w as usize], p[v])));
         let shortest = lengths.fold(f64::INFINITY, f64::min);
         let step = random.in_cube();
         if shortest.is_finite() {
@@ -74,7 +71,8 @@ pub fn jittered(mesh: &TriMesh, amount: f64, seed: u64) -> TriMesh {
 
 /// The mesh with about a quarter of its inner edges flipped: two triangles a b c and b a d become c d b and d c a.
 ///
-/// Only flips that keep a manifold a manifold and turn no triangle by more than about 60° are made.
+/// Only flips that keep a manifold a manifold and leave two triangles about as flat and
+/// not much smaller are made.
 pub fn flipped(mesh: &TriMesh, seed: u64) -> TriMesh {
     let edges = Edges::of(mesh);
     let mut random = Random::new(seed);
@@ -99,20 +97,19 @@ pub fn flipped(mesh: &TriMesh, seed: u64) -> TriMesh {
     built(mesh.positions().to_vec(), triangles)
 }
 
-/// The two triangles on the other diagonal, [c, d, b] and [d, c, a], if the four are about flat and convex.
+/// The two triangles on the other diagonal, [c, d, b] and [d, c, a], if the four corners are about flat and well convex.
 fn flip(mesh: &TriMesh, first: [u32; 3], second: [u32; 3]) -> Option<[[u32; 3]; 2]> {
     let i = (0..3).find(|&i| !second.contains(&first[i]))?;
     let (c, a, b) = (first[i], first[(i + 1) % 3], first[(i + 2) % 3]);
     let d = *second.iter().find(|v| !first.contains(v))?;
     let new = [[c, d, b], [d, c, a]];
-    let [before, other, x, y] = [first, second, new[0], new[1]].map(|t| {
+    let [old, other, x, y] = [first, second, new[0], new[1]].map(|t| {
         let [p, q, r] = t.map(|v| mesh.positions()[v as usize]);
-        unit(cross(sub(q, p), sub(r, p)))
+        cross(sub(q, p), sub(r, p))
     });
-    let flat = [x, y]
-        .iter()
-        .all(|&n| dot(n, before) > 0.5 && dot(n, other) > 0.5);
-    (c != d && flat).then_some(new)
+    let flat = |n| dot(unit(n), unit(old)) > 0.5 && dot(unit(n), unit(other)) > 0.5;
+    let large = |n| norm(n) > 0.1 * (norm(old) + norm(other));
+    [x, y].iter().all(|&n| flat(n) && large(n)).then_some(new)
 }
 
 /// The mesh with smooth bumps: p ↦ (1 + f(p)) p, where f is a sum of five random waves, |f| ≤ `amount`, of lengths

@@ -1,4 +1,4 @@
-use crate::vector::{add, unit};
+use crate::vector::{add, cross, dot, unit};
 use crate::{Edges, Similarity, TriMesh, Welded};
 use std::f64::consts::TAU;
 
@@ -58,14 +58,14 @@ fn icosahedron() -> TriMesh {
     };
     let positions: Vec<[f64; 3]> = (0..3).flat_map(cyclic).map(unit).collect();
     // The 20 triples of mutually nearest corners, each turned outward.
-    let near = |a: usize, b: usize| crate::vector::dot(positions[a], positions[b]) > 0.4;
+    let near = |a: usize, b: usize| dot(positions[a], positions[b]) > 0.4;
     let mut triangles = Vec::new();
     for a in 0..12 {
         for b in a + 1..12 {
             for c in b + 1..12 {
                 if near(a, b) && near(b, c) && near(c, a) {
                     let [p, q, r] = [a, b, c].map(|v| positions[v]);
-                    let outward = crate::vector::dot(p, crate::vector::cross(q, r)) > 0.0;
+                    let outward = dot(p, cross(q, r)) > 0.0;
                     triangles.push(if outward { [a, b, c] } else { [a, c, b] }.map(|v| v as u32));
                 }
             }
@@ -173,7 +173,7 @@ pub fn book_of_slivers(n: u32, angle: f64) -> TriMesh {
 }
 
 /// Many meshes in one, side by side in the lists of vertices and triangles.
-pub fn union(meshes: &[TriMesh]) -> TriMesh {
+pub fn disjoint_union(meshes: &[TriMesh]) -> TriMesh {
     let mut positions = Vec::new();
     let mut triangles = Vec::new();
     for mesh in meshes {
@@ -250,8 +250,8 @@ pub fn exploded(mesh: &TriMesh) -> TriMesh {
     )
 }
 
-/// A block of (2 `holes` + 1) × 3 × 1 unit cubes with `holes` square holes through it: a closed surface of that genus, of
-/// area 2 (4 holes + 3) + … per unit, each unit square in `resolution`² cells.
+/// A block of (2 `holes` + 1) × 3 × 1 unit cubes with `holes` square holes through it: a closed surface of that genus, each
+/// unit square of it in `resolution`² cells.
 pub fn block(holes: u32, resolution: u32) -> TriMesh {
     let n = resolution as i64;
     let length = 2 * i64::from(holes) + 1;
