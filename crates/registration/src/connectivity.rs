@@ -1,0 +1,184 @@
+//! Which vertex of a suspect is which vertex of the original, when the suspect kept the original's connectivity.
+
+mod colours;
+mod graph;
+mod placement;
+mod propagation;
+
+use crate::{Fit, Handedness, RegistrationError, fit_similarity};
+use graph::Graph;
+use mesh::TriMesh;
+
+/// Which suspect vertex each original vertex became.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Correspondence {
+    /// The suspect's vertex for each vertex of the original, #V; none where that part of the original was not found,
+    /// and for vertices that no triangle uses. No suspect vertex appears twice.
+    pub suspect_of: Vec<Option<u32>>,
+}
+
+impl Correspondence {
+    /// How many vertices of the original have a partner.
+    pub fn matched(&self) -> usize {
+        self.suspect_of.iter().flatten().count()
+    }
+
+    /// The suspect's position at each matched vertex of the original.
+    pub fn carry(&self, suspect: &TriMesh) -> Vec<Option<[f64; 3]>> {
+        self.suspect_of
+            .iter()
+            .map(|v| v.map(|v| suspect.positions()[v as usize]))
+            .collect()
+    }
+
+    /// The least-squares similarity that takes the suspect's vertices to their partners in the original.
+    ///
+    /// # Errors
+    /// When the matched vertices do not determine one: see [`fit_similarity`].
+    pub fn fit(
+        &self,
+        original: &TriMesh,
+        suspect: &TriMesh,
+        handedness: Handedness,
+    ) -> Result<Fit, RegistrationError> {
+        let (source, target): (Vec<_>, Vec<_>) = self
+            .suspect_of
+            .iter()
+            .zip(original.positions())
+            .filter_map(|(v, &target)| v.map(|v| (suspect.positions()[v as usize], target)))
+            .unzip();
+        fit_similarity(&source, &target, None, handedness)
+    }
+}
+
+/// Why a suspect does not have the original's connectivity.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Difference {
+    /// Vertices were added or removed.
+    #[error("connectivity differs: the original has {original} vertices in use, the suspect {suspect}")]
+    VertexCount {
+        /// Vertices that triangles of the original use.
+        original: usize,
+        /// Vertices that triangles of the suspect use.
+        suspect: usize,
+    },
+    /// Triangles were added or removed.
+    #[error("connectivity differs: the original has {original} triangles, the suspect {suspect}")]
+    TriangleCount {
+        /// #F of the original.
+        original: usize,
+        /// #F of the suspect.
+        suspect: usize,
+    },
+    /// The counts agree, but vertices have other numbers of neighbours, or of neighbours of neighbours, and so on.
+    #[error(
+        "connectivity differs: {vertices} vertices of the original have surroundings that no suspect vertex has left for them"
+    )]
+    Surroundings {
+        /// How many vertices of the original have no counterpart.
+        vertices: usize,
+    },
+    /// The surroundings agree everywhere, but no map of the vertices takes triangles to triangles.
+    #[error(
+        "connectivity differs: {vertices} vertices of the original lie in parts that could not be mapped onto the suspect"
+    )]
+    Unmapped {
+        /// How many vertices of the original have no counterpart.
+        vertices: usize,
+    },
+}
+
+/// Finds the map of vertices that takes the original's triangles to the suspect's.
+///
+/// Order of vertices, order of faces, rotation of corners and orientation of faces are immaterial, and so is geometry
+/// (noise, smoothing, any transform), as long as the connectivity is unambiguous. A symmetric mesh has several such maps, and so have
+/// equal pieces: then the map whose best similarity, mirrored or not, leaves the smallest residual is chosen.
+/// The result is exact: it maps the triangles of the original one to one onto those of the suspect.
+///
+/// # Errors
+/// Says how the connectivities differ.
+///
+/// ```
+/// use mesh::TriMesh;
+/// let points = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 3.0, 0.0]];
+/// let original = TriMesh::new(points.clone(), vec![[0, 1, 2], [0, 2, 3]])?;
+/// let suspect = TriMesh::new(vec![points[3], points[2], points[1], points[0]], vec![[3, 1, 0], [3, 2, 1]])?;
+/// let map = registration::match_connectivity(&original, &suspect)?;
+/// assert_eq!(map.suspect_of, [Some(3), Some(2), Some(1), Some(0)]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn match_connectivity(original: &TriMesh, suspect: &TriMesh) -> Result<Correspondence, Difference> {
+    Ok(match_candidates(original, suspect, 1)?.swap_remove(0))
+}
+
+/// As [`match_connectivity`], but all maps that geometry cannot tell apart, at most `limit`, the best first.
+///
+/// A map is kept when its residual is at most twice the best one. A regular icosphere has 120 of them, a scan one.
+///
+/// # Errors
+/// Says how the connectivities differ.
+pub fn match_candidates(
+    original: &TriMesh,
+    suspect: &TriMesh,
+    limit: usize,
+) -> Result<Vec<Correspondence>, Difference> {
+    let (from, onto) = (Graph::of(original), Graph::of(suspect));
+    if let Some(same_order) = identity(&from, &onto)
+        && limit <= 1
+    {
+        return Ok(vec![same_order]);
+    }
+    compare_counts(&from, &onto)?;
+    let colours = colours::refine(&from, &onto);
+    match colours.unmatched() {
+        0 => {}
+        vertices => return Err(Difference::Surroundings { vertices }),
+    }
+    let mut maps = placement::candidates(&from, &onto, &colours, limit.max(1));
+    let vertices = from.used_vertices - maps.first().map_or(0, Correspondence::matched);
+    if vertices > 0 {
+        return Err(Difference::Unmapped { vertices });
+    }
+    maps.retain(|map| map.matched() == from.used_vertices);
+    Ok(maps)
+}
+
+/// As [`match_connectivity`], for a suspect that kept only some connected parts of the original, or gained others.
+///
+/// Parts are matched whole: a part of the original without a counterpart stays unmatched. Nothing matched is an answer too.
+pub fn match_components(original: &TriMesh, suspect: &TriMesh) -> Correspondence {
+    let (from, onto) = (Graph::of(original), Graph::of(suspect));
+    if let Some(same_order) = identity(&from, &onto) {
+        return same_order;
+    }
+    let colours = colours::refine(&from, &onto);
+    let none = Correspondence {
+        suspect_of: vec![None; original.vertex_count()],
+    };
+    placement::candidates(&from, &onto, &colours, 1)
+        .pop()
+        .unwrap_or(none)
+}
+
+/// The map of each vertex to itself, if that is right.
+fn identity(from: &Graph<'_>, onto: &Graph<'_>) -> Option<Correspondence> {
+    let same = from.mesh.vertex_count() == onto.mesh.vertex_count()
+        && from.mesh.triangles() == onto.mesh.triangles();
+    let used = |v: u32| (!from.fan(v).is_empty()).then_some(v);
+    same.then(|| Correspondence {
+        suspect_of: (0..from.mesh.vertex_count() as u32).map(used).collect(),
+    })
+}
+
+fn compare_counts(from: &Graph<'_>, onto: &Graph<'_>) -> Result<(), Difference> {
+    let (original, suspect) = (from.used_vertices, onto.used_vertices);
+    if original != suspect {
+        return Err(Difference::VertexCount { original, suspect });
+    }
+    let (original, suspect) = (from.mesh.triangle_count(), onto.mesh.triangle_count());
+    if original != suspect {
+        return Err(Difference::TriangleCount { original, suspect });
+    }
+    Ok(())
+}

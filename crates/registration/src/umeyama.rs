@@ -1,0 +1,247 @@
+//! The least-squares similarity between two sets of corresponding points (Umeyama, PAMI 13(4), 1991).
+
+use crate::RegistrationError;
+use crate::vector::{Mat3, Vec3, add, apply, determinant, product, scaled, squared, sub, svd, transposed};
+use mesh::Similarity;
+
+/// A similarity fitted to pairs of points, with the residuals of this fit and of the mirrored one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fit {
+    /// Takes source points to target points.
+    pub transform: Similarity,
+    /// Weighted root mean square of |target − transform(source)|, in the target's unit.
+    pub residual: f64,
+    /// The residual that the best similarity of the other handedness leaves.
+    pub mirrored_residual: f64,
+}
+
+impl Fit {
+    /// Whether a similarity of the other handedness fits the pairs clearly better than this one.
+    ///
+    /// "Clearly" is by a factor of two: coplanar points fit both hands alike, and noise must not decide.
+    pub fn mirror_fits_better(&self) -> bool {
+        2.0 * self.mirrored_residual < self.residual
+    }
+}
+
+/// Which similarities a fit may choose from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Handedness {
+    /// Rotations alone (determinant +1).
+    #[default]
+    Proper,
+    /// Rotations with a reflection alone (determinant −1).
+    Mirrored,
+    /// Whichever leaves the smaller residual; rotations if it is a draw.
+    Either,
+}
+
+/// Fits the proper similarity y = s R x + t that minimises Σ wᵢ |yᵢ − (s R xᵢ + t)|² (Umeyama's eqs. 40 to 43).
+///
+/// `source` and `target` are #P by 3, pair by pair; without `weights` every pair counts alike. Both sets are centred
+/// first, so a small model far from the origin loses no more digits than its coordinates have already lost. O(#P).
+///
+/// # Errors
+/// When the slices differ in length, a number is not finite, a weight is negative, or the pairs do not determine
+/// a similarity: fewer than three, or all on one line.
+///
+/// ```
+/// let source = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+/// let target = source.map(|[x, y, z]| [5.0 - 2.0 * y, 2.0 * x, 2.0 * z]);   // a quarter turn, doubled, moved
+/// let fit = registration::umeyama(&source, &target, None)?;
+/// assert!((fit.transform.scale - 2.0).abs() < 1e-12 && fit.residual < 1e-12);
+/// # Ok::<(), registration::RegistrationError>(())
+/// ```
+pub fn umeyama(
+    source: &[[f64; 3]],
+    target: &[[f64; 3]],
+    weights: Option<&[f64]>,
+) -> Result<Fit, RegistrationError> {
+    fit_similarity(source, target, weights, Handedness::Proper)
+}
+
+/// As [`umeyama`], with a choice of [`Handedness`].
+///
+/// # Errors
+/// As [`umeyama`].
+pub fn fit_similarity(
+    source: &[[f64; 3]],
+    target: &[[f64; 3]],
+    weights: Option<&[f64]>,
+    handedness: Handedness,
+) -> Result<Fit, RegistrationError> {
+    let moments = Moments::of(source, target, weights)?;
+    let [proper, mirrored] = [1.0, -1.0].map(|sign| moments.similarity(sign));
+    let [proper_residual, mirrored_residual] =
+        [&proper, &mirrored].map(|candidate| moments.residual(candidate, source, target, weights));
+    let mirror = match handedness {
+        Handedness::Proper => false,
+        Handedness::Mirrored => true,
+        Handedness::Either => 2.0 * mirrored_residual < proper_residual,
+    };
+    let (chosen, residual, mirrored_residual) = if mirror {
+        (mirrored, mirrored_residual, proper_residual)
+    } else {
+        (proper, proper_residual, mirrored_residual)
+    };
+    if !(chosen.scale > 0.0 && chosen.scale.is_finite()) {
+        return Err(RegistrationError::Uncorrelated);
+    }
+    Ok(Fit {
+        transform: moments.about_origin(&chosen),
+        residual,
+        mirrored_residual,
+    })
+}
+
+/// s R, about the centroids.
+struct Centred {
+    scale: f64,
+    rotation: Mat3,
+}
+
+/// Weighted first and second moments of pairs of points.
+struct Moments {
+    source_mean: Vec3,
+    target_mean: Vec3,
+    /// Σ w |x|² / Σ w of the centred source.
+    variance: f64,
+    /// Σ w y xᵀ / Σ w of the centred pairs (Umeyama's Σ_xy).
+    covariance: Mat3,
+}
+
+impl Moments {
+    fn of(source: &[Vec3], target: &[Vec3], weights: Option<&[f64]>) -> Result<Self, RegistrationError> {
+        check(source, target, weights)?;
+        let weight = |i: usize| weights.map_or(1.0, |w| w[i]);
+        let total: f64 = (0..source.len()).map(weight).sum();
+        let source_mean = mean(source, weight, total);
+        let target_mean = mean(target, weight, total);
+        let mut covariance = [[0.0; 3]; 3];
+        let mut scatter = [[[0.0; 3]; 3]; 2];
+        for (i, (&x, &y)) in source.iter().zip(target).enumerate() {
+            let (x, y, w) = (sub(x, source_mean), sub(y, target_mean), weight(i) / total);
+            for row in 0..3 {
+                covariance[row] = add(covariance[row], scaled(x, w * y[row]));
+                scatter[0][row] = add(scatter[0][row], scaled(x, w * x[row]));
+                scatter[1][row] = add(scatter[1][row], scaled(y, w * y[row]));
+            }
+        }
+        for (cloud, scatter, mean) in [
+            ("source", &scatter[0], source_mean),
+            ("target", &scatter[1], target_mean),
+        ] {
+            if is_collinear(scatter, mean) {
+                return Err(RegistrationError::Collinear { cloud });
+            }
+        }
+        let variance = scatter[0][0][0] + scatter[0][1][1] + scatter[0][2][2];
+        Ok(Self {
+            source_mean,
+            target_mean,
+            variance,
+            covariance,
+        })
+    }
+
+    /// With Σ_xy = U D Vᵀ: R = U S Vᵀ and s = tr(D S) / σ_x², S = diag(1, 1, ±1) so that det R = `sign`.
+    fn similarity(&self, sign: f64) -> Centred {
+        let factors = svd(&self.covariance);
+        let hand = sign * determinant(&factors.left) * determinant(&factors.right);
+        let hand = if hand < 0.0 { -1.0 } else { 1.0 };
+        let [first, second, third] = factors.left;
+        let rotation = product(&transposed(&[first, second, scaled(third, hand)]), &factors.right);
+        let [a, b, c] = factors.values;
+        Centred {
+            scale: (a + b + hand * c) / self.variance,
+            rotation,
+        }
+    }
+
+    fn residual(
+        &self,
+        candidate: &Centred,
+        source: &[Vec3],
+        target: &[Vec3],
+        weights: Option<&[f64]>,
+    ) -> f64 {
+        let mut sum = 0.0;
+        let mut total = 0.0;
+        for (i, (&x, &y)) in source.iter().zip(target).enumerate() {
+            let image = scaled(
+                apply(&candidate.rotation, sub(x, self.source_mean)),
+                candidate.scale,
+            );
+            let w = weights.map_or(1.0, |w| w[i]);
+            sum += w * squared(sub(sub(y, self.target_mean), image));
+            total += w;
+        }
+        (sum / total).sqrt()
+    }
+
+    fn about_origin(&self, centred: &Centred) -> Similarity {
+        let &Centred { scale, rotation } = centred;
+        let translation = sub(
+            self.target_mean,
+            scaled(apply(&rotation, self.source_mean), scale),
+        );
+        Similarity {
+            scale,
+            rotation,
+            translation,
+        }
+    }
+}
+
+fn check(source: &[Vec3], target: &[Vec3], weights: Option<&[f64]>) -> Result<(), RegistrationError> {
+    if source.len() != target.len() {
+        let (source_count, target_count) = (source.len(), target.len());
+        return Err(RegistrationError::PointCount {
+            source_count,
+            target_count,
+        });
+    }
+    if let Some(weights) = weights {
+        if weights.len() != source.len() {
+            return Err(RegistrationError::WeightCount {
+                given: weights.len(),
+                expected: source.len(),
+            });
+        }
+        if let Some(index) = weights.iter().position(|w| !(w.is_finite() && *w >= 0.0)) {
+            return Err(RegistrationError::BadWeight {
+                index,
+                weight: weights[index],
+            });
+        }
+    }
+    let finite = |p: &Vec3| p.iter().all(|x| x.is_finite());
+    if let Some(index) = source
+        .iter()
+        .zip(target)
+        .position(|(x, y)| !(finite(x) && finite(y)))
+    {
+        return Err(RegistrationError::NotFinite { index });
+    }
+    let given = weights.map_or(source.len(), |w| w.iter().filter(|&&w| w > 0.0).count());
+    if given < 3 {
+        return Err(RegistrationError::TooFewPoints { given });
+    }
+    Ok(())
+}
+
+/// The weighted mean, taken about the first point so that a far-off cloud keeps its digits.
+fn mean(points: &[Vec3], weight: impl Fn(usize) -> f64, total: f64) -> Vec3 {
+    let first = points[0];
+    let sum = points.iter().enumerate().fold([0.0; 3], |sum, (i, &p)| {
+        add(sum, scaled(sub(p, first), weight(i) / total))
+    });
+    add(first, sum)
+}
+
+/// Whether all points of a cloud with this scatter matrix lie on one line, up to the rounding of their coordinates.
+fn is_collinear(scatter: &Mat3, mean: Vec3) -> bool {
+    let [largest, second, _] = svd(scatter).values;
+    let rounding = 4.0 * f64::EPSILON * mean.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+    second.sqrt() <= (1e-7 * largest.sqrt()).max(rounding)
+}
