@@ -4,88 +4,55 @@ use mesh::{Facing, Similarity, TopologyReport, TriMesh, Welded, shapes};
 use proptest::prelude::*;
 use std::f64::consts::PI;
 
-/// The fixtures with their vertices, triangles, Euler characteristic, boundary loops and genus.
-fn catalogue() -> Vec<(&'static str, TriMesh, [usize; 2], i64, usize, Option<u64>)> {
+/// A fixture and what its documentation says of it.
+struct Known {
+    name: &'static str,
+    mesh: TriMesh,
+    vertices: usize,
+    triangles: usize,
+    euler: i64,
+    loops: usize,
+    genus: Option<u64>,
+}
+
+#[rustfmt::skip] // a table
+fn catalogue() -> Vec<Known> {
+    let known = |name, mesh, [vertices, triangles]: [usize; 2], euler, loops, genus| {
+        Known { name, mesh, vertices, triangles, euler, loops, genus }
+    };
     vec![
-        ("tetrahedron", shapes::tetrahedron(), [4, 4], 2, 0, Some(0)),
-        ("cube", shapes::cube(2.0), [8, 12], 2, 0, Some(0)),
-        ("icosahedron", shapes::icosphere(0), [12, 20], 2, 0, Some(0)),
-        ("icosphere", shapes::icosphere(3), [642, 1280], 2, 0, Some(0)),
-        (
-            "torus",
-            shapes::torus(20, 10, 2.0, 0.5),
-            [200, 400],
-            0,
-            0,
-            Some(1),
-        ),
-        ("block", shapes::block(0, 2), [58, 112], 2, 0, Some(0)),
-        (
-            "block with holes",
-            shapes::block(3, 2),
-            [268, 544],
-            -4,
-            0,
-            Some(3),
-        ),
-        (
-            "rectangle",
-            shapes::rectangle(5, 3, 2.0, 1.0),
-            [24, 30],
-            1,
-            1,
-            Some(0),
-        ),
-        (
-            "cylinder",
-            shapes::cylinder(12, 4, 1.0, 3.0),
-            [60, 96],
-            0,
-            2,
-            Some(0),
-        ),
-        ("Möbius strip", shapes::moebius_strip(9), [18, 18], 0, 1, None),
-        ("open book", shapes::book(2), [6, 4], 1, 1, Some(0)),
-        ("book", shapes::book(3), [8, 6], 1, 3, None),
-        (
-            "book of slivers",
-            shapes::book_of_slivers(10, 1e-6),
-            [22, 20],
-            1,
-            1,
-            Some(0),
-        ),
-        ("soup", shapes::soup(6, 1), [18, 6], 6, 6, None),
-        (
-            "bumpy sphere",
-            shapes::bumpy_sphere(4, 7),
-            [2562, 5120],
-            2,
-            0,
-            Some(0),
-        ),
-        (
-            "bumpy torus",
-            shapes::bumpy_torus(50, 24, 7),
-            [1200, 2400],
-            0,
-            0,
-            Some(1),
-        ),
-        (
-            "bumpy block",
-            shapes::bumpy_block(2, 6, 7),
-            [1798, 3600],
-            -2,
-            0,
-            Some(2),
-        ),
+        known("tetrahedron", shapes::tetrahedron(), [4, 4], 2, 0, Some(0)),
+        known("cube", shapes::cube(2.0), [8, 12], 2, 0, Some(0)),
+        known("icosahedron", shapes::icosphere(0), [12, 20], 2, 0, Some(0)),
+        known("icosphere", shapes::icosphere(3), [642, 1280], 2, 0, Some(0)),
+        known("torus", shapes::torus(20, 10, 2.0, 0.5), [200, 400], 0, 0, Some(1)),
+        known("block", shapes::block(0, 2), [58, 112], 2, 0, Some(0)),
+        known("block with holes", shapes::block(3, 2), [268, 544], -4, 0, Some(3)),
+        known("rectangle", shapes::rectangle(5, 3, 2.0, 1.0), [24, 30], 1, 1, Some(0)),
+        known("cylinder", shapes::cylinder(12, 4, 1.0, 3.0), [60, 96], 0, 2, Some(0)),
+        known("Möbius strip", shapes::moebius_strip(9), [18, 18], 0, 1, None),
+        known("open book", shapes::book(2), [6, 4], 1, 1, Some(0)),
+        known("book", shapes::book(3), [8, 6], 1, 3, None),
+        known("book of slivers", shapes::book_of_slivers(10, 1e-6), [22, 20], 1, 1, Some(0)),
+        known("soup", shapes::soup(6, 1), [18, 6], 6, 6, None),
+        known("bumpy sphere", shapes::bumpy_sphere(4, 7), [2562, 5120], 2, 0, Some(0)),
+        known("bumpy torus", shapes::bumpy_torus(50, 24, 7), [1200, 2400], 0, 0, Some(1)),
+        known("bumpy block", shapes::bumpy_block(2, 6, 7), [1798, 3600], -2, 0, Some(2)),
     ]
 }
 
 #[test]
 fn every_shape_has_the_counts_and_the_topology_that_its_table_states() {
-    for (name, mesh, [vertices, triangles], euler, loops, genus) in catalogue() {
+    for Known {
+        name,
+        mesh,
+        vertices,
+        triangles,
+        euler,
+        loops,
+        genus,
+    } in catalogue()
+    {
         let report = TopologyReport::of(&mesh);
         assert_eq!(
             [report.vertices, report.triangles],
@@ -121,7 +88,14 @@ fn every_shape_has_the_counts_and_the_topology_that_its_table_states() {
 
 #[test]
 fn angle_defects_of_a_closed_surface_sum_to_two_pi_times_its_euler_characteristic() {
-    for (name, mesh, _, euler, loops, _) in catalogue() {
+    for Known {
+        name,
+        mesh,
+        euler,
+        loops,
+        ..
+    } in catalogue()
+    {
         if loops > 0 {
             continue;
         }
@@ -217,7 +191,7 @@ fn bumpy_surfaces_have_irregular_nets_of_well_shaped_triangles_and_depend_on_the
 
 #[test]
 fn a_report_does_not_depend_on_the_order_of_vertices_and_triangles() {
-    for (name, mesh, ..) in catalogue() {
+    for Known { name, mesh, .. } in catalogue() {
         let [report, of_shuffled] = [&mesh, &shapes::shuffled(&mesh, 3)].map(TopologyReport::of);
         assert!(
             (report.area - of_shuffled.area).abs() <= 1e-12 * report.area,
