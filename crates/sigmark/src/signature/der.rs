@@ -36,6 +36,7 @@ const MAX_SCRYPT_MEMORY: u64 = 128 << 20;
 const MAX_SCRYPT_ROUNDS: u64 = 16;
 
 /// A private key as its file holds it.
+#[cfg_attr(test, derive(Debug))]
 pub(super) struct PrivateKeyFields {
     pub(super) curve: Curve,
     /// Big-endian, not yet validated.
@@ -208,6 +209,13 @@ fn limit_costs(kdf: &pbes2::Kdf) -> Result<(), KeyError> {
             MAX_ITERATIONS,
         ),
         pbes2::Kdf::Scrypt(parameters) => {
+            // The cost N is a power of two, and none of the three is zero (RFC 7914, 6): the crate takes it for granted.
+            if !parameters.cost_parameter.is_power_of_two()
+                || parameters.block_size == 0
+                || parameters.parallelization == 0
+            {
+                return Err(unsupported("its scrypt parameters are not valid"));
+            }
             let memory = parameters
                 .cost_parameter
                 .saturating_mul(128 * u64::from(parameters.block_size));
@@ -234,5 +242,110 @@ fn damaged(what: &'static str, error: &pkcs8::der::Error) -> KeyError {
 fn unsupported(detail: &str) -> KeyError {
     KeyError::UnsupportedEncryption {
         detail: detail.to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use pkcs8::pkcs5::pbes2::{Kdf, Parameters, Pbkdf2Params, ScryptParams};
+
+    fn locked_by(kdf: Kdf) -> Vec<u8> {
+        let parameters = Parameters {
+            kdf,
+            encryption: pbes2::EncryptionScheme::Aes256Cbc { iv: [0; 16] },
+        };
+        EncryptedPrivateKeyInfoRef {
+            encryption_algorithm: parameters.into(),
+            encrypted_data: OctetStringRef::new(&[0; 64]).expect("64 octets"),
+        }
+        .to_der()
+        .expect("valid parameters")
+    }
+
+    fn scrypt(cost_parameter: u64, block_size: u16, parallelization: u16) -> Kdf {
+        Kdf::Scrypt(ScryptParams {
+            salt: [1; 8].as_slice().try_into().expect("a salt of 8 octets"),
+            cost_parameter,
+            block_size,
+            parallelization,
+            key_length: None,
+        })
+    }
+
+    fn pbkdf2(iterations: u32) -> Kdf {
+        Kdf::Pbkdf2(Pbkdf2Params::hmac_sha256(iterations, &[1; 8]).expect("a salt of 8 octets"))
+    }
+
+    #[test]
+    fn a_key_that_would_take_minutes_or_gigabytes_to_open_is_refused() {
+        for (kdf, what) in [
+            (pbkdf2(10_000_001), "PBKDF2 iterations"),
+            (scrypt(1 << 18, 8, 1), "bytes of scrypt memory"),
+            (scrypt(1 << 63, u16::MAX, 1), "bytes of scrypt memory"),
+            (scrypt(2, 8, 17), "rounds of scrypt"),
+        ] {
+            match decrypt(&locked_by(kdf), "x") {
+                Err(KeyError::CostlyEncryption { what: found, .. }) => assert_eq!(found, what),
+                other => panic!("{what}: {other:?}"),
+            }
+        }
+    }
+
+    #[test]
+    fn impossible_parameters_of_the_key_derivation_are_refused_and_do_not_panic() {
+        for kdf in [
+            scrypt(0, 8, 1),
+            scrypt(1, 8, 1),
+            scrypt(3, 8, 1),
+            scrypt(16, 0, 1),
+            scrypt(16, 8, 0),
+            pbkdf2(0),
+        ] {
+            let result = decrypt(&locked_by(kdf.clone()), "x");
+            assert!(
+                matches!(
+                    result,
+                    Err(KeyError::UnsupportedEncryption { .. } | KeyError::WrongPassphrase)
+                ),
+                "{kdf:?}: {result:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_curve_named_twice_must_be_named_alike() {
+        let key = |oid| {
+            EcPrivateKey {
+                private_key: &[1; 32],
+                parameters: Some(EcParameters::NamedCurve(oid)),
+                public_key: None,
+            }
+            .to_der()
+            .expect("valid fields")
+        };
+        assert!(decode_sec1(&key(Curve::P256.oid()), Some(Curve::P256)).is_ok());
+        assert!(matches!(
+            decode_sec1(&key(Curve::B163.oid()), Some(Curve::P256)),
+            Err(KeyError::CurvesDisagree { .. })
+        ));
+        assert!(matches!(
+            decode_sec1(&key(EC_PUBLIC_KEY), None),
+            Err(KeyError::UnknownCurve { .. })
+        ));
+    }
+
+    #[test]
+    fn a_sec1_key_that_names_no_curve_is_refused() {
+        let key = EcPrivateKey {
+            private_key: &[1; 32],
+            parameters: None,
+            public_key: None,
+        };
+        let der = key.to_der().expect("valid fields");
+        assert!(matches!(
+            decode_sec1(&der, None),
+            Err(KeyError::CurveNotNamed)
+        ));
     }
 }

@@ -313,3 +313,84 @@ fn not_a_public_key(label: String) -> KeyError {
         remedy,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pkcs8(curve: Curve, scalar: &[u8], public: &[u8]) -> String {
+        pem::encode(PRIVATE, &der::encode_pkcs8(curve, scalar, public)).to_string()
+    }
+
+    fn key_of_one(curve: Curve) -> SigningKey {
+        SigningKey::from_scalar(curve, &[1]).expect("1 is a private key")
+    }
+
+    #[test]
+    fn a_private_key_that_is_zero_or_not_below_the_order_is_refused() {
+        for curve in Curve::ALL {
+            let public = key_of_one(curve).public_key().to_sec1();
+            let order = &curve.order()[32 - curve.octets()..];
+            let mut above = order.to_vec();
+            above[curve.octets() - 1] += 1;
+            let mut long = vec![0; curve.octets() + 1];
+            long[curve.octets()] = 1;
+            let zero = vec![0; curve.octets()];
+            let ones = vec![255; curve.octets()];
+            for scalar in [&zero, order, &above, &ones, &long, &[]] {
+                let result = SigningKey::from_pem(&pkcs8(curve, scalar, &public));
+                assert_eq!(
+                    result.expect_err("out of range"),
+                    KeyError::ScalarOutOfRange { curve }
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn a_private_key_whose_leading_zeros_were_dropped_is_read() {
+        for curve in Curve::ALL {
+            let key = key_of_one(curve);
+            let text = pkcs8(curve, &[1], &key.public_key().to_sec1());
+            let read = SigningKey::from_pem(&text).expect("the key 1");
+            assert_eq!(read.to_pem(), key.to_pem());
+        }
+    }
+
+    #[test]
+    fn a_foreign_public_key_beside_the_private_one_is_refused() {
+        for curve in Curve::ALL {
+            let other = SigningKey::from_scalar(curve, &[2]).expect("2 is a private key");
+            let text = pkcs8(curve, &[1], &other.public_key().to_sec1());
+            assert_eq!(
+                SigningKey::from_pem(&text).expect_err("another's public key"),
+                KeyError::KeysDisagree
+            );
+        }
+    }
+
+    #[test]
+    fn a_public_key_that_is_no_point_of_the_group_is_refused() {
+        let read = |curve, octets: &[u8]| {
+            let text = pem::encode(PUBLIC, &der::encode_spki(curve, octets));
+            PublicKey::from_pem(&text).expect_err("no public key")
+        };
+        for curve in Curve::ALL {
+            let mut off = key_of_one(curve).public_key().to_sec1();
+            *off.last_mut().expect("octets") ^= 1;
+            assert_eq!(read(curve, &off), KeyError::PointNotOnCurve { curve });
+            assert_eq!(read(curve, &[0]), KeyError::PointAtInfinity { curve });
+            for bad in [&off[..5], &[], &[9; 43], &[4; 44]] {
+                assert!(matches!(
+                    read(curve, bad),
+                    KeyError::PointEncoding { curve: found, .. } if found == curve
+                ));
+            }
+        }
+        // y^2 = b at x = 0: the point of order 2.
+        let mut small = vec![0; 22];
+        small[0] = 2;
+        let curve = Curve::B163;
+        assert_eq!(read(curve, &small), KeyError::PointOfWrongOrder { curve });
+    }
+}

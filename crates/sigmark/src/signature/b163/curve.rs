@@ -192,3 +192,166 @@ impl ProjectivePoint {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// P + Q by the chord-and-tangent rule in affine coordinates, the definition (SEC 1, 2.2.2).
+    fn add(p: Option<AffinePoint>, q: Option<AffinePoint>) -> Option<AffinePoint> {
+        let (Some(p), Some(q)) = (p, q) else {
+            return p.or(q);
+        };
+        let (lambda, x) = if p.x != q.x {
+            let lambda = (p.y + q.y) * (p.x + q.x).invert();
+            (
+                lambda,
+                lambda.square() + lambda + p.x + q.x + FieldElement::ONE,
+            )
+        } else if p.y == q.y && !p.x.is_zero() {
+            let lambda = p.x + p.y * p.x.invert();
+            (lambda, lambda.square() + lambda + FieldElement::ONE)
+        } else {
+            return None;
+        };
+        Some(AffinePoint {
+            x,
+            y: lambda * (p.x + x) + x + p.y,
+        })
+    }
+
+    fn negated(p: AffinePoint) -> AffinePoint {
+        AffinePoint {
+            x: p.x,
+            y: p.x + p.y,
+        }
+    }
+
+    /// The only point of order 2.
+    fn two_torsion() -> AffinePoint {
+        AffinePoint {
+            x: FieldElement::ZERO,
+            y: B.sqrt(),
+        }
+    }
+
+    fn scalar() -> impl Strategy<Value = U192> {
+        prop_oneof![
+            1 => (0u64..5).prop_map(U192::from),
+            1 => (0u64..5).prop_map(|k| ORDER.wrapping_sub(&U192::from(k))),
+            3 => any::<[u64; 3]>().prop_map(|[a, b, c]| U192::from_words([a, b, c & 7])),
+        ]
+    }
+
+    fn decoded(octets: &[u8]) -> Result<AffinePoint, PointError> {
+        AffinePoint::from_sec1(octets)
+    }
+
+    #[test]
+    fn the_base_point_lies_on_the_curve_and_has_order_d() {
+        assert!(GENERATOR.is_on_curve());
+        assert_eq!(GENERATOR.mul(&ORDER), None);
+        let before = ORDER.wrapping_sub(&U192::ONE);
+        assert_eq!(GENERATOR.mul(&before), Some(negated(GENERATOR)));
+        assert_eq!(GENERATOR.mul(&U192::ZERO), None);
+        assert_eq!(GENERATOR.mul(&U192::ONE), Some(GENERATOR));
+    }
+
+    #[test]
+    fn small_multiples_are_repeated_sums() {
+        let mut sum = None;
+        for k in 0u64..40 {
+            assert_eq!(GENERATOR.mul(&U192::from(k)), sum, "{k} A");
+            sum = add(sum, Some(GENERATOR));
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(24))]
+
+        #[test]
+        fn multiplication_is_a_homomorphism_from_the_integers(k in scalar(), l in scalar()) {
+            let (p, q) = (GENERATOR.mul(&k), GENERATOR.mul(&l));
+            let sum = GENERATOR.mul(&k.wrapping_add(&l));
+            prop_assert_eq!(add(p, q), sum);
+            prop_assert_eq!(add(q, p), sum);
+            prop_assert_eq!(GENERATOR.mul_add(&k, GENERATOR, &l), sum);
+            prop_assert!(sum.is_none_or(AffinePoint::is_on_curve));
+        }
+
+        #[test]
+        fn a_point_survives_both_encodings(k in scalar()) {
+            let Some(point) = GENERATOR.mul(&k) else { return Ok(()) };
+            let octets = point.to_sec1();
+            prop_assert_eq!(decoded(&octets), Ok(point));
+            let z = point.y * point.x.invert();
+            let mut compressed = octets[..22].to_vec();
+            compressed[0] = 2 + u8::from(z.bit(0));
+            prop_assert_eq!(decoded(&compressed), Ok(point));
+            compressed[0] ^= 1;
+            prop_assert_eq!(decoded(&compressed), Ok(negated(point)));
+        }
+    }
+
+    #[test]
+    fn points_outside_the_subgroup_are_refused() {
+        let small = two_torsion();
+        assert!(small.is_on_curve());
+        assert_eq!(add(Some(small), Some(small)), None);
+        assert_eq!(decoded(&small.to_sec1()), Err(PointError::WrongOrder));
+        assert_eq!(
+            decoded(&[2; 1].into_iter().chain([0; 21]).collect::<Vec<_>>()),
+            Err(PointError::WrongOrder)
+        );
+        let outside = add(Some(small), Some(GENERATOR)).expect("the sum of two different points");
+        assert!(outside.is_on_curve());
+        assert_eq!(decoded(&outside.to_sec1()), Err(PointError::WrongOrder));
+    }
+
+    #[test]
+    fn encodings_that_are_no_points_are_refused() {
+        let good = GENERATOR.to_sec1();
+        assert_eq!(decoded(&[0]), Err(PointError::Infinity));
+        for tag in [1, 5, 6, 7, 255] {
+            let mut octets = good;
+            octets[0] = tag;
+            assert!(
+                matches!(decoded(&octets), Err(PointError::Encoding(_))),
+                "{tag}"
+            );
+        }
+        for length in (0..43).filter(|&length| length != 22) {
+            let octets = &good[..length];
+            assert!(
+                matches!(decoded(octets), Err(PointError::Encoding(_))),
+                "{length}"
+            );
+        }
+        for bit in 0..8 * 42 {
+            let mut octets = good;
+            octets[1 + bit / 8] ^= 1 << (bit % 8);
+            assert!(
+                matches!(
+                    decoded(&octets),
+                    Err(PointError::NotOnCurve | PointError::Encoding(_))
+                ),
+                "{bit}"
+            );
+        }
+    }
+
+    #[test]
+    fn an_x_coordinate_without_a_point_is_refused() {
+        let refused = (1u8..40)
+            .filter(|&x| {
+                let mut octets = [0; 22];
+                octets[0] = 2;
+                octets[21] = x;
+                decoded(&octets) == Err(PointError::NotOnCurve)
+            })
+            .count();
+        // Half of all x have no y.
+        assert!((8..32).contains(&refused), "{refused} of 39");
+    }
+}

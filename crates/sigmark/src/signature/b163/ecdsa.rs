@@ -159,3 +159,137 @@ fn pad(value: &U192) -> [u8; 32] {
     octets[8..].copy_from_slice(value.to_be_bytes().as_ref());
     octets
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use sha1::Sha1;
+    use sha2::Sha256;
+
+    /// The key of RFC 6979, A.2.13.
+    fn rfc6979_key() -> SecretScalar {
+        SecretScalar(U192::from_be_hex(
+            "000000035318fc447d48d7e6bc93b48617dddedf26aa658f",
+        ))
+    }
+
+    fn hex(digits: &str) -> [u8; 32] {
+        let digits = format!("{digits:0>64}");
+        std::array::from_fn(|i| u8::from_str_radix(&digits[2 * i..2 * i + 2], 16).expect("hex"))
+    }
+
+    fn check(signature: ([u8; 32], [u8; 32]), digest: &[u8], r: &str, s: &str) {
+        assert_eq!(signature, (hex(r), hex(s)));
+        let public = rfc6979_key().public_point();
+        assert!(verifies(&public, digest, &signature.0, &signature.1));
+    }
+
+    #[test]
+    fn signatures_are_those_of_rfc_6979() {
+        let key = rfc6979_key();
+        for bits in [COMPONENT_BITS, ORDER_BITS] {
+            for (message, r, s) in [
+                (
+                    "sample",
+                    "153FEBD179A69B6122DEBF5BC61EB947B24C93526",
+                    "37AC9C670F8CF18045049BAE7DD35553545C19E49",
+                ),
+                (
+                    "test",
+                    "256D4079C6C7169B8BC92529D701776A269D56308",
+                    "341D3FFEC9F1EB6A6ACBE88E3C86A1C8FDEB8B8E1",
+                ),
+            ] {
+                let digest = Sha1::digest(message);
+                check(sign::<Sha1>(&key, &digest, bits), &digest, r, s);
+            }
+            for (message, r, s) in [
+                (
+                    "sample",
+                    "134E00F78FC1CB9501675D91C401DE20DDF228CDC",
+                    "373273AEC6C36CB7BAFBB1903A5F5EA6A1D50B624",
+                ),
+                (
+                    "test",
+                    "227DF377B3FA50F90C1CB3CDCBBDBA552C1D35104",
+                    "1F7BEAD92583FE920D353F368C1960D0E88B46A56",
+                ),
+            ] {
+                let digest = Sha256::digest(message);
+                check(sign::<Sha256>(&key, &digest, bits), &digest, r, s);
+            }
+        }
+    }
+
+    #[test]
+    fn the_public_key_is_that_of_rfc_6979() {
+        let octets = rfc6979_key().public_point().to_sec1();
+        assert_eq!(
+            octets[1..22],
+            hex("126CF562D95A1D77D387BA75A3EA3A1407F23425A")[11..]
+        );
+        assert_eq!(
+            octets[22..],
+            hex("7D7CB5273C94DA8CA93049AFDA18721C24672BD71")[11..]
+        );
+    }
+
+    /// With 162 bits this happens once in 2^81 times; with fewer it can be watched.
+    #[test]
+    fn a_component_with_too_many_bits_makes_the_signer_take_the_next_nonce() {
+        let key = rfc6979_key();
+        let digest = Sha1::digest("sample");
+        let first = sign::<Sha1>(&key, &digest, ORDER_BITS);
+        let short = sign::<Sha1>(&key, &digest, 160);
+        assert_ne!(first, short);
+        assert!(U192::from_be_slice(&short.0[8..]).bits() <= 160);
+        assert!(U192::from_be_slice(&short.1[8..]).bits() <= 160);
+        assert!(verifies(&key.public_point(), &digest, &short.0, &short.1));
+    }
+
+    #[test]
+    fn components_that_are_zero_or_not_below_the_order_are_refused() {
+        let key = rfc6979_key();
+        let public = key.public_point();
+        let digest = Sha1::digest("sample");
+        let (r, s) = sign::<Sha1>(&key, &digest, COMPONENT_BITS);
+        // d + r and d + s are congruent to the right values.
+        let beyond = |value: &[u8; 32]| pad(&U192::from_be_slice(&value[8..]).wrapping_add(&ORDER));
+        let mut huge = r;
+        huge[0] = 1;
+        assert!(verifies(&public, &digest, &r, &s));
+        for bad in [[0; 32], order(), beyond(&r), beyond(&s), [255; 32], huge] {
+            assert!(!verifies(&public, &digest, &bad, &s));
+            assert!(!verifies(&public, &digest, &r, &bad));
+        }
+    }
+
+    #[test]
+    fn private_keys_lie_between_1_and_d_minus_1() {
+        let key = |value: &U192| SecretScalar::from_octets(&octets(value)).is_some();
+        assert!(!key(&U192::ZERO));
+        assert!(key(&U192::ONE));
+        assert!(key(&ORDER.wrapping_sub(&U192::ONE)));
+        assert!(!key(&ORDER));
+        assert!(!key(&ORDER.wrapping_add(&U192::ONE)));
+        assert!(SecretScalar::from_octets(&[255; OCTETS]).is_none());
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(16))]
+
+        #[test]
+        fn a_signature_verifies_for_its_key_and_digest_alone(
+            key in any::<[u8; 20]>(), other in any::<[u8; 20]>(), digest in any::<[u8; 20]>(), wrong in any::<[u8; 20]>()
+        ) {
+            let key = SecretScalar(integer(&key));
+            let other = SecretScalar(integer(&other));
+            prop_assume!(key.0 != U192::ZERO && other.0 != U192::ZERO && key.0 != other.0 && digest != wrong);
+            let (r, s) = sign::<Sha1>(&key, &digest, COMPONENT_BITS);
+            prop_assert!(verifies(&key.public_point(), &digest, &r, &s));
+            prop_assert!(!verifies(&other.public_point(), &digest, &r, &s));
+            prop_assert!(!verifies(&key.public_point(), &wrong, &r, &s));
+        }
+    }
+}
