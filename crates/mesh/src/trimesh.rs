@@ -6,6 +6,15 @@ use crate::{Adjacency, Edges, MeshError};
 ///
 /// Always valid: at least one triangle, every coordinate finite, every index in range, no triangle with a repeated
 /// vertex. Unused vertices, non-manifold places, boundaries and triangles of area zero are allowed.
+///
+/// ```
+/// let positions = vec![[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 3.0, 0.0]];
+/// let mesh = mesh::TriMesh::new(positions, vec![[0, 1, 2]])?;
+/// assert_eq!(mesh.area(), 6.0);
+/// assert_eq!(mesh.bounding_box().diagonal(), 5.0);
+/// assert_eq!(mesh.vertex_normals(), [[0.0, 0.0, 1.0]; 3]);
+/// # Ok::<(), mesh::MeshError>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct TriMesh {
     positions: Vec<[f64; 3]>,

@@ -47,11 +47,10 @@ pub fn shuffled(mesh: &TriMesh, seed: u64) -> TriMesh {
         triangle.rotate_left(random.below(3));
         triangle
     });
-    let triangles = triangles.collect::<Vec<_>>();
-    built(positions, triangles)
+    built(positions, triangles.collect())
 }
 
-/// The mesh with each vertex moved at random, by up to `amount` of its shortest edge along each axis.
+/// The mesh with each vertex moved at random along each axis, by up to `amount` of the shortest edge at that vertex.
 pub fn jittered(mesh: &TriMesh, amount: f64, seed: u64) -> TriMesh {
     let mut random = Random::new(seed);
     let neighbours = mesh.neighbours();
@@ -69,7 +68,8 @@ pub fn jittered(mesh: &TriMesh, amount: f64, seed: u64) -> TriMesh {
     built(moved.collect(), mesh.triangles().to_vec())
 }
 
-/// The mesh with about a quarter of its inner edges flipped: two triangles a b c and b a d become c d b and d c a.
+/// The mesh with inner edges flipped in random order, at most one a triangle: triangles a b c and b a d become c d b and
+/// d c a.
 ///
 /// Only flips that keep a manifold a manifold and leave two triangles about as flat and
 /// not much smaller are made.
