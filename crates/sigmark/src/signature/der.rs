@@ -2,7 +2,7 @@
 //! SEC1 private keys (RFC 5915) and public keys (SubjectPublicKeyInfo, RFC 5480).
 
 use pkcs8::der::asn1::{AnyRef, BitStringRef, OctetStringRef};
-use pkcs8::der::{Decode, Encode};
+use pkcs8::der::{Decode, Encode, SliceReader};
 use pkcs8::pkcs5::{self, EncryptionScheme, pbes2};
 use pkcs8::spki::SubjectPublicKeyInfoRef;
 use pkcs8::{
@@ -92,15 +92,13 @@ pub(super) fn encode_pkcs8(curve: Curve, scalar: &[u8], public: &[u8]) -> Zeroiz
 
 /// Unlocks a private key: the DER of a PKCS#8 private key.
 pub(super) fn decrypt(der: &[u8], passphrase: &str) -> Result<Zeroizing<Vec<u8>>, KeyError> {
-    let info = EncryptedPrivateKeyInfoRef::from_der(der)
-        .map_err(|error| damaged("encrypted private key", &error))?;
-    let EncryptionScheme::Pbes2(parameters) = &info.encryption_algorithm else {
-        return Err(unsupported("it is not PBES2"));
+    let (scheme, encrypted) = decode_encrypted(der)?;
+    let EncryptionScheme::Pbes2(parameters) = &scheme else {
+        return Err(unsupported("by PBES1"));
     };
     limit_costs(&parameters.kdf)?;
-    let plain = info
-        .encryption_algorithm
-        .decrypt(passphrase, info.encrypted_data.as_bytes())
+    let plain = scheme
+        .decrypt(passphrase, encrypted)
         .map_err(|error| match error {
             pkcs5::Error::DecryptFailed => KeyError::WrongPassphrase,
             error => unsupported(&error.to_string()),
@@ -111,6 +109,22 @@ pub(super) fn decrypt(der: &[u8], passphrase: &str) -> Result<Zeroizing<Vec<u8>>
         Ok(_) => Ok(plain),
         Err(_) => Err(KeyError::WrongPassphrase),
     }
+}
+
+/// The fields of an EncryptedPrivateKeyInfo (RFC 5958, 3), read one by one to tell an unknown algorithm from damage.
+fn decode_encrypted<'a>(der: &'a [u8]) -> Result<(EncryptionScheme, &'a [u8]), KeyError> {
+    let fields = |reader: &mut SliceReader<'a>| -> pkcs8::der::Result<_> {
+        Ok((
+            AlgorithmIdentifierRef::decode(reader)?,
+            <&OctetStringRef>::decode(reader)?,
+        ))
+    };
+    let (algorithm, encrypted) = AnyRef::from_der(der)
+        .and_then(|info| info.sequence(fields))
+        .map_err(|error| damaged("encrypted private key", &error))?;
+    let scheme = EncryptionScheme::try_from(algorithm)
+        .map_err(|error| unsupported(&format!("by algorithm {}: {error}", algorithm.oid)))?;
+    Ok((scheme, encrypted.as_bytes()))
 }
 
 /// Locks a PKCS#8 private key by PBES2 with PBKDF2-HMAC-SHA-256 and AES-256-CBC, as `openssl pkcs8 -topk8` does.
@@ -214,7 +228,7 @@ fn limit_costs(kdf: &pbes2::Kdf) -> Result<(), KeyError> {
                 || parameters.block_size == 0
                 || parameters.parallelization == 0
             {
-                return Err(unsupported("its scrypt parameters are not valid"));
+                return Err(unsupported("by scrypt with impossible parameters"));
             }
             let memory = parameters
                 .cost_parameter
@@ -226,9 +240,7 @@ fn limit_costs(kdf: &pbes2::Kdf) -> Result<(), KeyError> {
                 MAX_SCRYPT_ROUNDS,
             )
         }
-        _ => Err(unsupported(
-            "its key derivation is neither PBKDF2 nor scrypt",
-        )),
+        _ => Err(unsupported("by neither PBKDF2 nor scrypt")),
     }
 }
 
