@@ -136,6 +136,35 @@ fn signatures_made_by_openssl_are_valid_here() {
     );
 }
 
+/// Each was found valid by `openssl dgst -sha256 -verify p256.public.pem -signature signature.der message`, and so on,
+/// with `signature.der` the SEQUENCE of r and s.
+#[test]
+fn signatures_made_here_are_those_that_openssl_found_valid() {
+    for (private, scheme, hex) in [
+        (
+            key_file!("p256"),
+            Scheme::EcdsaP256Sha256,
+            "962f1b269c30b385dbd77f3adcd3ca5f92bd4ad474d51068e970a67133374694\
+             977b33eb7ef6d3ec5d045126a1e8b9ac4cf10936b041dc27e3861dd5e82b9c14",
+        ),
+        (
+            key_file!("p256"),
+            Scheme::EcdsaP256Sha1,
+            "5e0fbbb5758343f2501ea6877ac39f717dda7f73cacf17066f809c9932a7071e\
+             bc10ae145ae4a52294618a0c35db8d1147c908450b6fe0062b9e1095ec3e4bba",
+        ),
+        (
+            key_file!("b163"),
+            Scheme::EcdsaB163Sha1,
+            "61bbf12ec5d4d9ba4a644418aa270738798744424db3ab23f3ec0060446138bae105e2190f1ccb626",
+        ),
+    ] {
+        let key = SigningKey::from_pem(private).expect("a private key");
+        let signature = key.sign(scheme, b"watermark").expect("its own curve");
+        assert_eq!(signature.to_hex(), hex);
+    }
+}
+
 #[test]
 fn any_flipped_bit_makes_a_signature_invalid() {
     for scheme in [Scheme::EcdsaP256Sha256, Scheme::EcdsaB163Sha1] {

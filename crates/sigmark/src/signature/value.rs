@@ -6,6 +6,7 @@ use super::{Scheme, SignatureError};
 ///
 /// Any bit string of the right length is a value of this type, since what is extracted from a damaged mesh may be anything:
 /// whether it is valid only [`PublicKey::verify`](super::PublicKey::verify) says.
+/// As always with ECDSA, where `(r, s)` is valid so is `(r, d - s)`: two different bit strings may confirm one message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Signature {
     scheme: Scheme,
