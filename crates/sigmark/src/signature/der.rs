@@ -5,9 +5,7 @@ use pkcs8::der::asn1::{AnyRef, BitStringRef, OctetStringRef};
 use pkcs8::der::{Decode, Encode, SliceReader};
 use pkcs8::pkcs5::{self, EncryptionScheme, pbes2};
 use pkcs8::spki::SubjectPublicKeyInfoRef;
-use pkcs8::{
-    AlgorithmIdentifierRef, EncryptedPrivateKeyInfoRef, ObjectIdentifier, PrivateKeyInfoRef,
-};
+use pkcs8::{AlgorithmIdentifierRef, EncryptedPrivateKeyInfoRef, ObjectIdentifier, PrivateKeyInfoRef};
 use rand_core::CryptoRng;
 use sec1::{EcParameters, EcPrivateKey};
 use zeroize::Zeroizing;
@@ -128,18 +126,13 @@ fn decode_encrypted<'a>(der: &'a [u8]) -> Result<(EncryptionScheme, &'a [u8]), K
 }
 
 /// Locks a PKCS#8 private key by PBES2 with PBKDF2-HMAC-SHA-256 and AES-256-CBC, as `openssl pkcs8 -topk8` does.
-pub(super) fn encrypt(
-    plain: &[u8],
-    passphrase: &str,
-    rng: &mut (impl CryptoRng + ?Sized),
-) -> Vec<u8> {
+pub(super) fn encrypt(plain: &[u8], passphrase: &str, rng: &mut (impl CryptoRng + ?Sized)) -> Vec<u8> {
     const FITS: &str = "a salt of 16 octets and a key of a few dozen can be encoded";
     let mut salt = [0; 16];
     let mut iv = [0; 16];
     rng.fill_bytes(&mut salt);
     rng.fill_bytes(&mut iv);
-    let parameters =
-        pbes2::Parameters::generate_pbkdf2_sha256_aes256cbc(ITERATIONS, &salt, iv).expect(FITS);
+    let parameters = pbes2::Parameters::generate_pbkdf2_sha256_aes256cbc(ITERATIONS, &salt, iv).expect(FITS);
     let encrypted = parameters.encrypt(passphrase, plain).expect(FITS);
     EncryptedPrivateKeyInfoRef {
         encryption_algorithm: parameters.into(),
@@ -202,9 +195,7 @@ fn curve_by_oid(oid: ObjectIdentifier) -> Result<Curve, KeyError> {
     Curve::ALL
         .into_iter()
         .find(|curve| curve.oid() == oid)
-        .ok_or_else(|| KeyError::UnknownCurve {
-            oid: oid.to_string(),
-        })
+        .ok_or_else(|| KeyError::UnknownCurve { oid: oid.to_string() })
 }
 
 /// Refuses key derivations that would take minutes or gigabytes.
@@ -355,9 +346,6 @@ mod tests {
             public_key: None,
         };
         let der = key.to_der().expect("valid fields");
-        assert!(matches!(
-            decode_sec1(&der, None),
-            Err(KeyError::CurveNotNamed)
-        ));
+        assert!(matches!(decode_sec1(&der, None), Err(KeyError::CurveNotNamed)));
     }
 }

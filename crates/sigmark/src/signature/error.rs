@@ -164,9 +164,7 @@ pub enum KeyError {
     )]
     CurveNotNamed,
     /// The key names two curves.
-    #[error(
-        "the key names two different curves, {outer} and {inner}: the file is damaged; export it again"
-    )]
+    #[error("the key names two different curves, {outer} and {inner}: the file is damaged; export it again")]
     CurvesDisagree {
         /// Object identifier outside.
         outer: String,

@@ -143,9 +143,7 @@ impl SigningKey {
         let mut padded = Zeroizing::new([0; 32]);
         padded[padding..curve.octets()].copy_from_slice(octets);
         let secret = match curve {
-            Curve::P256 => ::p256::SecretKey::from_slice(&padded[..])
-                .ok()
-                .map(Secret::P256),
+            Curve::P256 => ::p256::SecretKey::from_slice(&padded[..]).ok().map(Secret::P256),
             Curve::B163 => padded
                 .first_chunk()
                 .and_then(b163::SecretScalar::from_octets)

@@ -48,10 +48,7 @@ impl Signature {
 
     /// The bits in hexadecimal, four to a digit: 128 digits on P-256, 81 on B-163.
     pub fn to_hex(&self) -> String {
-        let nibble = |four: &[bool]| {
-            four.iter()
-                .fold(0, |value, &bit| 2 * value + u32::from(bit))
-        };
+        let nibble = |four: &[bool]| four.iter().fold(0, |value, &bit| 2 * value + u32::from(bit));
         self.bits()
             .chunks(4)
             .filter_map(|four| char::from_digit(nibble(four), 16))
@@ -67,10 +64,7 @@ impl Signature {
         for (position, character) in text.chars().enumerate() {
             let digit = character
                 .to_digit(16)
-                .ok_or(SignatureError::NotHexadecimal {
-                    position,
-                    character,
-                })?;
+                .ok_or(SignatureError::NotHexadecimal { position, character })?;
             bits.extend((0..4).rev().map(|i| (digit >> i) & 1 == 1));
         }
         Signature::from_bits(scheme, &bits)

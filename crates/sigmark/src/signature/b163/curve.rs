@@ -150,11 +150,7 @@ impl ProjectivePoint {
         let z3 = x1_2 * z1_2;
         let x3 = x1_2.square() + b_z1_4;
         let y3 = b_z1_4 * z3 + x3 * (z3 + self.y.square() + b_z1_4);
-        ProjectivePoint {
-            x: x3,
-            y: y3,
-            z: z3,
-        }
+        ProjectivePoint { x: x3, y: y3, z: z3 }
     }
 
     /// P + Q, with Q affine (the same book, algorithm 3.25).
@@ -185,11 +181,7 @@ impl ProjectivePoint {
         let f = x3 + q.x * z3;
         let g = (q.x + q.y) * z3.square();
         let y3 = (e + z3) * f + g;
-        ProjectivePoint {
-            x: x3,
-            y: y3,
-            z: z3,
-        }
+        ProjectivePoint { x: x3, y: y3, z: z3 }
     }
 }
 
@@ -205,10 +197,7 @@ mod tests {
         };
         let (lambda, x) = if p.x != q.x {
             let lambda = (p.y + q.y) * (p.x + q.x).invert();
-            (
-                lambda,
-                lambda.square() + lambda + p.x + q.x + FieldElement::ONE,
-            )
+            (lambda, lambda.square() + lambda + p.x + q.x + FieldElement::ONE)
         } else if p.y == q.y && !p.x.is_zero() {
             let lambda = p.x + p.y * p.x.invert();
             (lambda, lambda.square() + lambda + FieldElement::ONE)
@@ -222,10 +211,7 @@ mod tests {
     }
 
     fn negated(p: AffinePoint) -> AffinePoint {
-        AffinePoint {
-            x: p.x,
-            y: p.x + p.y,
-        }
+        AffinePoint { x: p.x, y: p.x + p.y }
     }
 
     /// The only point of order 2.
@@ -316,10 +302,7 @@ mod tests {
         for tag in [1, 5, 6, 7, 255] {
             let mut octets = good;
             octets[0] = tag;
-            assert!(
-                matches!(decoded(&octets), Err(PointError::Encoding(_))),
-                "{tag}"
-            );
+            assert!(matches!(decoded(&octets), Err(PointError::Encoding(_))), "{tag}");
         }
         for length in (0..43).filter(|&length| length != 22) {
             let octets = &good[..length];

@@ -10,8 +10,7 @@ use zeroize::{Zeroize, Zeroizing};
 use super::curve::{AffinePoint, GENERATOR};
 
 /// The order `d` of the base point, a prime of 163 bits that exceeds 2¹⁶² by about 2⁸¹.
-pub(crate) const ORDER: U192 =
-    U192::from_be_hex("000000040000000000000000000292fe77e70c12a4234c33");
+pub(crate) const ORDER: U192 = U192::from_be_hex("000000040000000000000000000292fe77e70c12a4234c33");
 
 const_monty_params!(
     Order,

@@ -62,9 +62,7 @@ impl FieldElement {
 
     /// a⁻¹ = a^(2^m - 2) = (a^(2^(m-1) - 1))², by Fermat's little theorem; zero is mapped to zero.
     pub(crate) fn invert(self) -> Self {
-        (0..M - 2)
-            .fold(self, |power, _| power.square() * self)
-            .square()
+        (0..M - 2).fold(self, |power, _| power.square() * self).square()
     }
 
     /// The only square root, a^(2^(m-1)).
@@ -108,10 +106,7 @@ impl Add for FieldElement {
 impl Mul for FieldElement {
     type Output = Self;
 
-    #[expect(
-        clippy::suspicious_arithmetic_impl,
-        reason = "a product is a sum of shifts"
-    )]
+    #[expect(clippy::suspicious_arithmetic_impl, reason = "a product is a sum of shifts")]
     fn mul(self, other: Self) -> Self {
         let mut product = FieldElement::ZERO;
         let mut shifted = other;
