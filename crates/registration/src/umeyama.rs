@@ -245,3 +245,142 @@ fn is_collinear(scatter: &Mat3, mean: Vec3) -> bool {
     let rounding = 4.0 * f64::EPSILON * mean.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
     second.sqrt() <= (1e-7 * largest.sqrt()).max(rounding)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::vector::norm;
+    use proptest::prelude::*;
+
+    const POINTS: [Vec3; 5] = [
+        [0.0, 0.0, 0.0],
+        [1.0, 0.2, 0.0],
+        [0.0, 0.7, 0.1],
+        [0.3, 0.0, 0.9],
+        [-0.5, 0.4, 0.2],
+    ];
+
+    fn turned() -> Similarity {
+        Similarity {
+            scale: 0.5,
+            translation: [1.0, -2.0, 3.0],
+            ..Similarity::from_quaternion([1.0, 0.4, -0.3, 2.0])
+        }
+    }
+
+    fn sum_of_squares(transform: &Similarity, source: &[Vec3], target: &[Vec3], weights: &[f64]) -> f64 {
+        let pairs = source.iter().zip(target).zip(weights);
+        pairs
+            .map(|((&x, &y), w)| w * squared(sub(y, transform.apply(x))))
+            .sum()
+    }
+
+    #[test]
+    fn a_small_model_far_from_the_origin_is_fitted_to_the_rounding_of_its_coordinates() {
+        let far = POINTS.map(|p| add(p, [1e6, -2e6, 3e6]));
+        let target = turned().apply_all(&POINTS);
+        let fit = umeyama(&far, &target, None).unwrap();
+        assert!(fit.residual < 1e-9, "residual {}", fit.residual);
+        assert!((fit.transform.scale - 0.5).abs() < 1e-9);
+        for (&x, &y) in far.iter().zip(&target) {
+            assert!(norm(sub(fit.transform.apply(x), y)) < 4e-9);
+        }
+    }
+
+    #[test]
+    fn pairs_without_weight_do_not_count() {
+        let mut target = turned().apply_all(&POINTS);
+        target[4] = [100.0, 0.0, 0.0];
+        let fit = umeyama(&POINTS, &target, Some(&[1.0, 2.0, 0.5, 1.0, 0.0])).unwrap();
+        assert!(fit.residual < 1e-14);
+    }
+
+    #[test]
+    fn a_mirrored_target_is_fitted_by_a_reflection_and_a_plane_by_a_rotation() {
+        let target = POINTS.map(|[x, y, z]| [-x, y, z]);
+        let proper = umeyama(&POINTS, &target, None).unwrap();
+        assert!(!proper.transform.mirrors() && proper.mirror_fits_better());
+        let mirrored = fit_similarity(&POINTS, &target, None, Handedness::Either).unwrap();
+        assert!(mirrored.transform.mirrors() && mirrored.residual < 1e-14 && !mirrored.mirror_fits_better());
+        let (flat, flat_target) = (
+            POINTS.map(|[x, y, _]| [x, y, 0.0]),
+            target.map(|[x, y, _]| [x, y, 0.0]),
+        );
+        let either = fit_similarity(&flat, &flat_target, None, Handedness::Either).unwrap();
+        assert!(!either.transform.mirrors() && either.residual < 1e-14);
+    }
+
+    #[test]
+    fn pairs_that_determine_no_similarity_are_refused() {
+        let line = [
+            [0.0, 0.0, 0.0],
+            [1.0, 1.0, 1.0],
+            [2.0, 2.0, 2.0],
+            [3.0, 3.0, 3.0],
+            [5.0, 5.0, 5.0],
+        ];
+        let place = [[7.0, 1e5, 0.1]; 5];
+        for degenerate in [line, place] {
+            let source = umeyama(&degenerate, &POINTS, None);
+            assert_eq!(source, Err(RegistrationError::Collinear { cloud: "source" }));
+            let target = umeyama(&POINTS, &degenerate, None);
+            assert_eq!(target, Err(RegistrationError::Collinear { cloud: "target" }));
+        }
+        let few = umeyama(&POINTS, &POINTS, Some(&[1.0, 0.0, 2.0, 0.0, 0.0]));
+        assert_eq!(few, Err(RegistrationError::TooFewPoints { given: 2 }));
+        assert_eq!(
+            umeyama(&[], &[], None),
+            Err(RegistrationError::TooFewPoints { given: 0 })
+        );
+    }
+
+    #[test]
+    fn bad_input_is_named() {
+        let points = |source_count, target_count| {
+            Err(RegistrationError::PointCount {
+                source_count,
+                target_count,
+            })
+        };
+        assert_eq!(umeyama(&POINTS, &POINTS[..4], None), points(5, 4));
+        let weights = umeyama(&POINTS, &POINTS, Some(&[1.0]));
+        assert_eq!(
+            weights,
+            Err(RegistrationError::WeightCount {
+                given: 1,
+                expected: 5
+            })
+        );
+        let negative = umeyama(&POINTS, &POINTS, Some(&[1.0, 1.0, -1.0, 1.0, 1.0]));
+        assert_eq!(
+            negative,
+            Err(RegistrationError::BadWeight {
+                index: 2,
+                weight: -1.0
+            })
+        );
+        let mut infinite = POINTS;
+        infinite[3][1] = f64::INFINITY;
+        assert_eq!(
+            umeyama(&POINTS, &infinite, None),
+            Err(RegistrationError::NotFinite { index: 3 })
+        );
+    }
+
+    proptest! {
+        #[test]
+        fn no_nearby_similarity_fits_better(
+            target in prop::array::uniform5(prop::array::uniform3(-1.0..1.0_f64)),
+            weights in prop::array::uniform5(0.1..2.0_f64),
+            turn in prop::array::uniform3(-1.0..1.0_f64), stretch in -1.0..1.0_f64,
+        ) {
+            let Ok(fit) = umeyama(&POINTS, &target, Some(&weights)) else { return Ok(()) };
+            let least = sum_of_squares(&fit.transform, &POINTS, &target, &weights);
+            prop_assert!((fit.residual.powi(2) * weights.iter().sum::<f64>() - least).abs() < 1e-12);
+            let small = Similarity { scale: 1.0 + 1e-3 * stretch, ..Similarity::from_quaternion([1e3, turn[0], turn[1], turn[2]]) };
+            for other in [small.then(&fit.transform), fit.transform.then(&small)] {
+                prop_assert!(sum_of_squares(&other, &POINTS, &target, &weights) >= least - 1e-12);
+            }
+        }
+    }
+}

@@ -4,11 +4,12 @@
 //! the seed flag of one part, the anchor, is a hypothesis. Under the similarity of a hypothesis every other part takes the free image that
 //! lies nearest. Hypotheses are ranked by the residual of all pairs together.
 //!
-//! Work is bounded: images of the anchor are compared on growing neighbourhoods of its seed (successive halving), so that every stage
-//! visits at most [`BUDGET`] vertices, and at most that many are visited to place the other parts.
+//! Work is bounded by [`BUDGET`] in each of three stages. Images of the anchor are compared on growing neighbourhoods of its seed
+//! (successive halving); those that remain by how near they bring the centroids of a sample of the other parts; the best of these
+//! by placing all parts.
 
 use super::Correspondence;
-use super::colours::Colours;
+use super::colours::{Colouring, Colours};
 use super::graph::Graph;
 use super::propagation::{Flag, Propagation, fit};
 use crate::vector::{add, scaled, squared, sub};
@@ -24,6 +25,9 @@ const SMALLEST_NEIGHBOURHOOD: usize = 64;
 /// Of the images of a part, this many that lie nearest by centroid and seed are tried in full.
 const NEAREST_IMAGES: usize = 12;
 
+/// So many other parts say how well an image of the anchor places the rest.
+const SAMPLED_PARTS: usize = 32;
+
 /// A map is kept beside the best one when its residual is at most so many times larger.
 const INDISTINGUISHABLE: f64 = 2.0;
 
@@ -36,18 +40,9 @@ pub(super) fn candidates(
     colours: &Colours,
     limit: usize,
 ) -> Vec<Correspondence> {
-    let parts = parts(from, onto, colours);
-    let mut search = Search {
-        from,
-        onto,
-        propagation: Propagation::new(from, onto, colours),
-        parts,
-    };
-    let most = (BUDGET / from.used_vertices.max(1)).max(1);
-    let mut maps: Vec<Placed> = Vec::new();
-    for start in search.hypotheses(most) {
-        maps.push(search.complete(start));
-    }
+    let mut search = Search::new(from, onto, colours);
+    let starts = search.hypotheses();
+    let mut maps: Vec<Placed> = starts.into_iter().map(|start| search.complete(start)).collect();
     maps.sort_by(|x, y| {
         y.pairs
             .len()
@@ -71,10 +66,12 @@ fn correspondence(from: &Graph<'_>, pairs: &Pairs) -> Correspondence {
     Correspondence { suspect_of }
 }
 
-/// A connected part of the original with the images that its seed may have.
+/// A connected part of the original.
+#[derive(Clone, Copy)]
 struct Part {
     seed: Flag,
-    images: Vec<Flag>,
+    /// Index of the set of images that the seed may have.
+    images: usize,
     /// No other part of the original looks like it, and it has one image.
     is_certain: bool,
     vertices: usize,
@@ -94,34 +91,78 @@ struct Search<'a> {
     onto: &'a Graph<'a>,
     propagation: Propagation<'a>,
     parts: Vec<Part>,
+    /// Sets of flags of the suspect, each with the colours of a seed.
+    images: Vec<Vec<Flag>>,
+    /// Centroids of the suspect's parts.
+    centroids: Vec<[f64; 3]>,
 }
 
-impl Search<'_> {
-    /// First steps: all certain parts at once if there are any, else each image of the anchor that is not clearly worse than others.
-    fn hypotheses(&mut self, most: usize) -> Vec<Placed> {
+impl<'a> Search<'a> {
+    fn new(from: &'a Graph<'a>, onto: &'a Graph<'a>, colours: &'a Colours) -> Self {
+        let (parts, images) = parts(from, onto, colours);
+        let propagation = Propagation::new(from, onto, colours);
+        Self {
+            from,
+            onto,
+            propagation,
+            parts,
+            images,
+            centroids: centroids(onto),
+        }
+    }
+
+    /// First steps: all certain parts at once if they fix a similarity, else the most promising images of the anchor.
+    fn hypotheses(&mut self) -> Vec<Placed> {
         let mut certain = self.nothing();
         for index in 0..self.parts.len() {
             if self.parts[index].is_certain {
-                let image = self.parts[index].images[0];
+                let image = self.images[self.parts[index].images][0];
                 self.place(&mut certain, index, image);
             }
         }
         if fit(self.from, self.onto, &certain.pairs).is_some() {
             return vec![certain];
         }
-        let anchors = (0..self.parts.len()).filter(|&i| !certain.done[i] && !self.parts[i].images.is_empty());
-        let anchor =
-            anchors.min_by_key(|&i| (self.parts[i].images.len(), usize::MAX - self.parts[i].vertices));
+        let image_count = |i: usize| self.images[self.parts[i].images].len();
+        let anchors = (0..self.parts.len()).filter(|&i| !certain.done[i] && image_count(i) > 0);
+        let anchor = anchors.min_by_key(|&i| (image_count(i), usize::MAX - self.parts[i].vertices));
         let Some(anchor) = anchor else {
             return vec![certain];
         };
-        let mut starts = Vec::new();
-        for image in self.promising(anchor, most) {
+        let images = self.promising(anchor);
+        let mut starts: Vec<(f64, Placed)> = Vec::new();
+        for image in images {
             let mut start = self.nothing();
             self.place(&mut start, anchor, image);
-            starts.push(start);
+            starts.push((self.scatter(&start), start));
         }
-        starts
+        starts.sort_by(|x, y| x.0.total_cmp(&y.0));
+        starts.truncate((BUDGET / self.cost_of_completion()).max(1));
+        starts.into_iter().map(|(_, start)| start).collect()
+    }
+
+    /// Images and vertices that are looked at to place all parts.
+    fn cost_of_completion(&self) -> usize {
+        let images: usize = self.parts.iter().map(|part| self.images[part.images].len()).sum();
+        self.from.used_vertices + if self.parts.len() > 1 { images } else { 0 }
+    }
+
+    /// How far a sample of the other parts lies from the nearest of their images, squared, under the similarity of a hypothesis.
+    fn scatter(&self, start: &Placed) -> f64 {
+        let Some(fit) = fit(self.from, self.onto, &start.pairs) else {
+            return f64::INFINITY;
+        };
+        let apart = |part: &Part| {
+            let images = self.images[part.images].iter();
+            let centroids = images.map(|image| self.centroids[self.onto.part_of(image.corners[0])]);
+            let apart = centroids.map(|c| squared(sub(fit.transform.apply(c), part.centroid)));
+            apart.fold(f64::INFINITY, f64::min)
+        };
+        let sample = self
+            .parts
+            .iter()
+            .step_by(self.parts.len().div_ceil(SAMPLED_PARTS));
+        sample.map(apart).filter(|x| x.is_finite()).sum::<f64>() + fit.residual * fit.residual
     }
 
     fn nothing(&self) -> Placed {
@@ -144,10 +185,21 @@ impl Search<'_> {
         }
     }
 
-    /// The images of a part's seed that lead to a map, at most `most`, the best first.
-    fn promising(&mut self, part: usize, most: usize) -> Vec<Flag> {
-        let Part { seed, vertices, .. } = self.parts[part];
-        let mut images = self.parts[part].images.clone();
+    /// The images of a part's seed that lead to a map, the best first, as many as can be looked at further.
+    fn promising(&mut self, part: usize) -> Vec<Flag> {
+        let Part {
+            seed,
+            vertices,
+            images,
+            ..
+        } = self.parts[part];
+        let mut images = self.images[images].clone();
+        let sampled = if self.parts.len() > 1 {
+            SAMPLED_PARTS * images.len()
+        } else {
+            0
+        };
+        let most = (BUDGET / (vertices + sampled)).max(1);
         images.truncate(BUDGET / SMALLEST_NEIGHBOURHOOD);
         loop {
             let size = (BUDGET / images.len().max(1)).max(SMALLEST_NEIGHBOURHOOD);
@@ -172,11 +224,6 @@ impl Search<'_> {
     fn complete(&mut self, mut placed: Placed) -> Placed {
         let mut order: Vec<usize> = (0..self.parts.len()).filter(|&i| !placed.done[i]).collect();
         order.sort_by_key(|&i| usize::MAX - self.parts[i].vertices);
-        let centroids = if order.is_empty() {
-            Vec::new()
-        } else {
-            centroids(self.onto)
-        };
         let mut fitted = 0;
         let mut transform = Similarity::IDENTITY;
         for part in order {
@@ -184,31 +231,33 @@ impl Search<'_> {
                 fitted = placed.pairs.len();
                 transform = fit(self.from, self.onto, &placed.pairs).map_or(transform, |fit| fit.transform);
             }
-            self.place_nearest(&mut placed, part, &transform, &centroids);
+            self.place_nearest(&mut placed, part, &transform);
         }
         placed.residual = fit(self.from, self.onto, &placed.pairs).map_or(f64::INFINITY, |fit| fit.residual);
         placed
     }
 
     /// Maps a part by the free image that lies nearest under `transform`.
-    fn place_nearest(
-        &mut self,
-        placed: &mut Placed,
-        part: usize,
-        transform: &Similarity,
-        centroids: &[[f64; 3]],
-    ) {
-        let Part { seed, centroid, .. } = self.parts[part];
-        let mut images: Vec<(f64, Flag)> = Vec::new();
-        for &image in &self.parts[part].images {
-            let target = self.onto.part_of(image.corners[0]);
-            if !placed.taken[target] {
-                let apart = squared(sub(transform.apply(centroids[target]), centroid));
+    fn place_nearest(&mut self, placed: &mut Placed, part: usize, transform: &Similarity) {
+        let Part {
+            seed,
+            images,
+            centroid,
+            ..
+        } = self.parts[part];
+        let mut images: Vec<(f64, Flag)> = self.images[images]
+            .iter()
+            .filter(|image| !placed.taken[self.onto.part_of(image.corners[0])])
+            .map(|&image| {
+                let target = self.onto.part_of(image.corners[0]);
+                let apart = squared(sub(transform.apply(self.centroids[target]), centroid));
                 let corners = seed.corners.into_iter().zip(image.corners);
-                images.push((apart + self.distance(corners, transform) / 3.0, image));
-            }
+                (apart + self.distance(corners, transform) / 3.0, image)
+            })
+            .collect();
+        if images.len() > NEAREST_IMAGES {
+            images.select_nth_unstable_by(NEAREST_IMAGES, |x, y| x.0.total_cmp(&y.0));
         }
-        images.sort_by(|x, y| x.0.total_cmp(&y.0));
         let mut best: Option<(f64, Pairs)> = None;
         for (_, image) in images.into_iter().take(NEAREST_IMAGES) {
             if self.propagation.run(seed, image, usize::MAX) {
@@ -233,28 +282,34 @@ impl Search<'_> {
     }
 }
 
-/// The connected parts of the original that have triangles, each with a seed of the rarest kind and all its possible images.
-fn parts(from: &Graph<'_>, onto: &Graph<'_>, colours: &Colours) -> Vec<Part> {
+/// The connected parts of the original that have triangles, each with a seed of the rarest kind, and the sets of images of seeds.
+fn parts(from: &Graph<'_>, onto: &Graph<'_>, colours: &Colours) -> (Vec<Part>, Vec<Vec<Flag>>) {
     let mut alike: HashMap<u64, usize> = HashMap::new();
     for &kind in &colours.original.of_part {
         *alike.entry(kind).or_default() += 1;
     }
     let centroids = centroids(from);
+    let mut sets: HashMap<(u64, [u64; 3]), usize> = HashMap::new();
+    let mut images = Vec::new();
     let mut parts = Vec::new();
     for (part, rarest) in colours.original.rarest(from).into_iter().enumerate() {
         let Some(rarest) = rarest else { continue };
         let kind = colours.original.of_part[part];
         let seed = seed_at(from, &colours.original.of_vertex, rarest);
-        let images = images(onto, colours, seed, kind);
+        let look = seed.corners.map(|v| colours.original.of_vertex[v as usize]);
+        let set = *sets.entry((kind, look)).or_insert_with(|| {
+            images.push(images_of(onto, &colours.suspect, look, kind));
+            images.len() - 1
+        });
         parts.push(Part {
             seed,
-            is_certain: images.len() == 1 && alike[&kind] == 1,
-            images,
+            images: set,
+            is_certain: images[set].len() == 1 && alike[&kind] == 1,
             vertices: from.parts.sizes[part],
             centroid: centroids[part],
         });
     }
-    parts
+    (parts, images)
 }
 
 /// The flag at a vertex whose colours are rarest among the flags there.
@@ -289,13 +344,17 @@ fn flags_at<'a>(graph: &'a Graph<'_>, vertex: u32) -> impl Iterator<Item = Flag>
     })
 }
 
-/// The suspect's flags with the seed's colours, in parts of its kind.
-fn images(onto: &Graph<'_>, colours: &Colours, seed: Flag, kind: u64) -> Vec<Flag> {
-    let [first, second, third] = seed.corners.map(|v| colours.original.of_vertex[v as usize]);
-    let colour = |v: u32| colours.suspect.of_vertex[v as usize];
-    let vertices = colours.suspect.class(first).iter().map(|&(_, v)| v);
-    let vertices = vertices.filter(|&v| colours.suspect.of_part[onto.part_of(v)] == kind);
+/// The suspect's flags of three given colours, in parts of one kind.
+fn images_of(
+    onto: &Graph<'_>,
+    suspect: &Colouring,
+    [first, second, third]: [u64; 3],
+    kind: u64,
+) -> Vec<Flag> {
+    let colour = |v: u32| suspect.of_vertex[v as usize];
+    let vertices = suspect.class(first).iter().map(|&(_, v)| v);
     vertices
+        .filter(|&v| suspect.of_part[onto.part_of(v)] == kind)
         .flat_map(|v| flags_at(onto, v))
         .filter(|flag| colour(flag.corners[1]) == second && colour(flag.corners[2]) == third)
         .collect()

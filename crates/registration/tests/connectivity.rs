@@ -1,0 +1,278 @@
+//! A suspect that kept the original's connectivity is matched vertex by vertex, whatever else was done to it.
+
+use mesh::{Similarity, TriMesh, shapes};
+use proptest::prelude::*;
+use registration::{Difference, Handedness, match_candidates, match_components, match_connectivity, umeyama};
+
+/// Asserts that the map takes the triangles of one mesh one to one onto those of the other.
+fn assert_isomorphism(original: &TriMesh, suspect: &TriMesh, suspect_of: &[Option<u32>]) {
+    let image = |&v: &u32| suspect_of[v as usize].expect("every vertex in use is matched");
+    let sorted = |mut t: [u32; 3]| {
+        t.sort_unstable();
+        t
+    };
+    let mut images: Vec<_> = original
+        .triangles()
+        .iter()
+        .map(|t| sorted([image(&t[0]), image(&t[1]), image(&t[2])]))
+        .collect();
+    let mut triangles: Vec<_> = suspect.triangles().iter().map(|&t| sorted(t)).collect();
+    images.sort_unstable();
+    triangles.sort_unstable();
+    assert_eq!(images, triangles);
+}
+
+/// Asserts that every vertex is matched with the vertex that has the same position in `shuffled`.
+fn assert_same_positions(original: &TriMesh, shuffled: &TriMesh, suspect_of: &[Option<u32>]) {
+    for (v, w) in suspect_of.iter().enumerate() {
+        let w = w.expect("every vertex is matched");
+        assert_eq!(
+            original.positions()[v],
+            shuffled.positions()[w as usize],
+            "vertex {v}"
+        );
+    }
+}
+
+fn irregular(kind: u8, seed: u64) -> TriMesh {
+    match kind {
+        0 => shapes::bumpy_sphere(3, seed),
+        1 => shapes::bumpy_torus(24, 16, seed),
+        2 => shapes::bumpy_block(2, 3, seed),
+        3 => shapes::flipped(&shapes::rectangle(20, 15, 2.0, 1.0), seed),
+        4 => shapes::disjoint_union(&[
+            shapes::bumpy_sphere(2, seed),
+            shapes::translated(&shapes::bumpy_torus(16, 12, seed), [4.0, 0.0, 0.0]),
+            shapes::translated(&shapes::bumpy_sphere(1, seed ^ 1), [0.0, 5.0, 0.0]),
+        ]),
+        _ => shapes::disjoint_union(&[shapes::bumpy_sphere(2, seed), shapes::book(5)]),
+    }
+}
+
+fn similarity() -> impl Strategy<Value = Similarity> {
+    let quaternion =
+        prop::array::uniform4(-1.0..1.0_f64).prop_filter("not zero", |q| q.iter().any(|x| x.abs() > 0.1));
+    (quaternion, -6.0..6.0_f64, prop::array::uniform3(-10.0..10.0_f64)).prop_map(
+        |(q, exponent, translation)| {
+            let scale = 10_f64.powf(exponent);
+            Similarity {
+                scale,
+                translation: translation.map(|x| x * scale),
+                ..Similarity::from_quaternion(q)
+            }
+        },
+    )
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    #[test]
+    fn shuffled_distorted_moved_and_mirrored_copies_are_matched_exactly(
+        kind in 0..6_u8, seed in any::<u64>(), transform in similarity(), mirror in any::<bool>(), turn in any::<bool>(),
+    ) {
+        let original = irregular(kind, seed);
+        let shuffled = shapes::shuffled(&original, seed ^ 7);
+        let mut suspect = shapes::moved(&shapes::bumped(&shapes::jittered(&shuffled, 0.2, seed), 0.1, 5), &transform);
+        if mirror {
+            suspect = shapes::mirrored(&suspect);
+        }
+        if turn {
+            suspect = shapes::inside_out(&suspect);
+        }
+        let map = match_connectivity(&original, &suspect).unwrap();
+        assert_isomorphism(&original, &suspect, &map.suspect_of);
+        if kind < 3 {
+            assert_same_positions(&original, &shuffled, &map.suspect_of);
+        }
+    }
+
+    #[test]
+    fn symmetric_meshes_are_matched_with_residual_zero(kind in 0..6_u8, seed in any::<u64>(), transform in similarity(), mirror in any::<bool>()) {
+        let original = match kind {
+            0 => shapes::tetrahedron(),
+            1 => shapes::cube(2.0),
+            2 => shapes::icosphere(3),
+            3 => shapes::torus(20, 12, 1.0, 0.4),
+            4 => shapes::cylinder(12, 7, 1.0, 3.0),
+            _ => shapes::book(4),
+        };
+        let mut suspect = shapes::moved(&shapes::shuffled(&original, seed), &transform);
+        if mirror {
+            suspect = shapes::mirrored(&suspect);
+        }
+        let map = match_connectivity(&original, &suspect).unwrap();
+        assert_isomorphism(&original, &suspect, &map.suspect_of);
+        let fit = map.fit(&original, &suspect, Handedness::Either).unwrap();
+        prop_assert!(fit.residual < 1e-12, "residual {}", fit.residual);
+    }
+
+    #[test]
+    fn equal_pieces_go_where_they_belong(seed in any::<u64>(), transform in similarity(), copies in 2..12_u32) {
+        let piece = shapes::bumpy_sphere(1, 3);
+        let places = (0..copies).map(|i| {
+            let angle = f64::from(i * i);
+            shapes::translated(&piece, [6.0 * angle.cos() + angle, 6.0 * angle.sin(), f64::from(i % 3)])
+        });
+        let original = shapes::disjoint_union(&places.collect::<Vec<_>>());
+        let shuffled = shapes::shuffled(&original, seed);
+        let suspect = shapes::moved(&shapes::jittered(&shuffled, 0.05, seed), &transform);
+        let map = match_connectivity(&original, &suspect).unwrap();
+        assert_same_positions(&original, &shuffled, &map.suspect_of);
+    }
+
+    #[test]
+    fn one_flipped_edge_is_a_difference(seed in any::<u64>(), kind in 0..3_u8) {
+        let original = irregular(kind, seed);
+        let suspect = shapes::shuffled(&with_an_edge_flipped(&original, seed), seed);
+        prop_assert!(match_connectivity(&original, &suspect).is_err());
+    }
+}
+
+/// Flips the first edge, from a random place on, whose new edge does not exist yet.
+fn with_an_edge_flipped(mesh: &TriMesh, seed: u64) -> TriMesh {
+    let edges = mesh::Edges::of(mesh);
+    let opposite = |t: u32, [a, b]: [u32; 2]| {
+        *mesh.triangles()[t as usize]
+            .iter()
+            .find(|&&v| v != a && v != b)
+            .expect("a third corner")
+    };
+    let mut triangles = mesh.triangles().to_vec();
+    for i in 0..edges.count() {
+        let e = (i + seed as usize % edges.count()) % edges.count();
+        let [a, b] = edges.vertices()[e];
+        if let &[t, u] = edges.triangles(e) {
+            let (c, d) = (opposite(t, [a, b]), opposite(u, [a, b]));
+            if edges.find(c, d).is_none() {
+                triangles[t as usize] = [a, c, d];
+                triangles[u as usize] = [b, d, c];
+                break;
+            }
+        }
+    }
+    TriMesh::new(mesh.positions().to_vec(), triangles).expect("a valid mesh")
+}
+
+#[test]
+fn three_hundred_loose_triangles_are_matched() {
+    let original = shapes::soup(300, 5);
+    let shuffled = shapes::shuffled(&original, 6);
+    let turned = Similarity {
+        scale: 3.0,
+        ..Similarity::from_quaternion([1.0, 2.0, 0.0, -1.0])
+    };
+    let map = match_connectivity(&original, &shapes::moved(&shuffled, &turned)).unwrap();
+    assert_same_positions(&original, &shuffled, &map.suspect_of);
+}
+
+#[test]
+fn an_icosphere_has_120_maps_onto_itself() {
+    let original = shapes::icosphere(2);
+    let maps = match_candidates(&original, &shapes::shuffled(&original, 1), 1000).unwrap();
+    assert_eq!(maps.len(), 120);
+    for (i, map) in maps.iter().enumerate() {
+        assert!(maps[..i].iter().all(|other| other != map));
+    }
+}
+
+#[test]
+fn geometry_leaves_one_map_of_a_bumpy_icosphere() {
+    let original = shapes::bumped(&shapes::icosphere(2), 0.2, 1);
+    let shuffled = shapes::shuffled(&original, 1);
+    let maps = match_candidates(&original, &shapes::jittered(&shuffled, 0.02, 1), 1000).unwrap();
+    assert_eq!(maps.len(), 1);
+    assert_same_positions(&original, &shuffled, &maps[0].suspect_of);
+}
+
+#[test]
+fn a_mirrored_copy_is_recognised() {
+    let original = shapes::bumpy_sphere(2, 1);
+    let suspect = shapes::mirrored(&shapes::shuffled(&original, 4));
+    let map = match_connectivity(&original, &suspect).unwrap();
+    assert!(
+        map.fit(&original, &suspect, Handedness::Proper)
+            .unwrap()
+            .mirror_fits_better()
+    );
+    let fit = map.fit(&original, &suspect, Handedness::Either).unwrap();
+    assert!(fit.transform.mirrors() && fit.residual < 1e-12);
+}
+
+#[test]
+fn parts_that_are_left_are_matched_when_others_are_gone_or_new() {
+    let [first, second, third] = [1, 2, 3]
+        .map(|i| shapes::translated(&shapes::bumpy_sphere(2, i), [3.0 * i as f64, (i * i) as f64, 0.0]));
+    let original = shapes::disjoint_union(&[first.clone(), second, third.clone()]);
+    let suspect = shapes::shuffled(
+        &shapes::disjoint_union(&[shapes::torus(9, 7, 2.0, 0.5), third, first.clone()]),
+        9,
+    );
+    let map = match_components(&original, &suspect);
+    assert_eq!(map.matched(), 2 * first.vertex_count());
+    for (v, position) in map.carry(&suspect).into_iter().enumerate() {
+        assert_eq!(position.is_none(), (162..324).contains(&v));
+        assert!(position.is_none_or(|p| p == original.positions()[v]));
+    }
+}
+
+#[test]
+fn counts_are_compared_first() {
+    let (sphere, larger) = (shapes::icosphere(1), shapes::icosphere(2));
+    let vertices = Difference::VertexCount {
+        original: 42,
+        suspect: 162,
+    };
+    assert_eq!(match_connectivity(&sphere, &larger), Err(vertices));
+    let mut open = sphere.triangles().to_vec();
+    open.pop();
+    let open = TriMesh::new(sphere.positions().to_vec(), open).unwrap();
+    let triangles = Difference::TriangleCount {
+        original: 80,
+        suspect: 79,
+    };
+    assert_eq!(match_connectivity(&sphere, &open), Err(triangles));
+    assert_eq!(match_components(&sphere, &open).matched(), 0);
+}
+
+#[test]
+fn vertices_that_no_triangle_uses_have_no_partner() {
+    let used = shapes::tetrahedron();
+    let mut positions = vec![[9.0; 3]];
+    positions.extend(used.positions());
+    let triangles = used.triangles().iter().map(|t| t.map(|v| v + 1)).collect();
+    let original = TriMesh::new(positions, triangles).unwrap();
+    for suspect in [&original, &used] {
+        let map = match_connectivity(&original, suspect).unwrap();
+        assert_eq!((map.suspect_of[0], map.matched()), (None, 4));
+    }
+}
+
+#[test]
+fn triangles_that_meet_in_one_vertex_are_matched() {
+    // Forty triangles around vertex 0, no two with a common edge: only geometry tells them apart.
+    let mut positions = vec![[0.0; 3]];
+    let mut triangles = Vec::new();
+    for i in 0..40_u32 {
+        let angle = f64::from(i * i);
+        positions.push([angle.cos(), angle.sin(), f64::from(i) / 20.0]);
+        positions.push([angle.cos(), angle.sin(), f64::from(i) / 20.0 + 1.0]);
+        triangles.push([0, 2 * i + 1, 2 * i + 2]);
+    }
+    let original = TriMesh::new(positions, triangles).unwrap();
+    let suspect = shapes::shuffled(&original, 3);
+    let map = match_connectivity(&original, &suspect).unwrap();
+    assert_same_positions(&original, &suspect, &map.suspect_of);
+}
+
+proptest! {
+    #[test]
+    fn umeyama_finds_random_similarities_to_rounding(
+        transform in similarity(), points in prop::collection::vec(prop::array::uniform3(-1.0..1.0_f64), 4..40),
+    ) {
+        let target = transform.apply_all(&points);
+        let fit = umeyama(&points, &target, None).unwrap();
+        prop_assert!((fit.transform.scale / transform.scale - 1.0).abs() < 1e-12);
+        prop_assert!(fit.residual < 1e-13 * transform.scale);
+    }
+}
