@@ -52,7 +52,7 @@ impl Format {
     pub(super) fn marked(bytes: &[u8]) -> Option<Self> {
         let bytes = without_bom(bytes);
         let first = bytes
-            .split(|b| b.is_ascii_whitespace())
+            .split(u8::is_ascii_whitespace)
             .find(|word| !word.is_empty())
             .unwrap_or(&[]);
         if first == b"ply" && bytes.starts_with(b"ply") {
@@ -60,7 +60,7 @@ impl Format {
         } else if is_binary_stl(bytes) || (first.eq_ignore_ascii_case(b"solid") && has_word(bytes, b"facet"))
         {
             Some(Self::Stl)
-        } else if first.len() <= 10 && first.ends_with(b"OFF") {
+        } else if first.ends_with(b"OFF") && first.iter().all(u8::is_ascii_alphanumeric) {
             Some(Self::Off)
         } else {
             None

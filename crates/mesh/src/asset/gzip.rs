@@ -87,7 +87,7 @@ fn compress(header: Option<&GzHeader>, content: &[u8]) -> Vec<u8> {
             builder = builder.extra(extra);
         }
     }
-    let mut encoder = builder.write(Vec::new(), Compression::best());
+    let mut encoder = builder.write(Vec::new(), Compression::default());
     encoder
         .write_all(content)
         .and_then(|()| encoder.finish())

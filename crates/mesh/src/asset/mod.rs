@@ -15,6 +15,7 @@ mod stl;
 mod text;
 
 use std::borrow::Cow;
+use std::fmt;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -23,6 +24,7 @@ use crate::{MeshError, TriMesh, Welded};
 pub use error::{AssetError, Place};
 pub use export::{Precision, write_mesh};
 pub use format::Format;
+pub use save::{write_file, write_private_file};
 
 use error::Fault;
 use gzip::Gzip;
@@ -34,10 +36,10 @@ use slots::Slots;
 /// spacing, headers. Polygons and strips are cut into triangles for [`Self::mesh`] only; lines and points are not seen.
 /// Normals that a file holds are kept as they are, also where vertices move.
 ///
-/// **Precision.** Binary coordinates are rounded to their own type. Text is taken as single precision when no coordinate
-/// has more than 9 significant digits, as doubles otherwise; new numbers are the shortest that read back to the same
-/// number of that precision. A coordinate that rounds to the old one keeps its bytes. [`Self::mesh`] always has exactly
-/// the numbers in the bytes.
+/// **Precision.** Binary coordinates are rounded to their own type, and those of ASCII PLY to the declared one. Other
+/// text is taken as single precision when no coordinate has more than 9 significant digits, as doubles otherwise. New
+/// numbers are the shortest that read back to the same number of that precision. A coordinate that rounds to the old one
+/// keeps its bytes. [`Self::mesh`] always has exactly the numbers in the bytes.
 ///
 /// **Names.** The file's name decides the format, with `.gz` passed over; compression is seen by content. A name
 /// that contradicts a mark in the content (`ply`, `OFF`, `solid`, the size of binary STL) is an error; a name
@@ -55,7 +57,7 @@ use slots::Slots;
 /// assert_eq!(*moved.to_bytes(), *tetrahedron.replace("0 1 0 # top", "0 1.25 0 # top").as_bytes());
 /// # Ok::<(), mesh::AssetError>(())
 /// ```
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct Asset {
     path: PathBuf,
     format: Format,
@@ -244,6 +246,25 @@ impl Asset {
         }
     }
 
+    /// Whether [`Self::save`] accepts a name: it must end as the format demands, and in `.gz` exactly if the file is gzipped.
+    ///
+    /// # Errors
+    /// When it does not; the message says how it should end.
+    pub fn check_name(&self, path: impl AsRef<Path>) -> Result<(), AssetError> {
+        let path = path.as_ref();
+        let gzipped = self.is_gzipped();
+        if Format::of_path(path) == Some(self.format) && format::ends_in_gz(path) == gzipped {
+            return Ok(());
+        }
+        let ending = format!(".{}{}", self.format.extension(), if gzipped { ".gz" } else { "" });
+        Err(AssetError::SaveName {
+            path: path.into(),
+            format: self.format,
+            gzipped,
+            ending,
+        })
+    }
+
     /// Writes the file: to a temporary one in the same folder, which is then renamed, so that a failure leaves nothing.
     /// A symbolic link is followed. A file that is overwritten passes its permissions on.
     ///
@@ -251,17 +272,21 @@ impl Asset {
     /// When the name does not end as the format demands, the file exists and `overwrite` is false, or writing fails.
     pub fn save(&self, path: impl AsRef<Path>, overwrite: bool) -> Result<(), AssetError> {
         let path = path.as_ref();
-        let gzipped = self.is_gzipped();
-        if Format::of_path(path) != Some(self.format) || format::ends_in_gz(path) != gzipped {
-            let ending = format!(".{}{}", self.format.extension(), if gzipped { ".gz" } else { "" });
-            return Err(AssetError::SaveName {
-                path: path.into(),
-                format: self.format,
-                gzipped,
-                ending,
-            });
-        }
-        save::replace(path, &self.to_bytes(), overwrite)
+        self.check_name(path)?;
+        write_file(path, &self.to_bytes(), overwrite)
+    }
+}
+
+impl fmt::Debug for Asset {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut shown = f.debug_struct("Asset");
+        shown
+            .field("path", &self.path)
+            .field("format", &self.format)
+            .field("bytes", &self.bytes.len());
+        shown
+            .field("weld", &self.welded.summary())
+            .finish_non_exhaustive()
     }
 }
 

@@ -54,6 +54,13 @@ enum Faces {
 impl<'a> Header<'a> {
     fn read(bytes: &'a [u8]) -> Result<Self, Fault> {
         let mut lines = Lines::of(bytes);
+        if !bytes.starts_with(b"ply") {
+            return Err(Fault::at_line(
+                bytes,
+                0,
+                format!("expected ply, with which every PLY file begins{CUT_SHORT}"),
+            ));
+        }
         let mut encoding = None;
         let mut elements: Vec<Element<'a>> = Vec::new();
         loop {
@@ -156,6 +163,18 @@ impl<'a> Element<'a> {
             .iter()
             .position(is_indices)
             .map(|property| (property, faces))
+    }
+
+    /// Bytes of a binary record, if it has no lists; [`Self::check_count`] proves that all records are there.
+    fn fixed_size(&self) -> Option<usize> {
+        let sizes = self.properties.iter().map(|p| {
+            if p.count.is_none() {
+                Some(p.value.size())
+            } else {
+                None
+            }
+        });
+        sizes.sum()
     }
 
     /// A fault unless as many records as the header says can fit into `available` bytes.
@@ -313,6 +332,7 @@ impl<'a> Ascii<'a> {
             if element.properties.is_empty() {
                 continue;
             }
+            let indices = element.faces();
             for record in 0..element.count {
                 let Some(first) = ascii.words.next_anywhere() else {
                     let (count, name) = (element.count, element.name.escape_ascii());
@@ -322,7 +342,7 @@ impl<'a> Ascii<'a> {
                     return Err(ascii.words.fault(problem));
                 };
                 ascii.words.go_back_to(first);
-                let xyz = ascii.record(element, axes, number == vertex)?;
+                let xyz = ascii.record(element, axes, number == vertex, indices)?;
                 if number == vertex {
                     geometry.push_vertex(&ascii.words, xyz.map(|word| word.unwrap_or(first)))?;
                 }
@@ -336,7 +356,8 @@ impl<'a> Ascii<'a> {
                 ascii.words.skip_line();
             }
         }
-        let geometry = geometry.finish();
+        let declared = axes.map(|axis| header.elements[vertex].properties[axis].value);
+        let geometry = geometry.finish_as(declared);
         Ok(Geometry {
             triangles: ascii.triangles.triangles,
             ..geometry
@@ -349,9 +370,9 @@ impl<'a> Ascii<'a> {
         element: &Element<'_>,
         axes: [usize; 3],
         is_vertex: bool,
+        indices: Option<(usize, Faces)>,
     ) -> Result<[Option<Word<'a>>; 3], Fault> {
         let mut xyz = [None; 3];
-        let indices = element.faces();
         for (number, property) in element.properties.iter().enumerate() {
             let value = self.value(property)?;
             if property.count.is_none() {
@@ -453,13 +474,28 @@ impl<'a> Binary<'a> {
             if element.properties.is_empty() {
                 continue;
             }
-            if number == vertex {
-                starts.reserve_exact(element.count);
-            }
-            for record in 0..element.count {
-                let xyz = binary.record(element, record, axes)?;
-                if number == vertex {
-                    starts.push(xyz);
+            let is_vertex = number == vertex;
+            if let Some(size) = element.fixed_size() {
+                if is_vertex {
+                    let offsets = axes.map(|axis| {
+                        element.properties[..axis]
+                            .iter()
+                            .map(|p| p.value.size())
+                            .sum::<usize>()
+                    });
+                    let records = (0..element.count).map(|record| binary.at + record * size);
+                    starts = records
+                        .map(|start| offsets.map(|offset| start + offset))
+                        .collect();
+                }
+                binary.at += element.count * size;
+            } else {
+                let indices = element.faces();
+                for record in 0..element.count {
+                    let xyz = binary.record(element, record, axes, indices)?;
+                    if is_vertex {
+                        starts.push(xyz);
+                    }
                 }
             }
         }
@@ -478,9 +514,9 @@ impl<'a> Binary<'a> {
         element: &Element<'_>,
         record: usize,
         axes: [usize; 3],
+        indices: Option<(usize, Faces)>,
     ) -> Result<[usize; 3], Fault> {
         let mut xyz = [0; 3];
-        let indices = element.faces();
         for (number, property) in element.properties.iter().enumerate() {
             let spot = Spot {
                 element,

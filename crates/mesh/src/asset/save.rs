@@ -5,7 +5,24 @@ use std::path::{Path, PathBuf};
 use super::AssetError;
 
 /// Writes `bytes` beside `path`, then renames: whoever looks sees the old file or the new one, whole.
-pub(super) fn replace(path: &Path, bytes: &[u8], overwrite: bool) -> Result<(), AssetError> {
+///
+/// A symbolic link is followed; a file that is replaced passes its permissions on.
+///
+/// # Errors
+/// When the path is a directory, a file stands there and `overwrite` is false, or writing fails.
+pub fn write_file(path: impl AsRef<Path>, bytes: &[u8], overwrite: bool) -> Result<(), AssetError> {
+    replace(path.as_ref(), bytes, overwrite, 0o666)
+}
+
+/// As [`write_file`], but what is written can be read by its owner alone, whatever stood there before.
+///
+/// # Errors
+/// As [`write_file`].
+pub fn write_private_file(path: impl AsRef<Path>, bytes: &[u8], overwrite: bool) -> Result<(), AssetError> {
+    replace(path.as_ref(), bytes, overwrite, 0o600)
+}
+
+fn replace(path: &Path, bytes: &[u8], overwrite: bool, mode: u32) -> Result<(), AssetError> {
     let failed = |source| AssetError::Write {
         path: path.into(),
         source,
@@ -26,11 +43,11 @@ pub(super) fn replace(path: &Path, bytes: &[u8], overwrite: bool) -> Result<(), 
     } else {
         path.to_path_buf()
     };
-    let mut file = temporary_in(&folder_of(&target)).map_err(failed)?;
+    let mut file = temporary_in(&folder_of(&target), mode).map_err(failed)?;
     file.write_all(bytes)
         .and_then(|()| file.as_file().sync_all())
         .map_err(failed)?;
-    if let Some(old) = old {
+    if let Some(old) = old.filter(|_| mode == 0o666) {
         file.as_file()
             .set_permissions(old.permissions())
             .map_err(failed)?;
@@ -53,14 +70,15 @@ fn folder_of(path: &Path) -> PathBuf {
     }
 }
 
-/// A temporary file with the permissions of an ordinary new file; it goes away unless it is renamed.
-fn temporary_in(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
+/// A temporary file with the permissions `mode`, less what the umask takes away; it goes away unless it is renamed.
+#[cfg_attr(not(unix), expect(unused_variables))]
+fn temporary_in(folder: &Path, mode: u32) -> io::Result<tempfile::NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".sigmark-");
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
-        builder.permissions(fs::Permissions::from_mode(0o666)); // less what the umask takes away
+        builder.permissions(fs::Permissions::from_mode(mode));
     }
     builder.tempfile_in(folder)
 }

@@ -1,20 +1,21 @@
-use super::error::Place;
+use super::error::{Fault, Place};
 use super::scalar::{Endian, Scalar};
 use super::{number, text};
-use crate::asset::error::Fault;
 
 /// Where in a file's bytes the coordinates of its vertices lie, and how they are written.
 #[derive(Clone, Debug)]
 pub(super) struct Slots {
     /// First bytes of x, y and z of each file vertex; vertices ascend, axes may stand in any order.
     starts: Vec<[usize; 3]>,
+    /// The precision of x, y and z: in text too, numbers have a type that they are rounded to.
+    types: [Scalar; 3],
     encoding: Encoding,
 }
 
 #[derive(Clone, Copy, Debug)]
 enum Encoding {
-    Text { single: bool },
-    Binary { types: [Scalar; 3], endian: Endian },
+    Text,
+    Binary(Endian),
 }
 
 /// A coordinate that a file cannot hold.
@@ -28,17 +29,19 @@ const OVERFLOW: &str = "the file holds 32-bit floating point numbers, up to 3.4e
 const INTEGERS: &str = "the file holds its coordinates as integers: convert them to float or double first";
 
 impl Slots {
-    pub(super) fn text(starts: Vec<[usize; 3]>, single: bool) -> Self {
+    pub(super) fn text(starts: Vec<[usize; 3]>, types: [Scalar; 3]) -> Self {
         Self {
             starts,
-            encoding: Encoding::Text { single },
+            types,
+            encoding: Encoding::Text,
         }
     }
 
     pub(super) fn binary(starts: Vec<[usize; 3]>, types: [Scalar; 3], endian: Endian) -> Self {
         Self {
             starts,
-            encoding: Encoding::Binary { types, endian },
+            types,
+            encoding: Encoding::Binary(endian),
         }
     }
 
@@ -55,8 +58,8 @@ impl Slots {
     fn coordinate(&self, bytes: &[u8], vertex: usize, axis: usize) -> f64 {
         let start = self.starts[vertex][axis];
         let read = match self.encoding {
-            Encoding::Text { .. } => number::parse(text::number_at(bytes, start)),
-            Encoding::Binary { types, endian } => types[axis].read(bytes, start, endian),
+            Encoding::Text => number::parse(text::number_at(bytes, start)),
+            Encoding::Binary(endian) => self.types[axis].read(bytes, start, endian),
         };
         read.expect("slots point at numbers that were read before")
     }
@@ -65,8 +68,8 @@ impl Slots {
     pub(super) fn place(&self, bytes: &[u8], vertex: usize, axis: usize) -> Place {
         let start = self.starts[vertex][axis];
         match self.encoding {
-            Encoding::Text { .. } => Fault::at_line(bytes, start, "").place,
-            Encoding::Binary { .. } => {
+            Encoding::Text => Fault::at_line(bytes, start, "").place,
+            Encoding::Binary(_) => {
                 Fault::at_byte(start, format!("vertex {vertex}, {}", ["x", "y", "z"][axis]), "").place
             }
         }
@@ -100,21 +103,13 @@ impl Slots {
                     value,
                     problem,
                 };
-                match self.encoding {
-                    Encoding::Text { single } => splice.text(old, value, single),
-                    Encoding::Binary { types, endian } => splice.binary(old, value, types[axis], endian),
+                if let Some(number) = replacement(old, value, self.types[axis]).map_err(refused)? {
+                    splice.replace(number, self.encoding);
                 }
-                .map_err(refused)?;
             }
         }
         splice.copy_to(bytes.len());
-        Ok(splice.changed.then_some((
-            splice.new,
-            Self {
-                starts,
-                encoding: self.encoding,
-            },
-        )))
+        Ok(splice.changed.then_some((splice.new, Self { starts, ..*self })))
     }
 }
 
@@ -122,6 +117,25 @@ fn axes_in_order(starts: [usize; 3]) -> [usize; 3] {
     let mut axes = [0, 1, 2];
     axes.sort_by_key(|&axis| starts[axis]);
     axes
+}
+
+/// A number as a file holds it.
+#[derive(Clone, Copy)]
+enum Number {
+    Single(f32),
+    Double(f64),
+}
+
+/// What to write where `old` stands so that it becomes `value`, rounded to `kind`; `None` where it is that already.
+fn replacement(old: f64, value: f64, kind: Scalar) -> Result<Option<Number>, &'static str> {
+    match kind {
+        Scalar::F32 if value as f32 == old as f32 => Ok(None),
+        Scalar::F32 if (value as f32).is_infinite() => Err(OVERFLOW),
+        Scalar::F32 => Ok(Some(Number::Single(value as f32))),
+        _ if value == old => Ok(None),
+        Scalar::F64 => Ok(Some(Number::Double(value))),
+        _ => Err(INTEGERS),
+    }
 }
 
 /// New bytes that follow the old ones but for some numbers.
@@ -140,52 +154,21 @@ impl Splice<'_> {
         self.new.len()
     }
 
-    fn text(&mut self, old: f64, value: f64, single: bool) -> Result<(), &'static str> {
-        let same = if single {
-            old as f32 == value as f32
-        } else {
-            old == value
+    /// Writes a number in the place of the one that comes next.
+    fn replace(&mut self, number: Number, encoding: Encoding) {
+        let start = self.new.len();
+        match (encoding, number) {
+            (Encoding::Text, Number::Single(x)) => number::write_single(x, &mut self.new),
+            (Encoding::Text, Number::Double(x)) => number::write_double(x, &mut self.new),
+            (Encoding::Binary(Endian::Little), Number::Single(x)) => self.new.extend(x.to_le_bytes()),
+            (Encoding::Binary(Endian::Little), Number::Double(x)) => self.new.extend(x.to_le_bytes()),
+            (Encoding::Binary(Endian::Big), Number::Single(x)) => self.new.extend(x.to_be_bytes()),
+            (Encoding::Binary(Endian::Big), Number::Double(x)) => self.new.extend(x.to_be_bytes()),
+        }
+        self.copied += match encoding {
+            Encoding::Text => text::number_at(self.old, self.copied).len(),
+            Encoding::Binary(_) => self.new.len() - start,
         };
-        if same {
-            return Ok(());
-        }
-        if single && !(value as f32).is_finite() {
-            return Err(OVERFLOW);
-        }
-        let token = text::number_at(self.old, self.copied);
-        if single {
-            number::write_single(value as f32, &mut self.new);
-        } else {
-            number::write_double(value, &mut self.new);
-        }
-        self.copied += token.len();
         self.changed = true;
-        Ok(())
-    }
-
-    fn binary(&mut self, old: f64, value: f64, kind: Scalar, endian: Endian) -> Result<(), &'static str> {
-        let rounded = if kind == Scalar::F64 {
-            value
-        } else {
-            f64::from(value as f32)
-        };
-        if (if kind.is_integer() { value } else { rounded }) == old {
-            return Ok(());
-        }
-        if kind.is_integer() {
-            return Err(INTEGERS);
-        }
-        if !rounded.is_finite() {
-            return Err(OVERFLOW);
-        }
-        match (kind, endian) {
-            (Scalar::F64, Endian::Little) => self.new.extend(value.to_le_bytes()),
-            (Scalar::F64, Endian::Big) => self.new.extend(value.to_be_bytes()),
-            (_, Endian::Little) => self.new.extend((value as f32).to_le_bytes()),
-            (_, Endian::Big) => self.new.extend((value as f32).to_be_bytes()),
-        }
-        self.copied += kind.size();
-        self.changed = true;
-        Ok(())
     }
 }

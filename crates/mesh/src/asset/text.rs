@@ -1,6 +1,7 @@
 use super::error::Fault;
+use super::scalar::Scalar;
+use super::slots::Slots;
 use super::{Geometry, number};
-use crate::asset::slots::Slots;
 
 /// Walks over the words of a text, line by line, without copying them.
 ///
@@ -214,8 +215,15 @@ impl TextGeometry {
         fan(corners, &mut self.triangles);
     }
 
+    /// The geometry, in the precision that the digits show.
     pub(super) fn finish(self) -> Geometry {
-        let slots = Slots::text(self.starts, self.single);
+        let precision = if self.single { Scalar::F32 } else { Scalar::F64 };
+        self.finish_as([precision; 3])
+    }
+
+    /// The geometry, in declared types.
+    pub(super) fn finish_as(self, types: [Scalar; 3]) -> Geometry {
+        let slots = Slots::text(self.starts, types);
         Geometry {
             positions: self.positions,
             triangles: self.triangles,
