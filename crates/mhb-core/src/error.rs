@@ -72,6 +72,12 @@ pub enum SpectrumError {
         /// Largest componentwise backward error of the probe.
         backward_error: f64,
     },
+    /// The factors do not fit in memory.
+    #[error("there is not enough memory to factorise a matrix of {size} rows: split the mesh into patches")]
+    Memory {
+        /// Number of rows.
+        size: usize,
+    },
     /// The number of pairs found in a band differs from the number that the inertia proves.
     #[error(
         "found {found} of the {expected} eigenpairs between {lower} and {upper}: loosen the tolerance, or mend extreme triangles"

@@ -194,6 +194,7 @@ fn finish(
         eigenvalues,
         mut vectors,
         counts,
+        complete,
     } = solution;
     let zeros = kernel.ncols();
     let mut clusters = clusters(&eigenvalues);
@@ -218,9 +219,6 @@ fn finish(
     if let Some(last) = clusters.last_mut() {
         last.end = last.end.min(count);
     }
-    let complete = counts
-        .iter()
-        .all(|&(shift, below)| eigenvalues.partition_point(|&l| l < shift) == below);
     let spectrum = Spectrum {
         eigenvalues: eigenvalues[..count].iter().map(|l| l / area).collect(),
         eigenfunctions: vectors,
@@ -228,10 +226,7 @@ fn finish(
         residuals,
         clusters,
         certificate: Certificate {
-            counts: counts
-                .into_iter()
-                .map(|(shift, below)| (shift / area, below))
-                .collect(),
+            counts: counts.iter().map(|cut| (cut.shift / area, cut.below)).collect(),
             complete,
         },
     };

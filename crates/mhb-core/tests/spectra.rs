@@ -1,0 +1,424 @@
+//! Spectra that are known in closed form, and the identities that every spectrum obeys.
+
+use std::f64::consts::{PI, TAU};
+
+use mesh::{TriMesh, shapes};
+use mhb_core::{Laplacian, Spectrum, SpectrumError, SpectrumOptions, full_mass, lumped_mass, stiffness};
+use sprs::{CsMat, TriMat};
+
+fn options(count: usize) -> SpectrumOptions {
+    SpectrumOptions {
+        count,
+        ..Default::default()
+    }
+}
+
+fn spectrum(mesh: &TriMesh, count: usize) -> Spectrum {
+    Spectrum::compute(mesh, &options(count)).unwrap()
+}
+
+/// Largest relative error of eigenvalues 1, 2, … against the exact ones.
+fn worst_error(found: &[f64], exact: &[f64]) -> f64 {
+    found
+        .iter()
+        .zip(exact)
+        .skip(1)
+        .map(|(a, b)| (a / b - 1.0).abs())
+        .fold(0.0, f64::max)
+}
+
+/// Largest entry of HᵀDH − I.
+fn orthonormality_defect(spectrum: &Spectrum) -> f64 {
+    let h = spectrum.eigenfunctions();
+    let weighted = faer::Mat::from_fn(h.nrows(), h.ncols(), |i, k| spectrum.mass()[i] * h[(i, k)]);
+    let gram = h.transpose() * weighted;
+    let identity = faer::Mat::<f64>::identity(h.ncols(), h.ncols());
+    (gram - identity).norm_max()
+}
+
+/// Largest difference of the eigenfunctions, each scaled by √D, over the columns that both have.
+fn basis_difference(a: &Spectrum, b: &Spectrum) -> f64 {
+    let columns = a.len().min(b.len());
+    let square = |k: usize| -> f64 {
+        let pairs = a.eigenfunction(k).iter().zip(b.eigenfunction(k));
+        pairs
+            .zip(a.mass())
+            .map(|((x, y), mass)| (x - y).powi(2) * mass)
+            .sum()
+    };
+    (0..columns).map(square).fold(0.0, f64::max).sqrt()
+}
+
+#[test]
+fn the_sphere_has_eigenvalues_l_l_plus_1_with_multiplicity_2l_plus_1_and_errors_of_second_order() {
+    let exact: Vec<f64> = (0..7)
+        .flat_map(|l| vec![f64::from(l * (l + 1)); 2 * l as usize + 1])
+        .collect();
+    let errors: Vec<f64> = [3, 4, 5]
+        .into_iter()
+        .map(|level| {
+            let found = spectrum(&shapes::icosphere(level), exact.len());
+            assert!(found.certificate().complete);
+            worst_error(found.eigenvalues(), &exact)
+        })
+        .collect();
+    assert!(errors[2] < 4e-3, "{errors:?}");
+    for pair in errors.windows(2) {
+        let order = (pair[0] / pair[1]).log2();
+        assert!((1.8..2.2).contains(&order), "order {order}, errors {errors:?}");
+    }
+}
+
+#[test]
+fn a_flat_rectangle_has_the_neumann_spectrum_with_errors_of_second_order() {
+    let (width, height) = (2.0, 1.3);
+    let mut exact: Vec<f64> = (0..12)
+        .flat_map(|p| {
+            (0..12).map(move |q| (f64::from(p) * PI / width).powi(2) + (f64::from(q) * PI / height).powi(2))
+        })
+        .collect();
+    exact.sort_by(f64::total_cmp);
+    let [coarse, fine] = [1, 2].map(|k| {
+        let found = spectrum(&shapes::rectangle(40 * k, 26 * k, width, height), 30);
+        worst_error(found.eigenvalues(), &exact)
+    });
+    let order = (coarse / fine).log2();
+    assert!(
+        fine < 0.01 && (1.8..2.2).contains(&order),
+        "order {order}, error {fine}"
+    );
+}
+
+/// The Laplacian of a flat torus of sides a and b, a grid of nx by ny right triangles: in the plane this has weight
+/// dy/dx on horizontal edges, dx/dy on vertical ones and none on diagonals, and mass dx·dy.
+fn flat_torus(nx: usize, ny: usize, a: f64, b: f64) -> Laplacian {
+    let (dx, dy) = (a / nx as f64, b / ny as f64);
+    let n = nx * ny;
+    let mut entries = TriMat::new((n, n));
+    for x in 0..nx {
+        for y in 0..ny {
+            let i = x * ny + y;
+            for (j, weight) in [((x + 1) % nx * ny + y, dy / dx), (x * ny + (y + 1) % ny, dx / dy)] {
+                entries.add_triplet(i, i, weight);
+                entries.add_triplet(j, j, weight);
+                entries.add_triplet(i, j, -weight);
+                entries.add_triplet(j, i, -weight);
+            }
+        }
+    }
+    Laplacian::new(entries.to_csr(), vec![dx * dy; n]).unwrap()
+}
+
+#[test]
+fn a_flat_torus_has_exactly_its_discrete_spectrum_with_all_multiplicities() {
+    let (nx, ny, a, b) = (36, 30, 1.2, 1.0);
+    let (dx, dy) = (a / 36.0, b / 30.0);
+    let mut exact: Vec<f64> = (0..nx)
+        .flat_map(|p| (0..ny).map(move |q| (p as f64 / nx as f64, q as f64 / ny as f64)))
+        .map(|(p, q)| (2.0 * (PI * p).sin() / dx).powi(2) + (2.0 * (PI * q).sin() / dy).powi(2))
+        .collect();
+    exact.sort_by(f64::total_cmp);
+    let found = Spectrum::of_laplacian(&flat_torus(nx, ny, a, b), &options(150)).unwrap();
+    assert!(worst_error(found.eigenvalues(), &exact) < 1e-10);
+    assert!(orthonormality_defect(&found) < 1e-10);
+    assert!(found.certificate().complete);
+    assert!(found.clusters().iter().any(|c| c.len() >= 4));
+    let continuous = TAU.powi(2) / (a * a);
+    assert!((found.eigenvalues()[1] / continuous - 1.0).abs() < 4e-3);
+}
+
+#[test]
+fn rows_of_the_stiffness_sum_to_zero_and_rows_of_the_full_mass_to_the_lumped_mass() {
+    let mesh = shapes::bumpy_torus(24, 12, 5);
+    let (s, b, d) = (
+        stiffness(&mesh).unwrap(),
+        full_mass(&mesh).unwrap(),
+        lumped_mass(&mesh).unwrap(),
+    );
+    let row_sums = |m: &CsMat<f64>| {
+        m.outer_iterator()
+            .map(|r| r.data().iter().sum())
+            .collect::<Vec<f64>>()
+    };
+    let largest = s.data().iter().fold(0.0, |a: f64, x| a.max(x.abs()));
+    assert!(row_sums(&s).iter().all(|sum| sum.abs() < 1e-14 * largest));
+    assert!(
+        row_sums(&b)
+            .iter()
+            .zip(&d)
+            .all(|(sum, mass)| (sum - mass).abs() < 1e-14 * mass)
+    );
+    let area: f64 = d.iter().sum();
+    assert!((area / mesh.area() - 1.0).abs() < 1e-13);
+}
+
+#[test]
+fn the_stiffness_measures_the_gradient_of_a_linear_function() {
+    let mesh = shapes::rectangle(7, 5, 3.0, 2.0);
+    let f: Vec<f64> = mesh.positions().iter().map(|p| 2.0 * p[0] - 0.5 * p[1]).collect();
+    let energy: f64 = stiffness(&mesh)
+        .unwrap()
+        .iter()
+        .map(|(&s, (i, j))| s * f[i] * f[j])
+        .sum();
+    assert!((energy - 6.0 * 4.25).abs() < 1e-12);
+}
+
+#[test]
+fn eigenfunctions_are_orthonormal_whatever_path_computes_them() {
+    for mesh in [
+        shapes::bumpy_sphere(2, 1),
+        shapes::bumpy_sphere(4, 1),
+        shapes::bumpy_block(2, 6, 3),
+    ] {
+        let found = spectrum(&mesh, 120);
+        assert!(orthonormality_defect(&found) < 1e-10);
+        assert!(
+            found.residuals().iter().all(|r| *r < 1e-8),
+            "{:?}",
+            found.residuals()
+        );
+        assert!(found.certificate().complete);
+        let constant = 1.0 / mesh.area().sqrt();
+        assert!(
+            found
+                .eigenfunction(0)
+                .iter()
+                .all(|h| (h / constant - 1.0).abs() < 1e-12)
+        );
+    }
+}
+
+#[test]
+fn parseval_holds_and_the_inverse_transform_plus_the_difference_gives_the_mesh_back() {
+    let mesh = shapes::bumpy_sphere(3, 7);
+    let all = spectrum(&mesh, mesh.vertex_count());
+    let f: Vec<f64> = mesh.positions().iter().map(|p| p[0] * p[1] - p[2]).collect();
+    let energy: f64 = f.iter().zip(all.mass()).map(|(x, mass)| x * x * mass).sum();
+    let spectral: f64 = all.transform(&f).iter().map(|c| c * c).sum();
+    assert!((spectral / energy - 1.0).abs() < 1e-12);
+
+    let some = spectrum(&mesh, 60);
+    let reconstructed = some.inverse_transform_positions(&some.transform_positions(mesh.positions()));
+    let difference = some.reconstruction_difference(mesh.positions());
+    for ((p, q), d) in mesh.positions().iter().zip(&reconstructed).zip(&difference) {
+        for axis in 0..3 {
+            assert!((q[axis] + d[axis] - p[axis]).abs() < 1e-14);
+        }
+    }
+    assert!(difference.iter().flatten().any(|d| d.abs() > 1e-4));
+    let x: Vec<f64> = mesh.positions().iter().map(|p| p[0]).collect();
+    let alone = some.inverse_transform(&some.transform(&x));
+    assert!(
+        alone
+            .iter()
+            .zip(&reconstructed)
+            .all(|(a, q)| (a - q[0]).abs() < 1e-13)
+    );
+}
+
+#[test]
+fn eigenvalues_scale_as_the_inverse_square_and_eigenfunctions_as_the_inverse() {
+    let mesh = shapes::bumpy_torus(40, 20, 3);
+    let unit = spectrum(&mesh, 60);
+    for s in [1e-6, 1e-3, 1e3, 1e6] {
+        let scaled = spectrum(&shapes::scaled(&mesh, s), 60);
+        for k in 1..60 {
+            assert!((scaled.eigenvalues()[k] * s * s / unit.eigenvalues()[k] - 1.0).abs() < 1e-9);
+            let pairs = scaled.eigenfunction(k).iter().zip(unit.eigenfunction(k));
+            let largest = unit.eigenfunction(k).iter().fold(0.0, |a: f64, x| a.max(x.abs()));
+            assert!(pairs.map(|(a, b)| (a * s - b).abs()).fold(0.0, f64::max) < 1e-6 * largest);
+        }
+    }
+}
+
+#[test]
+fn the_sparse_solver_agrees_with_a_dense_one() {
+    let mesh = shapes::bumpy_torus(40, 24, 9);
+    let laplacian = Laplacian::cotangent(&mesh).unwrap();
+    let n = mesh.vertex_count();
+    let d = laplacian.mass();
+    let mut a = faer::Mat::<f64>::zeros(n, n);
+    for (&s, (i, j)) in laplacian.stiffness() {
+        a[(i, j)] = s / (d[i] * d[j]).sqrt();
+    }
+    let exact = a.self_adjoint_eigenvalues(faer::Side::Lower).unwrap();
+    let found = spectrum(&mesh, 200);
+    assert!(worst_error(found.eigenvalues(), &exact) < 1e-10);
+}
+
+#[test]
+fn every_component_adds_one_zero_and_copies_repeat_every_eigenvalue() {
+    let one = shapes::bumpy_sphere(3, 2);
+    let single = spectrum(&one, 25);
+    let copies: Vec<TriMesh> = (0..11)
+        .map(|k| shapes::translated(&one, [4.0 * f64::from(k), 0.0, 0.0]))
+        .collect();
+    let found = spectrum(&shapes::disjoint_union(&copies), 11 * 25);
+    assert!(found.certificate().complete);
+    assert!(found.eigenvalues()[..11].iter().all(|l| *l == 0.0));
+    for k in 1..25 {
+        for copy in 0..11 {
+            assert!((found.eigenvalues()[11 * k + copy] / single.eigenvalues()[k] - 1.0).abs() < 1e-9);
+        }
+        assert!(
+            found
+                .clusters()
+                .iter()
+                .any(|c| c.start <= 11 * k && c.end >= 11 * (k + 1))
+        );
+    }
+    assert!(orthonormality_defect(&found) < 1e-10);
+}
+
+#[test]
+fn a_mesh_beside_its_mirror_image_has_every_eigenvalue_twice() {
+    let one = shapes::bumpy_torus(30, 16, 4);
+    let mirror = shapes::translated(&shapes::mirrored(&one), [10.0, 0.0, 0.0]);
+    let found = spectrum(&shapes::disjoint_union(&[one, mirror]), 100);
+    assert!(found.certificate().complete);
+    for pair in found.eigenvalues().chunks(2) {
+        assert!(pair[1] - pair[0] <= 1e-9 * pair[1]);
+    }
+}
+
+#[test]
+fn the_basis_does_not_depend_on_how_many_pairs_are_asked_for_even_inside_a_cluster() {
+    // The eigenvalues of the sphere come in clusters of 2l + 1; 40 cuts one of 13.
+    for (mesh, few, many) in [
+        (shapes::icosphere(4), 40, 90),
+        (shapes::bumpy_sphere(4, 3), 61, 150),
+    ] {
+        let difference = basis_difference(&spectrum(&mesh, few), &spectrum(&mesh, many));
+        assert!(difference < 1e-6, "{difference:e}");
+    }
+}
+
+#[test]
+fn threads_change_no_bit() {
+    let mesh = shapes::bumpy_sphere(4, 6);
+    let [one, two] = [1, 2].map(|threads| {
+        Spectrum::compute(
+            &mesh,
+            &SpectrumOptions {
+                threads,
+                ..options(160)
+            },
+        )
+        .unwrap()
+    });
+    assert_eq!(one.eigenvalues(), two.eigenvalues());
+    assert!((0..one.len()).all(|k| one.eigenfunction(k) == two.eigenfunction(k)));
+}
+
+#[test]
+fn solver_settings_change_the_basis_by_less_than_1e_6() {
+    let mesh = shapes::bumpy_sphere(4, 8);
+    let a = spectrum(&mesh, 150);
+    let b = Spectrum::compute(
+        &mesh,
+        &SpectrumOptions {
+            block: 5,
+            band: 31,
+            ..options(150)
+        },
+    )
+    .unwrap();
+    let difference = basis_difference(&a, &b);
+    assert!(difference < 1e-6, "{difference:e}");
+}
+
+#[test]
+fn eigenvalues_grow_as_weyl_says() {
+    let mesh = shapes::bumpy_torus(80, 40, 1);
+    let found = spectrum(&mesh, 120);
+    let weyl = 4.0 * PI * 119.0 / mesh.area();
+    assert!((found.eigenvalues()[119] / weyl - 1.0).abs() < 0.15);
+}
+
+#[test]
+fn what_has_no_spectrum_is_refused_with_the_place() {
+    let mesh = shapes::tetrahedron();
+    assert!(matches!(
+        Spectrum::compute(&mesh, &options(5)),
+        Err(SpectrumError::Count {
+            count: 5,
+            vertices: 4
+        })
+    ));
+    assert!(matches!(
+        Spectrum::compute(&mesh, &options(0)),
+        Err(SpectrumError::Count { .. })
+    ));
+    let wrong = SpectrumOptions {
+        tolerance: f64::NAN,
+        ..options(3)
+    };
+    assert!(matches!(
+        Spectrum::compute(&mesh, &wrong),
+        Err(SpectrumError::Tolerance { .. })
+    ));
+
+    let mut positions = mesh.positions().to_vec();
+    positions.push([9.0; 3]);
+    let unused = TriMesh::new(positions, mesh.triangles().to_vec()).unwrap();
+    assert!(matches!(
+        Spectrum::compute(&unused, &options(3)),
+        Err(SpectrumError::Mass { vertex: 4, .. })
+    ));
+
+    let point = TriMesh::new(vec![[1.0; 3]; 3], vec![[0, 1, 2]]).unwrap();
+    assert!(matches!(
+        Spectrum::compute(&point, &options(1)),
+        Err(SpectrumError::Area { .. })
+    ));
+
+    let lopsided = TriMat::from_triplets((2, 2), vec![0, 0, 1], vec![0, 1, 1], vec![1.0, -1.0, 1.0]).to_csr();
+    assert!(matches!(
+        Laplacian::new(lopsided, vec![1.0; 2]),
+        Err(SpectrumError::Entry { .. })
+    ));
+    let heavy = TriMat::from_triplets((2, 2), vec![0, 1], vec![0, 1], vec![1.0, 0.0]).to_csr();
+    assert!(matches!(
+        Laplacian::new(heavy, vec![1.0; 2]),
+        Err(SpectrumError::RowSum { row: 0, .. })
+    ));
+}
+
+#[test]
+fn an_observer_sees_the_phases_in_order_and_can_cancel() {
+    use mhb_core::Phase;
+    use std::ops::ControlFlow;
+    use std::sync::Mutex;
+
+    let seen = Mutex::new(Vec::new());
+    let watch = |phase: Phase, fraction: f64| {
+        assert!((0.0..=1.0).contains(&fraction));
+        let mut seen = seen.lock().unwrap();
+        if seen.last() != Some(&phase) {
+            seen.push(phase);
+        }
+        ControlFlow::Continue(())
+    };
+    Spectrum::compute_observed(&shapes::bumpy_sphere(4, 1), &options(40), &watch).unwrap();
+    let order = [
+        Phase::Assembly,
+        Phase::Ordering,
+        Phase::Slicing,
+        Phase::Solving,
+        Phase::Finishing,
+    ];
+    assert_eq!(*seen.lock().unwrap(), order);
+
+    for stop_at in order {
+        let stop = |phase: Phase, _: f64| {
+            if phase == stop_at {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(())
+            }
+        };
+        let outcome = Spectrum::compute_observed(&shapes::bumpy_sphere(4, 1), &options(40), &stop);
+        assert!(matches!(outcome, Err(SpectrumError::Cancelled)));
+    }
+}
