@@ -1,2 +1,47 @@
-//! The command line of Sigmark.
-fn main() {}
+//! `sigmark`: sign 3D models, and find the signature again.
+//!
+//! `main` turns the outcome of a command into an exit code: 0 for yes, 1 for no, 2 if it could not be done. What failed, where
+//! and what to do goes to standard error; results go to standard output.
+
+mod args;
+mod commands;
+mod files;
+mod keys;
+mod npz;
+mod progress;
+mod report;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use args::{Arguments, Command};
+use commands::{embed, inspect, keygen, spectrum, verify};
+
+/// What a command that was carried out has to say.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Answer {
+    /// Done; or, of a question: yes.
+    Yes,
+    /// The question was answered with no.
+    No,
+}
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    let answer = match &arguments.command {
+        Command::Keygen(arguments) => keygen::run(arguments),
+        Command::Embed(arguments) => embed::run(arguments),
+        Command::Verify(arguments) => verify::run(arguments),
+        Command::Inspect(arguments) => inspect::run(arguments),
+        Command::Spectrum(arguments) => spectrum::run(arguments),
+    };
+    match answer {
+        Ok(Answer::Yes) => ExitCode::SUCCESS,
+        Ok(Answer::No) => ExitCode::from(1),
+        Err(error) => {
+            report::failure(&error);
+            ExitCode::from(2)
+        }
+    }
+}

@@ -1,3 +1,64 @@
-//! In work.
+//! Cryptographic signatures in the shape of a mesh.
+//!
+//! Wang, Feng and Miao, "A robust confirmable watermarking algorithm for 3D mesh based on manifold harmonics analysis",
+//! The Visual Computer 28 (2012). Each patch of the mesh is expanded in its manifold harmonics H; bit t of an ECDSA
+//! signature, s″ = ±1, moves low-frequency coefficients by α s″ φ (eqs. 11–14):
+//!
+//! x′ = x + α φ Σₖ s″ₖ Hᵏ  (eq. 26).
+//!
+//! Whoever has the original reads the bits back from the difference of the coefficients, after taking the suspect onto
+//! the original (eqs. 15–17), and checks them against a public key (eqs. 19, 20).
+//!
+//! ```
+//! use rand_chacha::{ChaCha20Rng, rand_core::SeedableRng};
+//! use sigmark::{Embedder, Outcome, Verifier, signature::{Curve, SigningKey}};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let original = mesh::shapes::icosphere(4);
+//! let key = SigningKey::generate(Curve::P256, &mut ChaCha20Rng::from_seed([7; 32])); // for real keys: the system's generator
+//! let signed = Embedder::new(&key).message("© 2026 Studio, order 4711").chip_rate(1).embed(&original)?;
+//!
+//! let public_key = key.public_key();
+//! let verdict = Verifier::new(&original, signed.certificate(), &public_key)?.verify(signed.mesh())?;
+//! assert_eq!(verdict.outcome, Outcome::Verified);
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! # Conventions
+//! Bits are `bool`, most significant first. Axes 0, 1, 2 are x, y, z. α belongs to patches of unit area, distances are
+//! fractions of the diagonal of the original's bounding box. Transforms take the suspect to the original. Patches are
+//! connected components; those with fewer than twice as many vertices as manifold harmonics stay unmarked.
+//!
+//! # Costs
+//! Nearly all time and memory goes into the manifold harmonics: see [`mhb_core`]. Everything else is linear in 8 #V m bytes.
+//!
+//! # What it does not do
+//! It never reads files, prints, or draws random numbers. The mark is non-blind: without the original nothing can be read.
 
+mod align;
+mod basis;
+mod certificate;
+mod chips;
+mod detector;
+mod digest;
+mod embed;
+mod error;
+mod observer;
+mod original;
+mod patches;
 pub mod signature;
+pub mod statistics;
+mod verify;
+
+pub use basis::PatchBasis;
+pub use certificate::{Certificate, CertificateError, MarkRecord, OriginalRecord, PatchRecord, VERSION};
+pub use chips::{Chip, ChipLayout};
+pub use detector::{CoefficientDetector, Detector, Registered, SoftBits};
+pub use digest::GeometryDigest;
+pub use embed::{Coverage, Embedder, Signed, Strength};
+pub use error::SigmarkError;
+pub use observer::{Observer, Stage};
+pub use original::PreparedOriginal;
+pub use patches::{LARGEST_PATCH, Patch, Patches, partition_into_patches};
+pub use verify::{Outcome, Verdict, Verifier};

@@ -1,0 +1,47 @@
+use anyhow::{Context, Result};
+use rand_core::UnwrapErr;
+use serde_json::json;
+use sigmark::signature::SigningKey;
+
+use crate::{Answer, args::Keygen, files, keys, report};
+
+pub(crate) fn run(arguments: &Keygen) -> Result<Answer> {
+    let private = &arguments.output;
+    let public = keys::public_path(private);
+    files::check_free(private, arguments.force)?;
+    files::check_free(&public, arguments.force)?;
+
+    let mut rng = UnwrapErr(getrandom::SysRng);
+    let key = SigningKey::generate(arguments.profile.curve(), &mut rng);
+    let pem = if arguments.encrypt {
+        key.to_encrypted_pem(&keys::new_passphrase()?, &mut rng)
+            .context("the key can't be locked")?
+    } else {
+        key.to_pem()
+    };
+    mesh::write_private_file(private, pem.as_bytes(), arguments.force)?;
+    mesh::write_file(&public, key.public_key().to_pem().as_bytes(), arguments.force)?;
+
+    let fingerprint = key.public_key().fingerprint();
+    if arguments.json {
+        report::json(&json!({
+            "private_key": private,
+            "public_key": public,
+            "curve": arguments.profile.curve().name(),
+            "fingerprint": fingerprint,
+        }))?;
+    } else {
+        report::lines(&[
+            format!("New {} key {fingerprint}", arguments.profile.curve()),
+            report::field(
+                "private key",
+                format!("{}  (keep it secret, keep a copy)", private.display()),
+            ),
+            report::field(
+                "public key",
+                format!("{}  (for whoever is to verify)", public.display()),
+            ),
+        ])?;
+    }
+    Ok(Answer::Yes)
+}

@@ -1,0 +1,140 @@
+use anyhow::{Context, Result, bail};
+use mesh::Asset;
+use serde_json::json;
+use sigmark::{Certificate, Outcome, Verdict, Verifier};
+
+use crate::{Answer, args::Verify, files, keys, progress::Progress, report};
+
+pub(crate) fn run(arguments: &Verify) -> Result<Answer> {
+    if !(arguments.p_bound > 0.0 && arguments.p_bound < 1.0) {
+        bail!(
+            "--p-bound is {}, but a probability between 0 and 1 is needed",
+            arguments.p_bound
+        );
+    }
+    let progress = Progress::new();
+    progress.begin("reading", "reading");
+    let text = files::read_text(&arguments.certificate, "a certificate")?;
+    let certificate =
+        Certificate::from_json(&text).with_context(|| arguments.certificate.display().to_string())?;
+    let public_key = keys::read_public(&arguments.public_key)?;
+    let original = Asset::open(&arguments.original)?;
+    let verifier = Verifier::new(original.mesh(), &certificate, &public_key)
+        .with_context(|| arguments.original.display().to_string())?
+        .p_bound(arguments.p_bound)
+        .threads(arguments.threads.count());
+    let suspect = Asset::open(&arguments.suspect)?;
+    let verdict = verifier
+        .verify_observed(suspect.mesh(), &progress)
+        .with_context(|| arguments.suspect.display().to_string())?;
+    let seconds = progress.finish();
+
+    if arguments.json {
+        report::json(&json!({
+            "outcome": outcome_name(verdict.outcome),
+            "extraction_rate": verdict.extraction_rate,
+            "p_value": verdict.p_value,
+            "correlation": verdict.correlation,
+            "bits": verdict.bits,
+            "bit_errors": verdict.bit_errors,
+            "overlap": verdict.overlap,
+            "residual": verdict.residual,
+            "transform": verdict.transform.map(|transform| transform.to_matrix()),
+            "mirrored": verdict.transform.map(|transform| transform.mirrors()),
+            "attack_model": null,
+            "remark": verdict.remark,
+            "message": certificate.message(),
+            "public_key": public_key.fingerprint(),
+            "seconds": report::seconds_json(&seconds),
+        }))?;
+    } else {
+        report::lines(&summary(arguments, &verdict, &certificate, &seconds))?;
+    }
+    Ok(match verdict.outcome {
+        Outcome::Verified | Outcome::Detected { .. } => Answer::Yes,
+        Outcome::NotFound { .. } => Answer::No,
+    })
+}
+
+fn outcome_name(outcome: Outcome) -> &'static str {
+    match outcome {
+        Outcome::Verified => "verified",
+        Outcome::Detected { .. } => "detected",
+        Outcome::NotFound { .. } => "not_found",
+    }
+}
+
+fn summary(
+    arguments: &Verify,
+    verdict: &Verdict,
+    certificate: &Certificate,
+    seconds: &[(&'static str, f64)],
+) -> Vec<String> {
+    let (suspect, original) = (arguments.suspect.display(), arguments.original.display());
+    let headline = match verdict.outcome {
+        Outcome::Verified => {
+            format!("VERIFIED: {suspect} carries the signature that was written into {original}")
+        }
+        Outcome::Detected { p } => format!(
+            "DETECTED: {suspect} carries the mark of {original}; the chance of being wrong is below {}",
+            probability(p)
+        ),
+        Outcome::NotFound { .. } => {
+            format!("NOT FOUND: nothing in {suspect} speaks for the mark of {original}")
+        }
+    };
+    let mut lines = vec![headline];
+    if !certificate.message().is_empty() {
+        lines.push(report::field("message", certificate.message()));
+    }
+    lines.push(report::field(
+        "signed by",
+        format!("key {}", certificate.public_key().fingerprint()),
+    ));
+    if let (Some(rate), Some(errors)) = (verdict.extraction_rate, verdict.bit_errors) {
+        lines.push(report::field(
+            "bits",
+            format!(
+                "{} of {} agree ({:.2} %)",
+                verdict.bits - errors,
+                verdict.bits,
+                100.0 * rate
+            ),
+        ));
+        lines.push(report::field(
+            "chance",
+            format!(
+                "an unmarked mesh agrees this well with probability {} at most",
+                probability(verdict.p_value)
+            ),
+        ));
+    }
+    if let (Some(transform), Some(residual)) = (verdict.transform, verdict.residual) {
+        let mirrored = if transform.mirrors() { ", mirrored" } else { "" };
+        lines.push(report::field(
+            "alignment",
+            format!(
+                "{:.1} % of the original seen, {:.2e} of the diagonal apart (RMS), scale {:.6}{mirrored}",
+                100.0 * verdict.overlap,
+                residual,
+                transform.scale
+            ),
+        ));
+    }
+    if let Some(remark) = &verdict.remark {
+        lines.push(report::field("reason", remark));
+    }
+    lines.push(report::field("time", report::seconds_text(seconds)));
+    lines
+}
+
+/// A probability as people read it; tiny ones as a power of ten.
+fn probability(p: f64) -> String {
+    if p >= 1e-3 {
+        format!("{p:.3}")
+    } else if p > 0.0 {
+        format!("10^{}", p.log10().ceil())
+    } else {
+        "10^-300".into()
+    }
+}

@@ -1,0 +1,264 @@
+use serde::{Deserialize, Serialize};
+
+use crate::{
+    Coverage, GeometryDigest, PatchBasis, SigmarkError,
+    signature::{PublicKey, Scheme, Signature, SigningKey},
+};
+
+/// What a verifier needs besides the original and the public key: which signature was written, how, and into what.
+///
+/// A JSON file, described in `docs/certificate.md`. All of it is sealed: a second signature by the same key covers every
+/// other field, so that nobody edits one unnoticed. A certificate holds the signature that is hidden in the mesh. Who has
+/// both it and the original can remove the mark: it is for the owner and the trusted third party, not for the public.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Certificate {
+    message: String,
+    public_key: PublicKey,
+    original: OriginalRecord,
+    mark: MarkRecord,
+    seal: Signature,
+}
+
+/// The original as the certificate knows it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct OriginalRecord {
+    /// Digest of its welded geometry.
+    pub digest: GeometryDigest,
+    /// #V after welding.
+    pub vertices: usize,
+    /// #F after welding.
+    pub triangles: usize,
+}
+
+/// The mark as the certificate knows it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MarkRecord {
+    /// What the signature covers.
+    pub coverage: Coverage,
+    /// The signature that was written, with its scheme.
+    pub signature: Signature,
+    /// c.
+    pub chip_rate: usize,
+    /// The patches, in the order of their first vertices.
+    pub patches: Vec<PatchRecord>,
+}
+
+/// A patch as the certificate knows it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PatchRecord {
+    /// Its lowest vertex.
+    pub first_vertex: u32,
+    /// How many vertices it has.
+    pub vertices: usize,
+    /// α in the scale-free convention.
+    pub alpha: f64,
+    /// The highest eigenvalue of the basis times the patch's area: tells whether another program computes the same basis.
+    pub last_eigenvalue: f64,
+}
+
+impl PatchRecord {
+    pub(crate) fn of(basis: &PatchBasis, alpha: f64) -> Self {
+        Self {
+            first_vertex: basis.patch().vertices()[0],
+            vertices: basis.patch().vertices().len(),
+            alpha,
+            last_eigenvalue: basis.spectrum().eigenvalues().last().copied().unwrap_or(0.0) * basis.area(),
+        }
+    }
+
+    /// Whether a basis is the one recorded here. Two correct programs agree on eigenvalues far better than this.
+    pub(crate) fn matches(&self, basis: &PatchBasis) -> bool {
+        let other = Self::of(basis, self.alpha);
+        let close =
+            (self.last_eigenvalue - other.last_eigenvalue).abs() <= 1e-6 * other.last_eigenvalue.abs();
+        (self.first_vertex, self.vertices) == (other.first_vertex, other.vertices) && close
+    }
+}
+
+impl std::fmt::Display for PatchRecord {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(
+            f,
+            "{} vertices from {}, last eigenvalue {:.9e}",
+            self.vertices, self.first_vertex, self.last_eigenvalue
+        )
+    }
+}
+
+/// Why a certificate is not accepted.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum CertificateError {
+    /// Not JSON, or JSON of another shape.
+    #[error("not a Sigmark certificate ({0}); use the .cert.json file that `sigmark embed` wrote")]
+    Malformed(String),
+    /// From another generation of the program.
+    #[error(
+        "the certificate has version {found}, but this program reads version {VERSION}; use the Sigmark that wrote it"
+    )]
+    Version {
+        /// The version that it says it has.
+        found: u64,
+    },
+    /// A field was edited, or the file damaged.
+    #[error(
+        "the certificate's seal does not match its contents: it was edited or damaged; \
+         ask the signer for the certificate as it was issued"
+    )]
+    Seal,
+}
+
+/// The version of the certificate format that this library writes and reads.
+pub const VERSION: u32 = 1;
+
+const FORMAT: &str = "sigmark-certificate";
+
+/// The JSON, field by field.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Document {
+    format: String,
+    version: u32,
+    message: String,
+    public_key: String,
+    original: OriginalRecord,
+    mark: MarkDocument,
+    seal: String,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct MarkDocument {
+    scheme: Scheme,
+    coverage: Coverage,
+    signature: String,
+    chip_rate: usize,
+    patches: Vec<PatchRecord>,
+}
+
+impl Certificate {
+    /// Fills in and seals a certificate.
+    pub(crate) fn issue(
+        key: &SigningKey,
+        message: String,
+        original: OriginalRecord,
+        mark: MarkRecord,
+    ) -> Result<Self, SigmarkError> {
+        // The mark's own signature holds the seal's place until it is made: the sealed bytes leave the seal out.
+        let seal = mark.signature;
+        let mut certificate = Self {
+            message,
+            public_key: key.public_key(),
+            original,
+            mark,
+            seal,
+        };
+        certificate.seal = key.sign(certificate.mark.signature.scheme(), &certificate.sealed_bytes()?)?;
+        Ok(certificate)
+    }
+
+    /// Reads a certificate and checks its version and its seal.
+    ///
+    /// # Errors
+    /// When the text is no certificate, of another version, or edited since it was issued.
+    pub fn from_json(text: &str) -> Result<Self, CertificateError> {
+        let malformed = |error: &dyn std::fmt::Display| CertificateError::Malformed(error.to_string());
+        let value: serde_json::Value = serde_json::from_str(text).map_err(|e| malformed(&e))?;
+        if value.get("format").and_then(serde_json::Value::as_str) != Some(FORMAT) {
+            return Err(malformed(&format!("the field \"format\" is not \"{FORMAT}\"")));
+        }
+        match value.get("version").and_then(serde_json::Value::as_u64) {
+            Some(version) if version == u64::from(VERSION) => {}
+            Some(found) => return Err(CertificateError::Version { found }),
+            None => return Err(malformed(&"the field \"version\" is not a whole number")),
+        }
+        // From the text again: only there does the parser know in which line an error lies.
+        let document: Document = serde_json::from_str(text).map_err(|e| malformed(&e))?;
+        let scheme = document.mark.scheme;
+        let certificate = Self {
+            message: document.message,
+            public_key: PublicKey::from_pem(&document.public_key).map_err(|e| malformed(&e))?,
+            original: document.original,
+            mark: MarkRecord {
+                coverage: document.mark.coverage,
+                signature: Signature::from_hex(scheme, &document.mark.signature)
+                    .map_err(|e| malformed(&e))?,
+                chip_rate: document.mark.chip_rate,
+                patches: document.mark.patches,
+            },
+            seal: Signature::from_hex(scheme, &document.seal).map_err(|_| CertificateError::Seal)?,
+        };
+        let sealed = certificate.sealed_bytes()?;
+        certificate
+            .public_key
+            .verify(&sealed, &certificate.seal)
+            .map_err(|_| CertificateError::Seal)?;
+        Ok(certificate)
+    }
+
+    /// The JSON text, indented for people, with a final newline.
+    ///
+    /// # Errors
+    /// None that a certificate made by this library can cause.
+    pub fn to_json(&self) -> Result<String, CertificateError> {
+        let document = self.document(self.seal.to_hex());
+        let text = serde_json::to_string_pretty(&document)
+            .map_err(|e| CertificateError::Malformed(e.to_string()))?;
+        Ok(text + "\n")
+    }
+
+    /// What the signer asserts.
+    pub fn message(&self) -> &str {
+        &self.message
+    }
+
+    /// The key that checks both the mark and the seal.
+    pub fn public_key(&self) -> &PublicKey {
+        &self.public_key
+    }
+
+    /// The mesh that was signed.
+    pub fn original(&self) -> &OriginalRecord {
+        &self.original
+    }
+
+    /// How it was marked.
+    pub fn mark(&self) -> &MarkRecord {
+        &self.mark
+    }
+
+    /// The bytes that the signature in the shape signs.
+    pub fn signed_bytes(&self) -> Vec<u8> {
+        self.mark
+            .coverage
+            .signed_bytes(&self.message, &self.original.digest)
+    }
+
+    /// What the seal signs: the text `sigmark certificate` and a zero byte, then the certificate as compact JSON, fields in
+    /// the order of the schema, with an empty seal.
+    fn sealed_bytes(&self) -> Result<Vec<u8>, CertificateError> {
+        let json = serde_json::to_vec(&self.document(String::new()))
+            .map_err(|e| CertificateError::Malformed(e.to_string()))?;
+        Ok([b"sigmark certificate\0", &json[..]].concat())
+    }
+
+    fn document(&self, seal: String) -> Document {
+        Document {
+            format: FORMAT.into(),
+            version: VERSION,
+            message: self.message.clone(),
+            public_key: self.public_key.to_pem(),
+            original: self.original.clone(),
+            mark: MarkDocument {
+                scheme: self.mark.signature.scheme(),
+                coverage: self.mark.coverage,
+                signature: self.mark.signature.to_hex(),
+                chip_rate: self.mark.chip_rate,
+                patches: self.mark.patches.clone(),
+            },
+            seal,
+        }
+    }
+}

@@ -1,0 +1,291 @@
+use mesh::TriMesh;
+use serde::{Deserialize, Serialize};
+
+use crate::{
+    Certificate, ChipLayout, CoefficientDetector, Detector, GeometryDigest, Observer, PatchBasis,
+    PreparedOriginal, Registered, SigmarkError, Stage,
+    certificate::{MarkRecord, OriginalRecord, PatchRecord},
+    signature::{Curve, Scheme, Signature, SigningKey},
+    statistics::extraction_rate,
+};
+
+/// What the signature in the shape is a signature of.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Coverage {
+    /// The message and the digest of the original's geometry. A forger who subtracts a mark of his own and calls the
+    /// result the original would need a signature over a mesh that contains that very signature.
+    #[default]
+    MessageAndGeometry,
+    /// The message alone, as in the paper.
+    Message,
+}
+
+impl Coverage {
+    /// The bytes that are signed.
+    ///
+    /// For message and geometry: the text `sigmark mark v1` and a zero byte, the 32 bytes of the digest, then the message.
+    pub fn signed_bytes(self, message: &str, original: &GeometryDigest) -> Vec<u8> {
+        match self {
+            Self::Message => message.as_bytes().to_vec(),
+            Self::MessageAndGeometry => {
+                [b"sigmark mark v1\0", &original.as_bytes()[..], message.as_bytes()].concat()
+            }
+        }
+    }
+}
+
+/// How strongly a mark is written.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Strength {
+    /// Root mean square displacement of the marked surface, as a fraction of the bounding box's diagonal.
+    Distortion(f64),
+    /// α of eq. 12 for patches of unit area: the same for every patch, whatever the unit of the model.
+    Alpha(f64),
+    /// The α that the paper prints, in the model's unit of length: α/√(area) for each patch.
+    PaperAlpha(f64),
+}
+
+impl Default for Strength {
+    /// 4·10⁻⁴ of the diagonal: about what the paper's α does to the bunny (d_rmse 0.02 % of the diagonal).
+    fn default() -> Self {
+        Self::Distortion(4e-4)
+    }
+}
+
+/// A mark that moves the surface by more than this part of the diagonal is not a watermark any more.
+const MOST_DISTORTION: f64 = 0.1;
+
+/// Signs a message and writes the signature into the shape of meshes.
+///
+/// Every choice has a default; [`embed`](Self::embed) does the work.
+#[derive(Clone, Debug)]
+pub struct Embedder<'k> {
+    key: &'k SigningKey,
+    scheme: Scheme,
+    coverage: Coverage,
+    message: String,
+    chip_rate: usize,
+    strength: Strength,
+    threads: usize,
+}
+
+impl<'k> Embedder<'k> {
+    /// An embedder for a key, with the scheme that suits the key's curve: SHA-256 on P-256; on the paper's curve SHA-1,
+    /// and the signature covers the message alone.
+    pub fn new(key: &'k SigningKey) -> Self {
+        let (scheme, coverage) = match key.curve() {
+            Curve::B163 => (Scheme::EcdsaB163Sha1, Coverage::Message),
+            Curve::P256 => (Scheme::EcdsaP256Sha256, Coverage::MessageAndGeometry),
+        };
+        Self {
+            key,
+            scheme,
+            coverage,
+            message: String::new(),
+            chip_rate: 3,
+            strength: Strength::default(),
+            threads: 1,
+        }
+    }
+
+    /// What is asserted: a text that will stand in the certificate. Empty by default.
+    pub fn message(mut self, message: impl Into<String>) -> Self {
+        self.message = message.into();
+        self
+    }
+
+    /// The signature scheme; its curve must be the key's.
+    pub fn scheme(mut self, scheme: Scheme) -> Self {
+        self.scheme = scheme;
+        self
+    }
+
+    /// What the signature covers.
+    pub fn coverage(mut self, coverage: Coverage) -> Self {
+        self.coverage = coverage;
+        self
+    }
+
+    /// c, how often each bit is repeated in a patch; 3 by default.
+    pub fn chip_rate(mut self, rate: usize) -> Self {
+        self.chip_rate = rate;
+        self
+    }
+
+    /// How strongly to mark.
+    pub fn strength(mut self, strength: Strength) -> Self {
+        self.strength = strength;
+        self
+    }
+
+    /// How many threads may work; 1 by default. The mark does not depend on it.
+    pub fn threads(mut self, threads: usize) -> Self {
+        self.threads = threads;
+        self
+    }
+
+    /// Signs the mesh.
+    ///
+    /// # Errors
+    /// When the key does not fit the scheme, the strength is out of bounds, or the mesh has no patch with room for the signature.
+    pub fn embed(&self, mesh: &TriMesh) -> Result<Signed, SigmarkError> {
+        self.embed_observed(mesh, &())
+    }
+
+    /// As [`embed`](Self::embed), with an observer that sees the progress and may stop it.
+    ///
+    /// # Errors
+    /// As [`embed`](Self::embed); [`SigmarkError::Cancelled`] when the observer stopped it.
+    pub fn embed_observed(&self, mesh: &TriMesh, observer: &dyn Observer) -> Result<Signed, SigmarkError> {
+        let layout = ChipLayout::new(self.scheme.bits(), self.chip_rate)?;
+        let digest = GeometryDigest::of(mesh);
+        let signature = self
+            .key
+            .sign(self.scheme, &self.coverage.signed_bytes(&self.message, &digest))?;
+
+        let original = PreparedOriginal::prepare(mesh, layout, self.threads, observer)?;
+        observer.stage(Stage::Embedding);
+        let (alphas, distortion_rms) = self.alphas(&original)?;
+        let displacement = original.displacement(&signature.bits(), &alphas);
+        let positions = mesh
+            .positions()
+            .iter()
+            .zip(&displacement)
+            .map(|(p, d)| std::array::from_fn(|axis| p[axis] + d[axis]))
+            .collect();
+        let marked = mesh.with_positions(positions)?;
+
+        let certificate = Certificate::issue(
+            self.key,
+            self.message.clone(),
+            OriginalRecord {
+                digest,
+                vertices: mesh.vertex_count(),
+                triangles: mesh.triangle_count(),
+            },
+            MarkRecord {
+                coverage: self.coverage,
+                signature,
+                chip_rate: self.chip_rate,
+                patches: original
+                    .bases()
+                    .iter()
+                    .zip(&alphas)
+                    .map(|(basis, &alpha)| PatchRecord::of(basis, alpha))
+                    .collect(),
+            },
+        )?;
+        Ok(Signed {
+            marked,
+            certificate,
+            original,
+            signature,
+            alphas,
+            distortion_rms,
+        })
+    }
+
+    /// α of every patch, and the RMS displacement as a fraction of the diagonal that they cause on the marked surface.
+    fn alphas(&self, original: &PreparedOriginal) -> Result<(Vec<f64>, f64), SigmarkError> {
+        let bases = original.bases();
+        let diagonal = original.mesh().bounding_box().diagonal();
+        let area: f64 = bases.iter().map(PatchBasis::area).sum();
+        let rms = |alphas: &[f64]| {
+            let square = |(basis, alpha): (&PatchBasis, &f64)| {
+                basis.area() * alpha * alpha * basis.unit_mean_square(original.layout())
+            };
+            (bases.iter().zip(alphas).map(square).sum::<f64>() / area).sqrt() / diagonal
+        };
+        let (what, value, alphas) = match self.strength {
+            Strength::Distortion(value) => (
+                "distortion",
+                value,
+                vec![value / rms(&vec![1.0; bases.len()]); bases.len()],
+            ),
+            Strength::Alpha(value) => ("alpha", value, vec![value; bases.len()]),
+            Strength::PaperAlpha(value) => (
+                "the paper's alpha",
+                value,
+                bases.iter().map(|basis| value / basis.area().sqrt()).collect(),
+            ),
+        };
+        let distortion = rms(&alphas);
+        if !(value > 0.0 && distortion <= MOST_DISTORTION) {
+            // In proportion, since the distortion grows linearly with every knob.
+            let most = if distortion > 0.0 {
+                MOST_DISTORTION * value / distortion
+            } else {
+                MOST_DISTORTION
+            };
+            return Err(SigmarkError::Strength { what, value, most });
+        }
+        Ok((alphas, distortion))
+    }
+}
+
+/// A marked mesh with its certificate.
+#[derive(Debug)]
+pub struct Signed {
+    marked: TriMesh,
+    certificate: Certificate,
+    original: PreparedOriginal,
+    signature: Signature,
+    alphas: Vec<f64>,
+    distortion_rms: f64,
+}
+
+impl Signed {
+    /// The marked mesh: the original's triangles over new positions.
+    pub fn mesh(&self) -> &TriMesh {
+        &self.marked
+    }
+
+    /// The marked positions, one a vertex of the original.
+    pub fn positions(&self) -> &[[f64; 3]] {
+        self.marked.positions()
+    }
+
+    /// What a verifier needs besides the original and the public key.
+    pub fn certificate(&self) -> &Certificate {
+        &self.certificate
+    }
+
+    /// The original with its patches and bases.
+    pub fn original(&self) -> &PreparedOriginal {
+        &self.original
+    }
+
+    /// The signature that was written.
+    pub fn signature(&self) -> &Signature {
+        &self.signature
+    }
+
+    /// α in the scale-free convention: the same for every patch, or, when the paper's α was given, the root mean square
+    /// over the marked surface.
+    pub fn alpha(&self) -> f64 {
+        let area = |basis: &PatchBasis| basis.area();
+        let square: f64 = self
+            .original
+            .bases()
+            .iter()
+            .zip(&self.alphas)
+            .map(|(b, alpha)| area(b) * alpha * alpha)
+            .sum();
+        (square / self.original.bases().iter().map(area).sum::<f64>()).sqrt()
+    }
+
+    /// Root mean square displacement of the marked surface, as a fraction of the bounding box's diagonal.
+    pub fn distortion_rms(&self) -> f64 {
+        self.distortion_rms
+    }
+
+    /// Extraction rate from positions that stayed in the original's frame, such as the marked ones rounded to a file's precision.
+    pub fn read_back(&self, positions: &[[f64; 3]]) -> f64 {
+        let registered = Registered {
+            positions: positions.iter().copied().map(Some).collect(),
+        };
+        let extracted = CoefficientDetector.detect(&self.original, &registered).hard();
+        extraction_rate(&self.signature.bits(), &extracted)
+    }
+}

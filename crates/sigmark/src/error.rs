@@ -1,0 +1,115 @@
+use crate::signature::SignatureError;
+
+/// Why a mesh could not be signed, or a suspect not be judged.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SigmarkError {
+    /// The payload has no bits, or each bit no chip.
+    #[error("a mark of {bits} bits with chip rate {rate} is empty; both must be at least 1")]
+    EmptyLayout {
+        /// l.
+        bits: usize,
+        /// c.
+        rate: usize,
+    },
+    /// The strength is zero, negative, not finite or so large that the shape would be destroyed.
+    #[error("{what} is {value}, but must lie above 0 and at most {most}")]
+    Strength {
+        /// Which knob it is.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+        /// The largest that is accepted.
+        most: f64,
+    },
+    /// No component has room for the signature.
+    #[error(
+        "the largest connected piece has {largest} vertices, but a mark with {functions} manifold harmonics needs {least}; \
+         use a lower chip rate, a shorter signature (the paper profile), or a finer mesh"
+    )]
+    TooFewVertices {
+        /// Vertices of the largest component.
+        largest: usize,
+        /// Vertices that would do.
+        least: usize,
+        /// m.
+        functions: usize,
+    },
+    /// A component is larger than one patch may be.
+    #[error("a connected piece has {largest} vertices, but one patch may have {most} at most")]
+    TooManyVertices {
+        /// Vertices of the largest component.
+        largest: usize,
+        /// The limit.
+        most: usize,
+    },
+    /// The surface has no area, or no extent, to hide anything in.
+    #[error("patch {patch} has no area: all its triangles are degenerate")]
+    NoArea {
+        /// Which patch, from 0.
+        patch: usize,
+    },
+    /// The manifold harmonics of a patch could not be computed.
+    #[error("patch {patch}: {source}")]
+    Spectrum {
+        /// Which patch, from 0.
+        patch: usize,
+        /// What went wrong.
+        source: mhb_core::SpectrumError,
+    },
+    /// The basis computed now is not the one that the mark was written in.
+    #[error(
+        "patch {patch} does not have the harmonics that the certificate records ({found} here, {recorded} there); \
+         verify with the version of Sigmark that made the certificate"
+    )]
+    BasisMismatch {
+        /// Which patch, from 0.
+        patch: usize,
+        /// What the certificate says.
+        recorded: String,
+        /// What was computed.
+        found: String,
+    },
+    /// The certificate is for another mesh.
+    #[error(
+        "this is not the original that the certificate was made for (digest {found} here, {expected} in the certificate); \
+         use the very file that was signed, not a converted or edited copy"
+    )]
+    AnotherOriginal {
+        /// The certificate's digest.
+        expected: String,
+        /// This mesh's digest.
+        found: String,
+    },
+    /// The certificate was issued by another key.
+    #[error(
+        "the certificate was issued by the key {certificate}, not by the given public key {given}; use the public key of the signer"
+    )]
+    AnotherKey {
+        /// Fingerprint of the certificate's key.
+        certificate: String,
+        /// Fingerprint of the key that was given.
+        given: String,
+    },
+    /// A certificate can't be read.
+    #[error(transparent)]
+    Certificate(#[from] crate::CertificateError),
+    /// Keys and signatures.
+    #[error(transparent)]
+    Signature(#[from] SignatureError),
+    /// Registration of a suspect.
+    #[error(transparent)]
+    Registration(#[from] registration::RegistrationError),
+    /// Positions that make no mesh.
+    #[error(transparent)]
+    Mesh(#[from] mesh::MeshError),
+    /// The system gives no more threads.
+    #[error("could not start {threads} threads; ask for fewer")]
+    Threads {
+        /// How many were asked for.
+        threads: usize,
+    },
+    /// The observer asked to stop.
+    #[error("stopped on request")]
+    Cancelled,
+}
