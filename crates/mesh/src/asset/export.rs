@@ -14,6 +14,7 @@ pub enum Precision {
 /// A new file with nothing but the mesh: OBJ, ASCII OFF, binary little-endian PLY, or binary STL.
 ///
 /// STL has no double precision: its coordinates are single whatever is asked, and its normals are those of the triangles.
+/// Beyond ±3.4e38, where single precision ends, numbers become infinite.
 ///
 /// ```
 /// let mesh = mesh::TriMesh::new(vec![[0., 0., 0.], [1., 0., 0.], [0., 0.5, 0.]], vec![[0, 1, 2]])?;

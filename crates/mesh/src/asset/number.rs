@@ -3,6 +3,10 @@
 /// The digits of text from which single precision can no longer be told from double.
 const SINGLE_DIGITS: usize = 9;
 
+/// From here on numbers are written with an exponent; plain ones would have more digits than their precision.
+const LARGEST_PLAIN_SINGLE: f64 = 1e9;
+const LARGEST_PLAIN_DOUBLE: f64 = 1e15;
+
 /// Reads a decimal number; `nan` and `inf` are read too, so that their place can be reported if a face uses them.
 pub(super) fn parse(token: &[u8]) -> Option<f64> {
     std::str::from_utf8(token).ok()?.parse().ok()
@@ -22,7 +26,7 @@ pub(super) fn fits_single(token: &[u8], value: f64) -> bool {
 /// Appends the shortest decimal that reads back, also by way of f64, to the same single-precision number.
 pub(super) fn write_single(value: f32, out: &mut Vec<u8>) {
     let start = out.len();
-    write(value, f64::from(value), out);
+    write(value, f64::from(value), LARGEST_PLAIN_SINGLE, out);
     if parse(&out[start..]).map(|read| read as f32) != Some(value) {
         out.truncate(start);
         write_double(f64::from(value), out);
@@ -31,13 +35,18 @@ pub(super) fn write_single(value: f32, out: &mut Vec<u8>) {
 
 /// Appends the shortest decimal that reads back to the same number.
 pub(super) fn write_double(value: f64, out: &mut Vec<u8>) {
-    write(value, value, out);
+    write(value, value, LARGEST_PLAIN_DOUBLE, out);
 }
 
 /// Without an exponent where that is short, as C's `%g` decides.
-fn write(shown: impl std::fmt::Display + std::fmt::LowerExp, value: f64, out: &mut Vec<u8>) {
+fn write(
+    shown: impl std::fmt::Display + std::fmt::LowerExp,
+    value: f64,
+    largest_plain: f64,
+    out: &mut Vec<u8>,
+) {
     use std::io::Write;
-    let plain = value == 0.0 || (1e-5..1e15).contains(&value.abs());
+    let plain = value == 0.0 || (1e-5..largest_plain).contains(&value.abs());
     let written = if plain {
         write!(out, "{shown}")
     } else {
@@ -67,6 +76,7 @@ mod tests {
     fn short_numbers_are_written_without_an_exponent() {
         assert_eq!(single(0.1), "0.1");
         assert_eq!(single(-16_777_216.0), "-16777216");
+        assert_eq!(single(1_315_859_240.0), "1.3158592e9");
         assert_eq!(double(0.1 + 0.2), "0.30000000000000004");
         assert_eq!(double(0.000_012), "0.000012");
         assert_eq!(double(-2.5e-9), "-2.5e-9");
