@@ -51,4 +51,31 @@ pub enum RegistrationError {
         "the pairs of points are uncorrelated: no similarity of positive scale fits them better than a single point"
     )]
     Uncorrelated,
+    /// The threads that were asked for could not be started.
+    #[error("{threads} threads could not be started ({reason}); ask for fewer")]
+    Threads {
+        /// How many were asked for.
+        threads: usize,
+        /// What the system said.
+        reason: String,
+    },
+    /// An option lies outside its range.
+    #[error("the option {name} is {value}; it must be {range}")]
+    Option {
+        /// The field's name.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// What it may be.
+        range: &'static str,
+    },
+    /// A mesh whose triangles have no area, or whose vertices lie in one place, has no surface to align.
+    #[error("the {mesh} has no surface: the area of its triangles is zero")]
+    NoSurface {
+        /// "original" or "suspect".
+        mesh: &'static str,
+    },
+    /// The caller's callback asked to stop.
+    #[error("the alignment was stopped before it was done")]
+    Stopped,
 }

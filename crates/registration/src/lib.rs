@@ -31,11 +31,14 @@
 
 mod connectivity;
 mod error;
+mod resample;
 mod surface;
+mod threads;
 mod umeyama;
 mod vector;
 
 pub use connectivity::{Correspondence, Difference, match_candidates, match_components, match_connectivity};
 pub use error::RegistrationError;
+pub use resample::{ResampleOptions, Resampled, resample, resample_on};
 pub use surface::{Hit, Nearest, Surface};
 pub use umeyama::{Fit, Handedness, fit_similarity, umeyama};

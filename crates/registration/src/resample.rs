@@ -1,0 +1,362 @@
+//! The suspect's surface seen from the original's vertices (section 4.4.1 of the paper).
+
+use crate::RegistrationError;
+use crate::surface::{Hit, Surface, triangle_normals};
+use crate::threads;
+use crate::vector::{Vec3, add, dot, scaled};
+use mesh::{Similarity, TriMesh};
+
+/// How far and at what angle a vertex looks for the suspect's surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ResampleOptions {
+    /// Farthest offset along the normal, as a fraction of the original's bounding-box diagonal.
+    pub reach: f64,
+    /// Least cosine between the original's normal and that of the surface that is met. Keeps the far side of thin parts out.
+    pub facing: f64,
+    /// Threads to use; the result does not depend on it.
+    pub threads: usize,
+}
+
+impl Default for ResampleOptions {
+    fn default() -> Self {
+        Self {
+            reach: 0.01,
+            facing: 0.1,
+            threads: 1,
+        }
+    }
+}
+
+/// What each vertex of the original sees of the suspect.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Resampled {
+    /// Signed distance along the vertex normal to the suspect, in the original's unit; none where nothing was met.
+    pub offsets: Vec<Option<f64>>,
+    /// The suspect's triangle that was met.
+    pub triangles: Vec<Option<u32>>,
+    /// Whether the suspect's triangles face the other way than the original's.
+    pub inside_out: bool,
+    /// Whether the suspect's orientation is consistent enough for [`ResampleOptions::facing`] to have been applied.
+    pub oriented: bool,
+}
+
+impl Resampled {
+    /// How many vertices see the suspect.
+    pub fn seen(&self) -> usize {
+        self.offsets.iter().flatten().count()
+    }
+
+    /// The resampled mesh's vertices: v + h n where the suspect was met, and the original's vertex elsewhere, as the paper has it.
+    pub fn positions(&self, original: &TriMesh) -> Vec<[f64; 3]> {
+        let vertices = original.positions().iter().zip(original.vertex_normals());
+        let moved = vertices
+            .zip(&self.offsets)
+            .map(|((&v, n), h)| add(v, scaled(n, h.unwrap_or(0.0))));
+        moved.collect()
+    }
+}
+
+/// Shoots a line along the angle-weighted normal of every vertex of the original, both ways, and takes the nearest hit.
+///
+/// `transform` takes the suspect to the original. A hit farther than the reach does not count, nor one whose surface faces another
+/// way (by more than the angle allowed), since that is the other side of a thin part. The suspect may be inside out as a whole; if it faces
+/// no way in particular, as a heap of unoriented triangles does, the facing is not asked. Vertices without a normal see nothing.
+///
+/// # Errors
+/// When an option is out of range.
+///
+/// ```
+/// use mesh::{Similarity, shapes};
+/// let original = shapes::icosphere(3);
+/// let smaller = shapes::scaled(&original, 0.999);
+/// let seen = registration::resample(&original, &smaller, &Similarity::IDENTITY, &Default::default())?;
+/// assert!(seen.offsets.iter().all(|h| (h.unwrap() + 0.001).abs() < 1e-9));
+/// # Ok::<(), registration::RegistrationError>(())
+/// ```
+pub fn resample(
+    original: &TriMesh,
+    suspect: &TriMesh,
+    transform: &Similarity,
+    options: &ResampleOptions,
+) -> Result<Resampled, RegistrationError> {
+    let surface = Surface::new(suspect);
+    resample_on(original, suspect, &surface, transform, options)
+}
+
+/// As [`resample`], on a surface that was built before.
+///
+/// # Errors
+/// As [`resample`].
+pub fn resample_on(
+    original: &TriMesh,
+    suspect: &TriMesh,
+    surface: &Surface,
+    transform: &Similarity,
+    options: &ResampleOptions,
+) -> Result<Resampled, RegistrationError> {
+    check(options)?;
+    let lines = Lines {
+        origins: original.positions(),
+        directions: original.vertex_normals(),
+        surface,
+        normals: triangle_normals(suspect),
+        to_original: *transform,
+        to_suspect: transform.inverse(),
+        reach: options.reach * original.bounding_box().diagonal(),
+    };
+    threads::in_pool(options.threads, || lines.shoot(options.facing))
+}
+
+fn check(options: &ResampleOptions) -> Result<(), RegistrationError> {
+    let &ResampleOptions { reach, facing, .. } = options;
+    if !(reach > 0.0 && reach.is_finite()) {
+        return Err(RegistrationError::Option {
+            name: "reach",
+            value: reach,
+            range: "greater than 0",
+        });
+    }
+    if !(-1.0..=1.0).contains(&facing) {
+        return Err(RegistrationError::Option {
+            name: "facing",
+            value: facing,
+            range: "between -1 and 1",
+        });
+    }
+    Ok(())
+}
+
+/// Lines through the original's vertices, and the surface in its own frame.
+struct Lines<'a> {
+    origins: &'a [Vec3],
+    directions: Vec<Vec3>,
+    surface: &'a Surface,
+    normals: Vec<Vec3>,
+    to_original: Similarity,
+    to_suspect: Similarity,
+    reach: f64,
+}
+
+/// The nearest hits must agree on a side to this degree before the facing is asked.
+const ORIENTED: f64 = 0.75;
+
+impl Lines<'_> {
+    fn shoot(&self, facing: f64) -> Resampled {
+        let nearest = threads::map(self.origins.len(), |v| self.hit(v, |_| true));
+        let outward = |(v, hit): (usize, &Option<Hit>)| hit.map(|hit| self.cosine(v, hit.triangle) > 0.0);
+        let sides: Vec<bool> = nearest.iter().enumerate().filter_map(outward).collect();
+        let outward = sides.iter().filter(|&&side| side).count();
+        let inside_out = 2 * outward < sides.len();
+        let majority = outward.max(sides.len() - outward);
+        let oriented = majority as f64 >= ORIENTED * sides.len() as f64;
+        let hits = if oriented {
+            let sign = if inside_out { -1.0 } else { 1.0 };
+            threads::map(self.origins.len(), |v| {
+                let faces = |t: u32| sign * self.cosine(v, t) >= facing;
+                // Most nearest hits face the right way; only the others are looked for again.
+                nearest[v].and_then(|hit| {
+                    if faces(hit.triangle) {
+                        Some(hit)
+                    } else {
+                        self.hit(v, faces)
+                    }
+                })
+            })
+        } else {
+            nearest
+        };
+        Resampled {
+            offsets: hits.iter().map(|hit| hit.map(|hit| hit.t)).collect(),
+            triangles: hits.iter().map(|hit| hit.map(|hit| hit.triangle)).collect(),
+            inside_out,
+            oriented,
+        }
+    }
+
+    /// The nearest accepted hit of a vertex's line; t in the original's unit.
+    fn hit(&self, v: usize, accept: impl Fn(u32) -> bool) -> Option<Hit> {
+        let origin = self.to_suspect.apply(self.origins[v]);
+        let direction = self
+            .to_suspect
+            .rotation
+            .map(|row| self.to_suspect.scale * dot(row, self.directions[v]));
+        self.surface.hit(origin, direction, self.reach, accept)
+    }
+
+    /// Between a vertex's normal and that of a suspect triangle moved onto the original.
+    fn cosine(&self, v: usize, triangle: u32) -> f64 {
+        let normal = self
+            .to_original
+            .rotation
+            .map(|row| dot(row, self.normals[triangle as usize]));
+        dot(self.directions[v], normal)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::vector::{norm, sub};
+    use mesh::shapes;
+
+    fn turned() -> Similarity {
+        Similarity {
+            scale: 20.0,
+            translation: [1.0, -2.0, 3.0],
+            ..Similarity::from_quaternion([1.0, 0.4, -0.3, 2.0])
+        }
+    }
+
+    /// A plate of thickness 0.01, one diagonal long.
+    fn plate() -> TriMesh {
+        let sheet = shapes::rectangle(8, 8, 1.0, 1.0);
+        let top = shapes::translated(&sheet, [0.0, 0.0, 0.01]);
+        shapes::disjoint_union(&[top, shapes::inside_out(&sheet)])
+    }
+
+    #[test]
+    fn a_moved_copy_is_seen_at_offset_zero_by_every_vertex() {
+        let original = shapes::bumpy_torus(24, 16, 3);
+        let suspect = shapes::moved(&original, &turned());
+        let seen = resample(
+            &original,
+            &suspect,
+            &turned().inverse(),
+            &ResampleOptions::default(),
+        )
+        .unwrap();
+        assert!(seen.offsets.iter().all(|h| h.expect("seen").abs() < 1e-13));
+        assert!(seen.oriented && !seen.inside_out);
+        for (p, q) in seen.positions(&original).iter().zip(original.positions()) {
+            assert!(norm(sub(*p, *q)) < 1e-13);
+        }
+    }
+
+    #[test]
+    fn an_offset_surface_is_seen_at_its_offset_in_the_unit_of_the_original() {
+        let original = shapes::rectangle(5, 5, 1.0, 1.0);
+        let lifted = shapes::translated(&original, [0.0, 0.0, 0.003]);
+        let suspect = shapes::moved(&lifted, &turned());
+        let seen = resample(
+            &original,
+            &suspect,
+            &turned().inverse(),
+            &ResampleOptions::default(),
+        )
+        .unwrap();
+        let inner = seen.offsets.iter().flatten();
+        assert!(inner.clone().count() >= 16 && inner.clone().all(|h| (h - 0.003).abs() < 1e-14));
+    }
+
+    #[test]
+    fn what_is_cut_away_is_missing_and_keeps_the_originals_vertex() {
+        let original = shapes::bumpy_sphere(3, 1);
+        let left: Vec<_> = (0..original.triangle_count())
+            .filter(|&t| original.corners(t).iter().all(|p| p[0] < 0.0))
+            .map(|t| original.triangles()[t])
+            .collect();
+        let suspect = TriMesh::new(original.positions().to_vec(), left).unwrap();
+        let seen = resample(
+            &original,
+            &suspect,
+            &Similarity::IDENTITY,
+            &ResampleOptions::default(),
+        )
+        .unwrap();
+        let positions = seen.positions(&original);
+        for (v, p) in original.positions().iter().enumerate() {
+            assert!(p[0] < 0.0 || seen.offsets[v].is_none());
+            assert!(norm(sub(positions[v], *p)) < 1e-13);
+        }
+        assert!(seen.seen() > original.vertex_count() / 3);
+    }
+
+    #[test]
+    fn the_far_side_of_a_thin_part_is_not_mistaken_for_the_near_one() {
+        let original = plate();
+        // The top is gone: its vertices could only meet the bottom, which faces the other way.
+        let bottom = shapes::inside_out(&shapes::rectangle(8, 8, 1.0, 1.0));
+        let mirrored_bottom = shapes::inside_out(&bottom);
+        for (suspect, inside_out) in [(plate(), false), (shapes::inside_out(&plate()), true)] {
+            let seen = resample(
+                &original,
+                &suspect,
+                &Similarity::IDENTITY,
+                &ResampleOptions::default(),
+            )
+            .unwrap();
+            assert_eq!((seen.inside_out, seen.oriented), (inside_out, true));
+            assert!(
+                seen.offsets.iter().flatten().all(|h| h.abs() < 1e-15)
+                    && seen.seen() == original.vertex_count()
+            );
+        }
+        // With most of the surface present, the facing is known, and one sheet's loss is noticed.
+        let rest = shapes::translated(&shapes::bumpy_sphere(3, 1), [5.0, 0.0, 0.0]);
+        let original = shapes::disjoint_union(&[original, rest.clone()]);
+        for (sheet, seen_top) in [(bottom, false), (mirrored_bottom, true)] {
+            let suspect = shapes::disjoint_union(&[sheet, rest.clone()]);
+            let seen = resample(
+                &original,
+                &suspect,
+                &Similarity::IDENTITY,
+                &ResampleOptions::default(),
+            )
+            .unwrap();
+            assert_eq!(seen.offsets[..81].iter().any(Option::is_some), seen_top);
+            assert_eq!(seen.offsets[81..162].iter().any(Option::is_some), !seen_top);
+        }
+    }
+
+    #[test]
+    fn mirrored_and_inside_out_copies_are_seen_and_told() {
+        let original = shapes::bumpy_sphere(2, 1);
+        let mirror = Similarity {
+            rotation: [[-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+            ..Similarity::IDENTITY
+        };
+        // `mirrored` keeps the surface facing outward, so moving it back by a mirror keeps it so.
+        let suspect = shapes::mirrored(&original);
+        let options = ResampleOptions::default();
+        let seen = resample(&original, &suspect, &mirror, &options).unwrap();
+        assert_eq!((seen.seen(), seen.inside_out), (original.vertex_count(), false));
+        let seen = resample(&original, &shapes::inside_out(&suspect), &mirror, &options).unwrap();
+        assert_eq!((seen.seen(), seen.inside_out), (original.vertex_count(), true));
+    }
+
+    #[test]
+    fn threads_change_nothing() {
+        let (original, suspect) = (shapes::bumpy_sphere(3, 1), shapes::bumpy_sphere(3, 2));
+        let with = |threads| {
+            let options = ResampleOptions {
+                threads,
+                reach: 0.1,
+                ..Default::default()
+            };
+            resample(&original, &suspect, &Similarity::IDENTITY, &options).unwrap()
+        };
+        assert_eq!(with(1), with(3));
+    }
+
+    #[test]
+    fn options_out_of_range_are_named() {
+        let ball = shapes::icosphere(0);
+        for options in [
+            ResampleOptions {
+                reach: 0.0,
+                ..Default::default()
+            },
+            ResampleOptions {
+                reach: f64::NAN,
+                ..Default::default()
+            },
+            ResampleOptions {
+                facing: 1.5,
+                ..Default::default()
+            },
+        ] {
+            let result = resample(&ball, &ball, &Similarity::IDENTITY, &options);
+            assert!(matches!(result, Err(RegistrationError::Option { .. })));
+        }
+    }
+}
