@@ -4,6 +4,7 @@ mod colours;
 mod graph;
 mod placement;
 mod propagation;
+mod surroundings;
 
 use crate::{Fit, Handedness, RegistrationError, fit_similarity};
 use graph::Graph;
@@ -159,6 +160,14 @@ pub fn match_components(original: &TriMesh, suspect: &TriMesh) -> Correspondence
     placement::candidates(&from, &onto, &colours, 1)
         .pop()
         .unwrap_or(none)
+}
+
+/// As [`match_connectivity`], for a suspect that was cut or altered in places: maps the regions that are left unaltered.
+///
+/// Vertices whose surroundings are unique in both meshes are paired, and pairs grow across shared edges. Nothing proves the result: near
+/// altered places a pair may be wrong, and a re-meshed suspect gives few pairs or none. Fit robustly, and look at the residuals.
+pub fn match_surroundings(original: &TriMesh, suspect: &TriMesh) -> Correspondence {
+    surroundings::correspondence(&Graph::of(original), &Graph::of(suspect))
 }
 
 /// The map of each vertex to itself, if that is right.

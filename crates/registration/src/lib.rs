@@ -37,7 +37,9 @@ mod threads;
 mod umeyama;
 mod vector;
 
-pub use connectivity::{Correspondence, Difference, match_candidates, match_components, match_connectivity};
+pub use connectivity::{
+    Correspondence, Difference, match_candidates, match_components, match_connectivity, match_surroundings,
+};
 pub use error::RegistrationError;
 pub use resample::{ResampleOptions, Resampled, resample, resample_on};
 pub use surface::{Hit, Nearest, Surface};

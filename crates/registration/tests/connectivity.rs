@@ -2,7 +2,10 @@
 
 use mesh::{Similarity, TriMesh, shapes};
 use proptest::prelude::*;
-use registration::{Difference, Handedness, match_candidates, match_components, match_connectivity, umeyama};
+use registration::{
+    Difference, Handedness, match_candidates, match_components, match_connectivity, match_surroundings,
+    umeyama,
+};
 
 /// Asserts that the map takes the triangles of one mesh one to one onto those of the other.
 fn assert_isomorphism(original: &TriMesh, suspect: &TriMesh, suspect_of: &[Option<u32>]) {
@@ -214,6 +217,35 @@ fn parts_that_are_left_are_matched_when_others_are_gone_or_new() {
         assert_eq!(position.is_none(), (162..324).contains(&v));
         assert!(position.is_none_or(|p| p == original.positions()[v]));
     }
+}
+
+#[test]
+fn what_a_cut_leaves_is_matched() {
+    for kind in 0..3 {
+        let original = irregular(kind, 5);
+        let height = |p: &[f64; 3]| p[0] + 0.3 * p[1];
+        let middle = original.positions().iter().map(height).sum::<f64>() / original.vertex_count() as f64;
+        let left = original.triangles().iter().enumerate();
+        let left = left.filter(|(t, _)| original.corners(*t).iter().all(|p| height(p) < middle));
+        let cut = TriMesh::new(original.positions().to_vec(), left.map(|(_, t)| *t).collect()).unwrap();
+        let cut = shapes::shuffled(&cut, 3);
+        let map = match_surroundings(&original, &cut);
+        for (v, p) in map.carry(&cut).into_iter().enumerate() {
+            assert!(p.is_none_or(|p| p == original.positions()[v]));
+        }
+        assert!(
+            2 * map.matched() > original.vertex_count() / 2,
+            "{} of {}",
+            map.matched(),
+            original.vertex_count()
+        );
+    }
+}
+
+#[test]
+fn meshes_with_nothing_in_common_give_almost_no_pairs() {
+    let map = match_surroundings(&shapes::bumpy_sphere(3, 1), &shapes::bumpy_torus(30, 20, 9));
+    assert!(map.matched() < 60, "{}", map.matched());
 }
 
 #[test]

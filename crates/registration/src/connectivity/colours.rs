@@ -23,22 +23,25 @@ pub(super) struct Colouring {
     pub(super) of_part: Vec<u64>,
 }
 
+/// The colours of one mesh after some rounds.
+pub(super) struct Refinement(Vec<u64>);
+
 pub(super) fn refine(original: &Graph<'_>, suspect: &Graph<'_>) -> Colours {
-    let mut colours = [start(original), start(suspect)];
+    let (mut here, mut there) = (Refinement::start(original), Refinement::start(suspect));
     let mut classes = 0;
     for _round in 0..ROUNDS {
-        let sorted = sorted(original, &colours[0]);
+        let sorted = here.sorted(original);
         let count = sorted.chunk_by(|x, y| x.0 == y.0).count();
         if count == classes || enough(original, &sorted) {
             break;
         }
         classes = count;
-        colours = [round(original, &colours[0]), round(suspect, &colours[1])];
+        here.refine(original);
+        there.refine(suspect);
     }
-    let [first, second] = colours;
     Colours {
-        original: Colouring::of(original, first),
-        suspect: Colouring::of(suspect, second),
+        original: Colouring::of(original, here),
+        suspect: Colouring::of(suspect, there),
     }
 }
 
@@ -53,7 +56,9 @@ impl Colours {
 }
 
 impl Colouring {
-    fn of(graph: &Graph<'_>, of_vertex: Vec<u64>) -> Self {
+    fn of(graph: &Graph<'_>, colours: Refinement) -> Self {
+        let sorted = colours.sorted(graph);
+        let Refinement(of_vertex) = colours;
         let mut of_part: Vec<u64> = graph
             .part_triangles
             .iter()
@@ -64,7 +69,7 @@ impl Colouring {
             *part = part.wrapping_add(mix(colour));
         }
         Self {
-            sorted: sorted(graph, &of_vertex),
+            sorted,
             of_vertex,
             of_part,
         }
@@ -108,37 +113,44 @@ fn enough(graph: &Graph<'_>, sorted: &[(u64, u32)]) -> bool {
         && (0..graph.edges.count()).all(|e| graph.edges.triangles(e).len() <= 2)
 }
 
-fn sorted(graph: &Graph<'_>, colours: &[u64]) -> Vec<(u64, u32)> {
-    let used = (0..colours.len() as u32).filter(|&v| !graph.fan(v).is_empty());
-    let mut sorted: Vec<_> = used.map(|v| (colours[v as usize], v)).collect();
-    sorted.sort_unstable();
-    sorted
+impl Refinement {
+    /// The colours before the first round.
+    pub(super) fn start(graph: &Graph<'_>) -> Self {
+        let mut colours = vec![0_u64; graph.mesh.vertex_count()];
+        for (e, ends) in graph.edges.vertices().iter().enumerate() {
+            let kind = mix(graph.edges.triangles(e).len() as u64);
+            for &v in ends {
+                colours[v as usize] = colours[v as usize].wrapping_add(kind);
+            }
+        }
+        Self(colours)
+    }
+
+    /// One round.
+    pub(super) fn refine(&mut self, graph: &Graph<'_>) {
+        let Self(colours) = self;
+        let mut next: Vec<u64> = colours.iter().map(|&c| mix(c)).collect();
+        for triangle in graph.mesh.triangles() {
+            let [a, b, c] = triangle.map(|v| mix(colours[v as usize] ^ OTHER));
+            let others = [b.wrapping_add(c), c.wrapping_add(a), a.wrapping_add(b)];
+            for (&v, pair) in triangle.iter().zip(others) {
+                next[v as usize] = next[v as usize].wrapping_add(mix(pair));
+            }
+        }
+        self.0 = next;
+    }
+
+    /// The vertices in use with their colours, sorted by colour.
+    pub(super) fn sorted(&self, graph: &Graph<'_>) -> Vec<(u64, u32)> {
+        let used = (0..self.0.len() as u32).filter(|&v| !graph.fan(v).is_empty());
+        let mut sorted: Vec<_> = used.map(|v| (self.0[v as usize], v)).collect();
+        sorted.sort_unstable();
+        sorted
+    }
 }
 
-fn start(graph: &Graph<'_>) -> Vec<u64> {
-    let mut colours = vec![0_u64; graph.mesh.vertex_count()];
-    for (e, ends) in graph.edges.vertices().iter().enumerate() {
-        let kind = mix(graph.edges.triangles(e).len() as u64);
-        for &v in ends {
-            colours[v as usize] = colours[v as usize].wrapping_add(kind);
-        }
-    }
-    colours
-}
-
-fn round(graph: &Graph<'_>, colours: &[u64]) -> Vec<u64> {
-    let mut next: Vec<u64> = colours.iter().map(|&c| mix(c)).collect();
-    for triangle in graph.mesh.triangles() {
-        let [a, b, c] = triangle.map(|v| mix(colours[v as usize] ^ 0x5851_f42d_4c95_7f2d));
-        for (v, others) in triangle
-            .iter()
-            .zip([b.wrapping_add(c), c.wrapping_add(a), a.wrapping_add(b)])
-        {
-            next[*v as usize] = next[*v as usize].wrapping_add(mix(others));
-        }
-    }
-    next
-}
+/// Makes the colour of a neighbour count for something else than a vertex's own.
+const OTHER: u64 = 0x5851_f42d_4c95_7f2d;
 
 /// The finaliser of SplitMix64: a fixed bijection of 64-bit numbers in which every input bit moves every output bit.
 fn mix(x: u64) -> u64 {

@@ -46,6 +46,40 @@ impl<'a> Graph<'a> {
         self.mesh.triangles()[t as usize]
     }
 
+    /// The edge of a triangle that joins two of its corners.
+    pub(super) fn edge(&self, triangle: u32, [a, b]: [u32; 2]) -> usize {
+        let corners = self.triangle(triangle);
+        let joins = |side: usize| {
+            let (x, y) = (corners[side], corners[(side + 1) % 3]);
+            (x, y) == (a, b) || (y, x) == (a, b)
+        };
+        let side = if joins(0) {
+            0
+        } else if joins(1) {
+            1
+        } else {
+            2
+        };
+        self.edges.of_triangle()[triangle as usize][side] as usize
+    }
+
+    /// The corner of a triangle that is neither of two others.
+    pub(super) fn third(&self, triangle: u32, [a, b]: [u32; 2]) -> u32 {
+        self.triangle(triangle)
+            .into_iter()
+            .find(|&v| v != a && v != b)
+            .unwrap_or(a)
+    }
+
+    /// The triangle on the other side of an edge, and its third corner; none where the edge does not have two triangles.
+    pub(super) fn across(&self, triangle: u32, ends: [u32; 2]) -> Option<(u32, u32)> {
+        let &[p, q] = self.edges.triangles(self.edge(triangle, ends)) else {
+            return None;
+        };
+        let other = if p == triangle { q } else { p };
+        Some((other, self.third(other, ends)))
+    }
+
     pub(super) fn position(&self, v: u32) -> [f64; 3] {
         self.mesh.positions()[v as usize]
     }

@@ -93,17 +93,22 @@ impl<'a> Propagation<'a> {
         for side in 0..3 {
             let ends = [corners[side], corners[(side + 1) % 3]];
             let images = ends.map(|v| self.vertex_image[v as usize]);
-            let edge = self.from.edges.of_triangle()[t as usize][side] as usize;
-            let here = self.from.edges.triangles(edge);
-            let there = self.onto.edges.triangles(edge_of(self.onto, image, images));
-            if here.len() != there.len() {
+            let count = |graph: &Graph<'_>, t, ends| graph.edges.triangles(graph.edge(t, ends)).len();
+            if count(self.from, t, ends) != count(self.onto, image, images) {
                 return false;
             }
-            if let (&[p, q], &[r, s]) = (here, there) {
-                let neighbour = if p == t { q } else { p };
-                let its_image = if r == image { s } else { r };
-                let seed = flag(self.from, neighbour, ends);
-                if !self.assign(seed, flag(self.onto, its_image, images)) {
+            if let (Some((next, third)), Some((its_image, third_image))) =
+                (self.from.across(t, ends), self.onto.across(image, images))
+            {
+                let source = Flag {
+                    triangle: next,
+                    corners: [ends[0], ends[1], third],
+                };
+                let image = Flag {
+                    triangle: its_image,
+                    corners: [images[0], images[1], third_image],
+                };
+                if !self.assign(source, image) {
                     return false;
                 }
             }
@@ -248,31 +253,4 @@ pub(super) fn fit(from: &Graph<'_>, onto: &Graph<'_>, pairs: &[(u32, u32)]) -> O
         .map(|&(v, w)| (from.position(v), onto.position(w)))
         .unzip();
     fit_similarity(&source, &target, None, Handedness::Either).ok()
-}
-
-/// A triangle with the corners `[a, b]` first.
-fn flag(graph: &Graph<'_>, triangle: u32, [a, b]: [u32; 2]) -> Flag {
-    let corners = graph.triangle(triangle);
-    let third = corners.iter().copied().find(|&v| v != a && v != b).unwrap_or(a);
-    Flag {
-        triangle,
-        corners: [a, b, third],
-    }
-}
-
-/// The edge of a triangle that joins two of its corners.
-fn edge_of(graph: &Graph<'_>, triangle: u32, [a, b]: [u32; 2]) -> usize {
-    let corners = graph.triangle(triangle);
-    let joins = |side: usize| {
-        let (x, y) = (corners[side], corners[(side + 1) % 3]);
-        (x, y) == (a, b) || (y, x) == (a, b)
-    };
-    let side = if joins(0) {
-        0
-    } else if joins(1) {
-        1
-    } else {
-        2
-    };
-    graph.edges.of_triangle()[triangle as usize][side] as usize
 }
