@@ -2,8 +2,6 @@
 
 use crate::Graph;
 
-const NONE: u32 = u32::MAX;
-
 /// Coarse vertex of each vertex, numbered in the order of the first of each pair: neighbours stay close in memory.
 pub(crate) fn number_pairs(partner: &[u32]) -> (Vec<u32>, usize) {
     let mut coarse_of = vec![0; partner.len()];
@@ -21,37 +19,41 @@ pub(crate) fn number_pairs(partner: &[u32]) -> (Vec<u32>, usize) {
 }
 
 /// The coarse graph. A marker per coarse vertex says where its entry stands in the row being written, so that every
-/// edge costs one look-up.
+/// edge costs one look-up; edges inside a pair gather in the row's first entry, which is dropped in the end.
 pub(crate) fn contract(graph: &Graph, partner: &[u32], coarse_of: &[u32], count: usize) -> Graph {
     let mut offsets = Vec::with_capacity(count + 1);
     let mut vertex_weights = Vec::with_capacity(count);
-    let expected = graph.neighbours.len() * 5 / 8;
-    let mut neighbours: Vec<u32> = Vec::with_capacity(expected);
-    let mut edge_weights: Vec<i32> = Vec::with_capacity(expected);
-    let mut place = vec![NONE; count];
+    let mut neighbours: Vec<u32> = Vec::with_capacity(graph.neighbours.len() + 1);
+    let mut edge_weights: Vec<i32> = Vec::with_capacity(graph.neighbours.len() + 1);
+    // One past the entry's position, so that 0 means "not met".
+    let mut place = vec![0u32; count];
     offsets.push(0);
     for v in 0..graph.vertex_count() {
         let other = partner[v] as usize;
         if other < v {
             continue;
         }
-        let (start, own) = (neighbours.len(), coarse_of[v]);
-        let mut add_row = |fine: usize| {
-            for (u, weight) in graph.edges(fine) {
-                let coarse = coarse_of[u];
-                let at = place[coarse as usize];
-                if at != NONE && at as usize >= start {
-                    edge_weights[at as usize] += weight;
-                } else if coarse != own {
-                    place[coarse as usize] = neighbours.len() as u32;
-                    neighbours.push(coarse);
-                    edge_weights.push(weight);
-                }
+        let start = neighbours.len();
+        let mut add = |coarse: u32, weight: i32| {
+            let at = place[coarse as usize] as usize;
+            if at > start {
+                edge_weights[at - 1] += weight;
+            } else {
+                neighbours.push(coarse);
+                edge_weights.push(weight);
+                place[coarse as usize] = neighbours.len() as u32;
             }
         };
-        add_row(v);
+        add(coarse_of[v], 0);
+        graph.edges(v).for_each(|(u, weight)| add(coarse_of[u], weight));
         if other != v {
-            add_row(other);
+            graph.edges(other).for_each(|(u, weight)| add(coarse_of[u], weight));
+        }
+        neighbours.swap_remove(start);
+        edge_weights.swap_remove(start);
+        place[coarse_of[v] as usize] = 0;
+        if let Some(&moved) = neighbours.get(start) {
+            place[moved as usize] = start as u32 + 1;
         }
         let alone = if other == v { 0 } else { graph.vertex_weights[other] };
         vertex_weights.push(graph.vertex_weights[v] + alone);

@@ -156,6 +156,7 @@ impl Graph {
     }
 
     /// Pairs (neighbour, weight) of a vertex.
+    #[inline]
     pub(crate) fn edges(&self, vertex: usize) -> impl Iterator<Item = (usize, i32)> + '_ {
         let row = self.offsets[vertex]..self.offsets[vertex + 1];
         self.neighbours[row.clone()].iter().map(|&u| u as usize).zip(self.edge_weights[row].iter().copied())

@@ -1,6 +1,7 @@
 //! The state that all k-way refinement shares: parts, their weights, and the best move of a vertex.
 
 use crate::Graph;
+use crate::gain_cache::{NONE, Ties};
 
 /// A division of a graph into k parts under refinement.
 pub(crate) struct KWay<'a> {
@@ -47,10 +48,33 @@ impl<'a> KWay<'a> {
 
     /// The neighbouring part of greatest gain that has room; of equals the one with most room.
     pub(crate) fn best_move(&mut self, vertex: usize) -> Option<Move> {
+        self.best_move_where(vertex, |state, to| state.has_room(to, vertex))
+    }
+
+    /// Whether the vertex fits into a part within the part's limit.
+    pub(crate) fn has_room(&self, part: u32, vertex: usize) -> bool {
         let weight = i64::from(self.graph.vertex_weights[vertex]);
-        self.best_move_where(vertex, |state, to| {
-            state.weight[to as usize] + weight <= state.limits[to as usize]
-        })
+        self.weight[part as usize] + weight <= self.limits[part as usize]
+    }
+
+    /// What the vertex is tied to; of equal ties the part with most room counts.
+    pub(crate) fn ties(&mut self, vertex: usize) -> Ties {
+        let own = self.part[vertex];
+        let (mut internal, mut external, mut to) = (0, 0, NONE);
+        for (u, weight) in self.graph.edges(vertex) {
+            let part = self.part[u];
+            if part == own {
+                internal += weight;
+            } else if part == to || to == NONE {
+                to = part;
+                external += weight;
+            } else {
+                let (internal, best, parts) = self.strongest_tie(vertex, |_, _| true);
+                let (external, to) = best.unwrap_or((0, NONE));
+                return Ties::new(internal, external, to, parts);
+            }
+        }
+        Ties::new(internal, external, to, 1)
     }
 
     /// The neighbouring part of greatest gain among those that `admissible` lets pass.
@@ -59,6 +83,16 @@ impl<'a> KWay<'a> {
         vertex: usize,
         admissible: impl Fn(&Self, u32) -> bool,
     ) -> Option<Move> {
+        let (internal, best, _) = self.strongest_tie(vertex, admissible);
+        best.map(|(external, to)| Move { gain: external - internal, to })
+    }
+
+    /// Edge weight to the own part, greatest edge weight to an admissible other part, and the number of other parts.
+    fn strongest_tie(
+        &mut self,
+        vertex: usize,
+        admissible: impl Fn(&Self, u32) -> bool,
+    ) -> (i32, Option<(i32, u32)>, usize) {
         let own = self.part[vertex];
         let mut internal = 0;
         for (u, weight) in self.graph.edges(vertex) {
@@ -82,8 +116,9 @@ impl<'a> KWay<'a> {
                 best = Some((connection, room, to));
             }
         }
+        let parts = self.touched.len();
         self.touched.clear();
-        best.map(|(connection, _, to)| Move { gain: connection - internal, to })
+        (internal, best.map(|(connection, _, to)| (connection, to)), parts)
     }
 
     pub(crate) fn apply(&mut self, vertex: usize, to: u32) {
@@ -93,10 +128,6 @@ impl<'a> KWay<'a> {
         self.weight[to as usize] += weight;
     }
 
-    /// Total weight of the edges between parts.
-    pub(crate) fn cut(&self) -> i64 {
-        cut(self.graph, &self.part)
-    }
 }
 
 /// Total weight of the edges between parts.

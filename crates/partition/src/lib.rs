@@ -7,6 +7,7 @@ mod contract;
 mod divide;
 mod error;
 mod fm2;
+mod gain_cache;
 mod graph;
 mod greedy;
 mod initial;

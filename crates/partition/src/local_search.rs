@@ -6,7 +6,8 @@
 //! whole boundary would run away to easier places. A vertex moves at most once a round, which bounds the time.
 
 use crate::buckets::GainBuckets;
-use crate::kway::KWay;
+use crate::gain_cache::{GainCache, NONE};
+use crate::kway::{KWay, Move};
 use crate::rng::Rng;
 
 /// Vertices with more neighbours are left to [`greedy`](crate::greedy): here they would be looked at once per move of
@@ -22,50 +23,77 @@ pub(crate) struct LocalSearch {
     pub(crate) patience: usize,
 }
 
-/// Lowers the cut; no part gets above its limit that was below it. `boundary` must hold all boundary vertices.
+/// Lowers the cut; no part gets above its limit that was below it. `boundary` must hold all boundary vertices, and does
+/// so again afterwards.
 pub(crate) fn refine(state: &mut KWay<'_>, boundary: &mut Vec<u32>, search: LocalSearch, rng: &mut Rng) {
     let count = state.graph.vertex_count();
     let mut round = Round {
         queue: GainBuckets::new(count, state.graph.max_weighted_degree()),
-        stamp: vec![0; count],
-        round: 0,
+        cache: GainCache::new(count),
+        mark: vec![0; count],
+        number: 0,
         moves: Vec::new(),
+        changed: Vec::new(),
     };
+    let mut seeds = boundary.clone();
     for _ in 0..search.rounds {
-        round.round += 1;
-        rng.shuffle(boundary);
-        let mut gained = 0;
-        for i in 0..boundary.len() {
-            gained += round.search(state, boundary[i] as usize, search.patience, boundary);
+        round.number += 1;
+        rng.shuffle(&mut seeds);
+        let g = std::env::var("GRP").ok().and_then(|v| v.parse().ok()).unwrap_or(3);
+        let thr = std::env::var("THR").ok().and_then(|v| v.parse().ok()).unwrap_or(20);
+        for v in seeds.chunks(g) {
+            for &v in v {
+                let t = round.cache.of(state, v as usize);
+                if 10 * t.internal <= thr * t.external {
+                    round.enqueue(state, v as usize);
+                }
+            }
+            round.search(state, search.patience);
         }
-        boundary.sort_unstable();
-        boundary.dedup();
-        boundary.retain(|&v| state.on_boundary(v as usize));
-        if gained == 0 {
-            return;
+        // Where nothing changed the next round would find nothing either.
+        seeds.clear();
+        seeds.append(&mut round.changed);
+        seeds.sort_unstable();
+        seeds.dedup();
+        boundary.extend_from_slice(&seeds);
+        seeds.retain(|&v| state.on_boundary(v as usize));
+        if seeds.is_empty() {
+            break;
         }
     }
+    boundary.sort_unstable();
+    boundary.dedup();
+    boundary.retain(|&v| state.on_boundary(v as usize));
 }
 
 struct Round {
     queue: GainBuckets,
-    /// Round in which a vertex was moved last.
-    stamp: Vec<u32>,
-    round: u32,
-    /// Moves of the current search: vertex and part it came from.
-    moves: Vec<(u32, u32)>,
+    cache: GainCache,
+    /// Round in which a vertex was moved for good, or is being moved.
+    mark: Vec<u32>,
+    number: u32,
+    /// Moves of the current search.
+    moves: Vec<Step>,
+    /// Vertices moved for good and their neighbours.
+    changed: Vec<u32>,
+}
+
+/// A move that may have to be taken back.
+struct Step {
+    vertex: u32,
+    from: u32,
+    /// Time of the cache before it.
+    time: usize,
 }
 
 impl Round {
-    /// One local search; returns what it took off the cut, and adds to `boundary` what its moves brought there.
-    fn search(&mut self, state: &mut KWay<'_>, seed: usize, patience: usize, boundary: &mut Vec<u32>) -> i64 {
-        self.enqueue(state, seed);
+    fn search(&mut self, state: &mut KWay<'_>, patience: usize) {
         let (mut gained, mut best, mut best_len) = (0i64, 0i64, 0usize);
         while let Some(v) = self.queue.pop() {
-            let Some(step) = state.best_move(v) else { continue };
-            self.moves.push((v as u32, state.part[v]));
-            state.apply(v, step.to);
-            self.stamp[v] = self.round;
+            let Some(step) = self.best_move(state, v) else { continue };
+            self.moves.push(Step { vertex: v as u32, from: state.part[v], time: self.cache.now() });
+            self.cache.apply(state, v, step.to);
+            self.mark[v] = self.number;
             gained += i64::from(step.gain);
             if gained > best {
                 best = gained;
@@ -79,24 +107,45 @@ impl Round {
             }
         }
         self.queue.clear();
-        for (v, from) in self.moves.drain(best_len..).rev() {
-            state.apply(v as usize, from);
+        self.finish(state, best_len);
+    }
+
+    /// Keeps the first moves and takes the others back.
+    fn finish(&mut self, state: &mut KWay<'_>, keep: usize) {
+        if let Some(step) = self.moves.get(keep) {
+            self.cache.restore(step.time);
         }
-        for (v, _) in self.moves.drain(..) {
-            boundary.push(v);
-            boundary.extend(state.graph.neighbours(v as usize));
+        for step in self.moves.drain(keep..).rev() {
+            state.apply(step.vertex as usize, step.from);
+            self.mark[step.vertex as usize] = 0;
         }
-        best
+        self.cache.commit();
+        for step in self.moves.drain(..) {
+            self.changed.push(step.vertex);
+            self.changed.extend(state.graph.neighbours(step.vertex as usize));
+        }
     }
 
     /// Queues a vertex at its present gain unless it may not move.
     fn enqueue(&mut self, state: &mut KWay<'_>, vertex: usize) {
-        if self.stamp[vertex] == self.round || state.graph.degree(vertex) > MAX_DEGREE {
+        if self.mark[vertex] == self.number || state.graph.degree(vertex) > MAX_DEGREE {
             return;
         }
-        match state.best_move(vertex) {
+        match self.best_move(state, vertex) {
             Some(step) => self.queue.set(vertex, step.gain),
             None => self.queue.remove(vertex),
+        }
+    }
+
+    /// The best move into a part with room.
+    fn best_move(&mut self, state: &mut KWay<'_>, vertex: usize) -> Option<Move> {
+        let ties = self.cache.of(state, vertex);
+        if ties.to == NONE {
+            None
+        } else if state.has_room(ties.to, vertex) {
+            Some(Move { gain: ties.gain(), to: ties.to })
+        } else {
+            state.best_move(vertex)
         }
     }
 }

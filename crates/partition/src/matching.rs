@@ -33,20 +33,22 @@ pub(crate) fn heavy_edge_matching(
         if partner[v] != NONE {
             continue;
         }
-        let mut best = (0.0f32, NONE);
+        // The rating of the best so far is squared weight over vertex weight, kept as a fraction.
+        let (mut best, mut best_squared, mut best_weight) = (NONE, 0.0f32, 1.0f32);
         for (u, weight) in graph.edges(v) {
             if partner[u] == NONE && fits(v, u) {
-                let rating = weight as f32 * weight as f32 / graph.vertex_weights[u].max(1) as f32;
-                if rating > best.0 {
-                    best = (rating, u as u32);
+                let squared = weight as f32 * weight as f32;
+                let partner_weight = graph.vertex_weights[u].max(1) as f32;
+                if squared * best_weight > best_squared * partner_weight {
+                    (best, best_squared, best_weight) = (u as u32, squared, partner_weight);
                 }
             }
         }
-        if best.1 == NONE {
+        if best == NONE {
             alone.push(v as u32);
         } else {
-            partner[v] = best.1;
-            partner[best.1 as usize] = v as u32;
+            partner[v] = best;
+            partner[best as usize] = v as u32;
         }
     }
     alone.retain(|&v| partner[v as usize] == NONE);

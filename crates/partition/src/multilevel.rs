@@ -30,16 +30,21 @@ impl Plan {
     pub(crate) fn of(effort: Effort) -> Self {
         let _ = effort;
         Self {
-            coarsest_per_part: env("CPP", 30),
-            bisection: BisectionSearch { tries: env("TRIES", 8), cycles: env("BCYC", 1), passes: env("BPASS", 4) },
-            search: LocalSearch { rounds: env("ROUNDS", 2), patience: env("PAT", 30) },
-            fine_search: LocalSearch { rounds: env("FROUNDS", 2), patience: env("FPAT", 15) },
+            coarsest_per_part: env("CPP", 60),
+            bisection: BisectionSearch { tries: env("TRIES", 8), cycles: env("BCYC", 3), passes: env("BPASS", 4) },
+            search: LocalSearch { rounds: env("ROUNDS", 3), patience: env("PAT", 25) },
+            fine_search: LocalSearch { rounds: env("FROUNDS", 3), patience: env("FPAT", 10) },
             cycles: env("CYC", 0),
         }
     }
 }
 
 pub(crate) fn partition(graph: &Graph, balance: &Balance, plan: &Plan, rng: &Rng) -> Vec<u32> {
+    if env("RB", 0) == 1 {
+        let part = recursive_bisection(graph, balance, &plan.bisection, &rng.fork(7));
+        if balance.parts() == 2 { return part; }
+        return uncoarsen(graph, &[], part, balance, plan, &mut rng.fork(3));
+    }
     let mut best = cycle(graph, balance, plan, None, &mut rng.fork(0));
     for i in 0..plan.cycles {
         let next = cycle(graph, balance, plan, Some(&best), &mut rng.fork(1 + i as u64));

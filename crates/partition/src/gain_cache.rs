@@ -1,0 +1,130 @@
+//! What each boundary vertex is tied to, kept up to date while vertices move and restored exactly when moves are taken
+//! back, so that a local search seldom has to look at neighbours of neighbours.
+
+use crate::kway::KWay;
+
+/// No part.
+pub(crate) const NONE: u32 = u32::MAX;
+
+/// Edge weights from a vertex to its own part and to the part, of the others, that it is tied to most.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Ties {
+    pub(crate) internal: i32,
+    pub(crate) external: i32,
+    /// The part of `external`, or [`NONE`] inside a part.
+    pub(crate) to: u32,
+    state: State,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum State {
+    /// Never asked for; no neighbour has moved in the present search.
+    #[default]
+    Unknown,
+    /// Lost by a move.
+    Stale,
+    /// Tied to at most one other part.
+    Single,
+    /// Perhaps tied to several other parts.
+    Several,
+}
+
+impl Ties {
+    pub(crate) fn new(internal: i32, external: i32, to: u32, parts: usize) -> Self {
+        Self { internal, external, to, state: if parts > 1 { State::Several } else { State::Single } }
+    }
+
+    pub(crate) fn gain(&self) -> i32 {
+        self.external - self.internal
+    }
+
+    /// The ties of a vertex of part `own` after a neighbour at weight `w` went from part `a` to part `b`.
+    /// They are lost where another part may have become the strongest.
+    fn after(mut self, own: u32, a: u32, b: u32, w: i32) -> Self {
+        let several = self.state == State::Several;
+        if own == a {
+            self.internal -= w;
+        } else if own == b {
+            self.internal += w;
+        }
+        if self.to == NONE {
+            // The neighbour left the common part.
+            self.to = b;
+            self.external = w;
+        } else if self.to == b {
+            self.external += w;
+        } else if own == b && self.to == a && !several {
+            self.external -= w;
+            if self.external == 0 {
+                self.to = NONE;
+            }
+        } else if own != b || self.to == a {
+            return Self::STALE;
+        }
+        self
+    }
+
+    const STALE: Self = Self { internal: 0, external: 0, to: NONE, state: State::Stale };
+}
+
+/// The ties of all vertices that were asked for, with a journal of changes.
+pub(crate) struct GainCache {
+    ties: Vec<Ties>,
+    journal: Vec<(u32, Ties)>,
+}
+
+impl GainCache {
+    pub(crate) fn new(count: usize) -> Self {
+        Self { ties: vec![Ties::default(); count], journal: Vec::new() }
+    }
+
+    /// A point to which [`GainCache::restore`] can go back.
+    pub(crate) fn now(&self) -> usize {
+        self.journal.len()
+    }
+
+    /// Forgets how to go back.
+    pub(crate) fn commit(&mut self) {
+        self.journal.clear();
+    }
+
+    /// Takes back all changes since `time`; the caller has taken back the moves.
+    pub(crate) fn restore(&mut self, time: usize) {
+        for (vertex, ties) in self.journal.drain(time..).rev() {
+            self.ties[vertex as usize] = ties;
+        }
+    }
+
+    pub(crate) fn of(&mut self, state: &mut KWay<'_>, vertex: usize) -> Ties {
+        match self.ties[vertex].state {
+            State::Unknown => self.ties[vertex] = state.ties(vertex),
+            State::Stale => {
+                let ties = state.ties(vertex);
+                self.set(vertex, ties);
+            }
+            State::Single | State::Several => {}
+        }
+        self.ties[vertex]
+    }
+
+    /// Moves a vertex and updates what its neighbours are tied to. What was unknown is found out before the move: it
+    /// then outlives the taking back of the move.
+    pub(crate) fn apply(&mut self, state: &mut KWay<'_>, vertex: usize, to: u32) {
+        let (graph, from) = (state.graph, state.part[vertex]);
+        for (u, weight) in graph.edges(vertex) {
+            if self.ties[u].state == State::Unknown {
+                self.ties[u] = state.ties(u);
+            }
+            if self.ties[u].state != State::Stale {
+                let ties = self.ties[u].after(state.part[u], from, to, weight);
+                self.set(u, ties);
+            }
+        }
+        state.apply(vertex, to);
+        self.set(vertex, Ties::STALE);
+    }
+
+    fn set(&mut self, vertex: usize, ties: Ties) {
+        self.journal.push((vertex as u32, std::mem::replace(&mut self.ties[vertex], ties)));
+    }
+}
