@@ -1,0 +1,424 @@
+//! What the paper claims of the mark, and what a user expects of a verdict.
+
+use mesh::{Similarity, TriMesh, shapes};
+use mhb_core::{Spectrum, SpectrumOptions};
+use proptest::prelude::*;
+use rand_chacha::{ChaCha20Rng, rand_core::SeedableRng};
+use sigmark::{
+    Certificate, CertificateError, ChipLayout, CoefficientDetector, Detector, Embedder, GeometryDigest,
+    Outcome, PreparedOriginal, Registered, SigmarkError, Signed, Strength, Verdict, Verifier,
+    signature::{Curve, Scheme, SigningKey},
+};
+
+fn key(curve: Curve, seed: u8) -> SigningKey {
+    SigningKey::generate(curve, &mut ChaCha20Rng::from_seed([seed; 32]))
+}
+
+fn sign(mesh: &TriMesh, seed: u8) -> Signed {
+    Embedder::new(&key(Curve::P256, seed))
+        .message("order 4711")
+        .chip_rate(1)
+        .embed(mesh)
+        .unwrap()
+}
+
+fn judge(original: &TriMesh, signed: &Signed, suspect: &TriMesh) -> Verdict {
+    let certificate = signed.certificate();
+    Verifier::new(original, certificate, certificate.public_key())
+        .unwrap()
+        .verify(suspect)
+        .unwrap()
+}
+
+fn prepare(mesh: &TriMesh, layout: ChipLayout, threads: usize) -> PreparedOriginal {
+    PreparedOriginal::prepare(mesh, layout, threads, &()).unwrap()
+}
+
+fn farthest(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
+    let distance = |(p, q): (&[f64; 3], &[f64; 3])| (0..3).map(|i| (p[i] - q[i]).powi(2)).sum::<f64>().sqrt();
+    a.iter().zip(b).map(distance).fold(0.0, f64::max)
+}
+
+/// Closed, open, of higher genus, irregular, in pieces.
+fn surface() -> impl Strategy<Value = TriMesh> {
+    (0..6, 0..1000u64).prop_map(|(kind, seed)| match kind {
+        0 => shapes::bumpy_sphere(3, seed),
+        1 => shapes::bumpy_torus(30, 20, seed),
+        2 => shapes::bumpy_block(2, 4, seed),
+        3 => shapes::jittered(&shapes::rectangle(20, 24, 2.0, 1.0), 0.3, seed),
+        4 => shapes::flipped(&shapes::bumpy_sphere(3, seed), seed),
+        _ => shapes::disjoint_union(&[
+            shapes::bumpy_sphere(3, seed),
+            shapes::translated(&shapes::bumpy_torus(30, 20, seed + 1), [9.0, 0.0, 0.0]),
+        ]),
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    /// The mark written by the steps of the paper with m₂ functions, compensation included (eqs. 6–8, 12–14), is the one
+    /// written with the least number m₁.
+    #[test]
+    fn theorem_1_the_marked_mesh_does_not_depend_on_how_many_functions_are_computed(
+        mesh in surface(),
+        bits in prop::collection::vec(any::<bool>(), 5..40),
+        rate in 1usize..4,
+        alpha in 1e-6f64..1e-2,
+        more in 1usize..40,
+    ) {
+        let layout = ChipLayout::new(bits.len(), rate).unwrap();
+        let least = prepare(&mesh, layout, 1);
+        let alphas = vec![alpha; least.bases().len()];
+        let marked: Vec<[f64; 3]> = mesh.positions().iter().zip(least.displacement(&bits, &alphas))
+            .map(|(p, d)| std::array::from_fn(|i| p[i] + d[i])).collect();
+
+        for basis in least.bases() {
+            let patch = basis.patch();
+            let options = SpectrumOptions { count: layout.functions() + more, ..SpectrumOptions::default() };
+            let spectrum = Spectrum::compute(patch.mesh(), &options).unwrap();
+            let positions = patch.mesh().positions();
+            let difference = spectrum.reconstruction_difference(positions);
+            let mut coefficients = spectrum.transform_positions(positions);
+            // α belongs to unit area: coefficients in the model's own measure are √area times larger.
+            for (row, added) in coefficients.iter_mut().zip(basis.modulation(&layout, &bits, alpha)) {
+                for axis in 0..3 {
+                    row[axis] += basis.area().sqrt() * added[axis];
+                }
+            }
+            let rebuilt: Vec<[f64; 3]> = spectrum.inverse_transform_positions(&coefficients).iter().zip(&difference)
+                .map(|(p, d)| std::array::from_fn(|i| p[i] + d[i])).collect();
+            let gap = farthest(&rebuilt, &patch.gather(&marked));
+            prop_assert!(gap <= 1e-9 * mesh.bounding_box().diagonal(), "{gap:e}");
+        }
+    }
+
+    #[test]
+    fn without_an_attack_every_sum_is_c_alpha_phi_s(
+        mesh in surface(),
+        bits in prop::collection::vec(any::<bool>(), 6..40),
+        rate in 1usize..4,
+    ) {
+        // eq. 16
+        let (layout, alpha) = (ChipLayout::new(bits.len(), rate).unwrap(), 1e-4);
+        let original = prepare(&mesh, layout, 1);
+        let alphas = vec![alpha; original.bases().len()];
+        let displacement = original.displacement(&bits, &alphas);
+        let positions = mesh.positions().iter().zip(&displacement)
+            .map(|(p, d)| Some(std::array::from_fn(|i| p[i] + d[i]))).collect();
+        let soft = CoefficientDetector.detect(&original, &Registered { positions });
+        let mut expected = vec![0.0; bits.len()];
+        for chip in layout.chips() {
+            let phi: f64 = original.bases().iter().map(|basis| basis.size()[chip.axis]).sum();
+            expected[chip.bit] += if bits[chip.bit] { alpha * phi } else { -alpha * phi };
+        }
+        let tolerance = 1e-10 * mesh.bounding_box().diagonal();
+        for (q, e) in soft.0.iter().zip(&expected) {
+            prop_assert!((q - e).abs() <= tolerance, "{q} {e}");
+        }
+    }
+
+    #[test]
+    fn the_mark_is_the_same_with_one_thread_and_with_two(mesh in surface(), seed in any::<u8>()) {
+        let layout = ChipLayout::new(24, 3).unwrap();
+        let bits: Vec<bool> = (0..24).map(|i| (seed >> (i % 8)) & 1 == 1).collect();
+        let [one, two] = [1, 2].map(|threads| {
+            let original = prepare(&mesh, layout, threads);
+            original.displacement(&bits, &vec![1e-3; original.bases().len()])
+        });
+        prop_assert_eq!(one, two);
+    }
+
+    #[test]
+    fn the_mark_grows_with_the_model(mesh in surface(), exponent in -6i32..7) {
+        let factor = 10f64.powi(exponent);
+        let layout = ChipLayout::new(24, 3).unwrap();
+        let bits: Vec<bool> = (0..24).map(|i| i % 5 < 2).collect();
+        let of = |mesh: &TriMesh| {
+            let original = prepare(mesh, layout, 1);
+            original.displacement(&bits, &vec![1e-3; original.bases().len()])
+        };
+        let small: Vec<[f64; 3]> = of(&mesh).iter().map(|d| d.map(|x| factor * x)).collect();
+        let gap = farthest(&of(&shapes::scaled(&mesh, factor)), &small);
+        prop_assert!(gap <= 1e-6 * 1e-3 * factor * mesh.bounding_box().diagonal(), "{gap:e}");
+    }
+}
+
+#[test]
+fn the_distortion_is_what_was_asked_for() {
+    let mesh = shapes::bumpy_sphere(4, 3);
+    for target in [1e-5, 4e-4, 1e-3] {
+        let signed = Embedder::new(&key(Curve::P256, 1))
+            .chip_rate(1)
+            .strength(Strength::Distortion(target))
+            .embed(&mesh)
+            .unwrap();
+        let mass = mhb_core::lumped_mass(&mesh).unwrap();
+        let square: f64 = mesh
+            .positions()
+            .iter()
+            .zip(signed.positions())
+            .zip(&mass)
+            .map(|((p, q), m)| m * (0..3).map(|i| (p[i] - q[i]).powi(2)).sum::<f64>())
+            .sum();
+        let rms = (square / mass.iter().sum::<f64>()).sqrt() / mesh.bounding_box().diagonal();
+        assert!((rms / target - 1.0).abs() < 1e-6, "{rms:e} {target:e}");
+        assert!((signed.distortion_rms() / target - 1.0).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn the_papers_alpha_is_ours_times_the_root_of_the_area() {
+    let mesh = shapes::scaled(&shapes::bumpy_sphere(4, 3), 0.2);
+    let paper = key(Curve::B163, 1);
+    let area: f64 = mhb_core::lumped_mass(&mesh).unwrap().iter().sum();
+    let by = |strength| Embedder::new(&paper).strength(strength).embed(&mesh).unwrap();
+    let (printed, ours) = (
+        by(Strength::PaperAlpha(1e-5)),
+        by(Strength::Alpha(1e-5 / area.sqrt())),
+    );
+    assert!(farthest(printed.positions(), ours.positions()) < 1e-15);
+    assert!((printed.alpha() - 1e-5 / area.sqrt()).abs() < 1e-18);
+}
+
+#[test]
+fn a_signed_mesh_is_verified_wherever_and_in_whatever_order_it_turns_up() {
+    for mesh in [
+        shapes::bumpy_sphere(4, 9),
+        shapes::bumpy_torus(60, 24, 2),
+        shapes::jittered(&shapes::rectangle(40, 40, 3.0, 2.0), 0.3, 5),
+    ] {
+        let signed = sign(&mesh, 1);
+        let turned = Similarity {
+            scale: 37.0,
+            translation: [1e3, -20.0, 5.0],
+            ..Similarity::from_quaternion([0.3, -0.5, 0.7, 0.1])
+        };
+        let marked = signed.mesh();
+        for suspect in [
+            marked.clone(),
+            shapes::moved(marked, &turned),
+            shapes::shuffled(marked, 4),
+            shapes::shuffled(&shapes::moved(marked, &turned), 6),
+            shapes::mirrored(marked),
+            shapes::inside_out(marked),
+        ] {
+            let verdict = judge(&mesh, &signed, &suspect);
+            assert_eq!(verdict.outcome, Outcome::Verified);
+            assert_eq!(
+                (verdict.extraction_rate, verdict.bit_errors, verdict.overlap),
+                (Some(1.0), Some(0), 1.0)
+            );
+            assert!(verdict.p_value < 1e-100);
+        }
+    }
+}
+
+#[test]
+fn a_symmetric_shape_is_verified_in_every_pose_that_its_connectivity_allows() {
+    let mesh = shapes::icosphere(4);
+    let signed = sign(&mesh, 1);
+    for seed in 0..3 {
+        let suspect = shapes::shuffled(signed.mesh(), seed);
+        assert_eq!(judge(&mesh, &signed, &suspect).outcome, Outcome::Verified);
+    }
+    assert!(matches!(
+        judge(&mesh, &signed, &shapes::shuffled(&mesh, 1)).outcome,
+        Outcome::NotFound { .. }
+    ));
+}
+
+#[test]
+fn an_unmarked_mesh_a_mesh_marked_by_another_and_another_model_are_not_found() {
+    let mesh = shapes::bumpy_sphere(4, 9);
+    let signed = sign(&mesh, 1);
+    for suspect in [&mesh, sign(&mesh, 2).mesh(), &shapes::scaled(&mesh, 2.0)] {
+        let verdict = judge(&mesh, &signed, suspect);
+        assert!(matches!(verdict.outcome, Outcome::NotFound { .. }), "{verdict:?}");
+        assert!(verdict.p_value > 1e-6);
+    }
+    let other = judge(&mesh, &signed, &shapes::bumpy_torus(50, 24, 1));
+    assert_eq!(
+        (other.outcome, other.overlap),
+        (Outcome::NotFound { p: 1.0 }, 0.0)
+    );
+    assert!(other.remark.unwrap().contains("vertices"));
+}
+
+#[test]
+fn a_mark_half_drowned_in_noise_is_detected_though_not_read() {
+    use rand_chacha::rand_core::Rng;
+    let mesh = shapes::bumpy_sphere(4, 9);
+    let signed = sign(&mesh, 1);
+    let mut rng = ChaCha20Rng::from_seed([5; 32]);
+    let amplitude = 0.012 * mesh.bounding_box().diagonal();
+    let noisy = signed
+        .positions()
+        .iter()
+        .map(|p| p.map(|x| x + amplitude * (f64::from(rng.next_u32()) / f64::from(u32::MAX) - 0.5)))
+        .collect();
+    let verdict = judge(&mesh, &signed, &mesh.with_positions(noisy).unwrap());
+    assert!(
+        matches!(verdict.outcome, Outcome::Detected { p } if p < 1e-6),
+        "{verdict:?}"
+    );
+    assert!(verdict.bit_errors.unwrap() > 0);
+}
+
+#[test]
+fn every_scheme_signs_and_verifies() {
+    let mesh = shapes::bumpy_sphere(4, 9);
+    for (curve, scheme) in [
+        (Curve::P256, Scheme::EcdsaP256Sha256),
+        (Curve::P256, Scheme::EcdsaP256Sha1),
+        (Curve::B163, Scheme::EcdsaB163Sha1),
+    ] {
+        let signed = Embedder::new(&key(curve, 3))
+            .scheme(scheme)
+            .chip_rate(1)
+            .embed(&mesh)
+            .unwrap();
+        assert_eq!(judge(&mesh, &signed, signed.mesh()).outcome, Outcome::Verified);
+        assert_eq!(signed.certificate().mark().signature.bits().len(), scheme.bits());
+    }
+    let mismatch = Embedder::new(&key(Curve::P256, 3))
+        .scheme(Scheme::EcdsaB163Sha1)
+        .embed(&mesh);
+    assert!(matches!(mismatch, Err(SigmarkError::Signature(_))));
+}
+
+#[test]
+fn small_pieces_ride_along_unmarked() {
+    let large = shapes::bumpy_sphere(4, 9);
+    let mesh = shapes::disjoint_union(&[shapes::translated(&shapes::tetrahedron(), [7.0, 0.0, 0.0]), large]);
+    let signed = sign(&mesh, 1);
+    assert_eq!(signed.original().unmarked_vertices(), 4);
+    assert_eq!(signed.positions()[..4], mesh.positions()[..4]);
+    assert_eq!(judge(&mesh, &signed, signed.mesh()).outcome, Outcome::Verified);
+}
+
+#[test]
+fn a_certificate_reads_back_and_every_edit_is_noticed() {
+    let mesh = shapes::bumpy_sphere(4, 9);
+    let json = sign(&mesh, 1).certificate().to_json().unwrap();
+    let certificate = Certificate::from_json(&json).unwrap();
+    assert_eq!(certificate.to_json().unwrap(), json);
+    assert_eq!(certificate.message(), "order 4711");
+    assert_eq!(certificate.original().digest, GeometryDigest::of(&mesh));
+
+    let foreign = key(Curve::P256, 9).public_key().to_pem();
+    let mut value: serde_json::Value = serde_json::from_str(&json).unwrap();
+    let edits: [(&str, serde_json::Value); 8] = [
+        ("/message", "order 4712".into()),
+        ("/public_key", foreign.into()),
+        ("/original/vertices", 7.into()),
+        (
+            "/original/digest",
+            GeometryDigest::of(&shapes::tetrahedron()).to_string().into(),
+        ),
+        ("/mark/signature", "0".repeat(128).into()),
+        ("/mark/chip_rate", 2.into()),
+        ("/mark/coverage", "message".into()),
+        ("/mark/patches/0/alpha", 0.5.into()),
+    ];
+    for (pointer, edited) in edits {
+        let old = std::mem::replace(value.pointer_mut(pointer).unwrap(), edited);
+        let error = Certificate::from_json(&value.to_string()).unwrap_err();
+        assert!(matches!(error, CertificateError::Seal), "{pointer}: {error}");
+        *value.pointer_mut(pointer).unwrap() = old;
+    }
+    value["version"] = 2.into();
+    assert!(matches!(
+        Certificate::from_json(&value.to_string()),
+        Err(CertificateError::Version { found: 2 })
+    ));
+    value["version"] = 1.into();
+    value["extra"] = true.into();
+    assert!(matches!(
+        Certificate::from_json(&value.to_string()),
+        Err(CertificateError::Malformed(_))
+    ));
+    for cut in (0..json.len() - 2)
+        .step_by(97)
+        .filter(|&cut| json.is_char_boundary(cut))
+    {
+        assert!(Certificate::from_json(&json[..cut]).is_err());
+    }
+}
+
+#[test]
+fn original_certificate_and_key_must_belong_together() {
+    let mesh = shapes::bumpy_sphere(4, 9);
+    let signed = sign(&mesh, 1);
+    let certificate = signed.certificate();
+    let foreign = key(Curve::P256, 2).public_key();
+    assert!(matches!(
+        Verifier::new(&mesh, certificate, &foreign),
+        Err(SigmarkError::AnotherKey { .. })
+    ));
+    let error = Verifier::new(signed.mesh(), certificate, certificate.public_key()).unwrap_err();
+    assert!(matches!(error, SigmarkError::AnotherOriginal { .. }));
+}
+
+#[test]
+fn a_forger_cannot_call_a_mesh_with_his_mark_taken_off_the_original() {
+    // Mallory takes the signed mesh for his marked one, subtracts a mark of his own and shows the rest as "the original".
+    let mesh = shapes::bumpy_sphere(4, 9);
+    let signed = sign(&mesh, 1);
+    let his = sign(&mesh, 2);
+    let forged: Vec<[f64; 3]> = (0..mesh.vertex_count())
+        .map(|v| {
+            std::array::from_fn(|i| {
+                signed.positions()[v][i] - (his.positions()[v][i] - mesh.positions()[v][i])
+            })
+        })
+        .collect();
+    let forged = mesh.with_positions(forged).unwrap();
+    assert!(matches!(
+        Verifier::new(&forged, his.certificate(), his.certificate().public_key()),
+        Err(SigmarkError::AnotherOriginal { .. })
+    ));
+}
+
+#[test]
+fn strengths_out_of_bounds_are_refused_with_the_bound() {
+    let mesh = shapes::bumpy_sphere(4, 9);
+    let key = key(Curve::P256, 1);
+    for strength in [
+        Strength::Distortion(0.0),
+        Strength::Distortion(-1e-4),
+        Strength::Distortion(f64::NAN),
+        Strength::Distortion(0.5),
+        Strength::Alpha(f64::INFINITY),
+        Strength::PaperAlpha(1e3),
+    ] {
+        let error = Embedder::new(&key)
+            .chip_rate(1)
+            .strength(strength)
+            .embed(&mesh)
+            .unwrap_err();
+        assert!(
+            matches!(error, SigmarkError::Strength { most, .. } if most > 0.0 && most.is_finite()),
+            "{error}"
+        );
+    }
+    assert!(matches!(
+        Embedder::new(&key).chip_rate(0).embed(&mesh),
+        Err(SigmarkError::EmptyLayout { .. })
+    ));
+}
+
+#[test]
+fn an_observer_can_stop_the_work() {
+    struct Stop;
+    impl sigmark::Observer for Stop {
+        fn cancelled(&self) -> bool {
+            true
+        }
+    }
+    let mesh = shapes::bumpy_sphere(4, 9);
+    assert!(matches!(
+        Embedder::new(&key(Curve::P256, 1)).embed_observed(&mesh, &Stop),
+        Err(SigmarkError::Cancelled)
+    ));
+}

@@ -1,0 +1,21 @@
+//! On what the figures were measured.
+
+use std::process::Command;
+
+use crate::process;
+
+/// Processor, cores, compiler: one line for the foot of a table.
+pub(crate) fn description() -> String {
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let rustc = process::output(Command::new("rustc").arg("--version")).unwrap_or_default();
+    format!("{}, {cores} cores; {}", processor(), rustc.trim())
+}
+
+fn processor() -> String {
+    let linux = std::fs::read_to_string("/proc/cpuinfo").ok();
+    let model = linux.as_deref().and_then(|text| {
+        let line = text.lines().find(|line| line.starts_with("model name"))?;
+        line.split_once(':').map(|(_, name)| name.trim().to_string())
+    });
+    model.unwrap_or_else(|| format!("{} {}", std::env::consts::OS, std::env::consts::ARCH))
+}

@@ -1,0 +1,50 @@
+//! A table that is written both as Markdown, for people, and as CSV, for programs.
+
+use std::path::Path;
+
+use anyhow::{Context, Result};
+
+/// Rows of cells under a header.
+pub(crate) struct Table {
+    pub(crate) title: String,
+    pub(crate) header: Vec<String>,
+    pub(crate) rows: Vec<Vec<String>>,
+}
+
+impl Table {
+    pub(crate) fn new(title: &str, header: &[&str]) -> Self {
+        Self {
+            title: title.into(),
+            header: header.iter().map(|&name| name.into()).collect(),
+            rows: Vec::new(),
+        }
+    }
+
+    pub(crate) fn row(&mut self, cells: impl IntoIterator<Item = String>) {
+        self.rows.push(cells.into_iter().collect());
+    }
+
+    /// The table as Markdown; the first column is text, the others are numbers.
+    pub(crate) fn markdown(&self) -> String {
+        let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
+        let rule: Vec<String> = (0..self.header.len())
+            .map(|i| if i == 0 { "---" } else { "--:" }.into())
+            .collect();
+        let rows: String = self.rows.iter().map(|row| line(row)).collect();
+        format!("## {}\n\n{}{}{rows}", self.title, line(&self.header), line(&rule))
+    }
+
+    /// Writes the table as CSV (RFC 4180).
+    pub(crate) fn write_csv(&self, path: &Path) -> Result<()> {
+        let quoted = |cell: &String| match cell.contains([',', '"', '\n']) {
+            true => format!("\"{}\"", cell.replace('"', "\"\"")),
+            false => cell.clone(),
+        };
+        let line = |cells: &Vec<String>| cells.iter().map(quoted).collect::<Vec<_>>().join(",") + "\n";
+        let text: String = std::iter::once(&self.header)
+            .chain(&self.rows)
+            .map(line)
+            .collect();
+        std::fs::write(path, text).with_context(|| path.display().to_string())
+    }
+}
