@@ -29,14 +29,20 @@
 //! Umeyama, *Least-squares estimation of transformation parameters between two point patterns*, PAMI 1991.
 //! Weisfeiler and Leman, *The reduction of a graph to canonical form*, 1968.
 
+mod align;
 mod connectivity;
 mod error;
+mod guesses;
+mod icp;
+mod overlap;
 mod resample;
+mod sampled;
 mod surface;
 mod threads;
 mod umeyama;
 mod vector;
 
+pub use align::{AlignOptions, Alignment, Basis, Stage, align, align_until};
 pub use connectivity::{
     Correspondence, Difference, match_candidates, match_components, match_connectivity, match_surroundings,
 };

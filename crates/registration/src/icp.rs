@@ -1,0 +1,185 @@
+//! Fine alignment: iterated closest points on both surfaces, point to plane, with scale.
+//!
+//! With T the transform so far, every sample p of the suspect is paired with the nearest point q of the original, n its triangle's normal, and
+//! every sample q of the original, n its normal, with the nearest point p of the suspect. A step x ↦ c + e^σ R(ω)(x − c) + τ then minimises,
+//! to first order, Σ wᵢ rᵢ² with rᵢ = nᵢ·(T pᵢ − qᵢ) + ω·((T pᵢ − c) × nᵢ) + τ·nᵢ + σ nᵢ·(T pᵢ − c).
+//! Pairs in both directions keep the scale from shrinking where the surfaces overlap in part: a shrunken suspect leaves
+//! samples of the original without partner. Weights are Welsch's, exp(−r²/2ν²) with ν three times the robust standard deviation; pairs
+//! farther apart than a closing gate, and pairs whose difference is not along the normal, as on a border, are left out.
+//!
+//! Where the surfaces agree, r goes to zero and the steps converge quadratically to rounding (Pottmann et al. 2006).
+
+use crate::sampled::Sampled;
+use crate::threads;
+use crate::vector::{Vec3, cross, dot, norm, scaled, squared, sub};
+use faer::{Mat, Side};
+use mesh::Similarity;
+
+/// How much work to put into a refinement.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Effort {
+    /// Samples of each surface.
+    pub(crate) samples: usize,
+    /// Most steps.
+    pub(crate) steps: usize,
+    /// Pairs farther apart at first are left out, as a fraction of the original's diagonal.
+    pub(crate) gate: f64,
+}
+
+/// Least |cos| between a pair's difference and the normal.
+const ALONG_NORMAL: f64 = 0.7;
+
+/// The gate never closes below this fraction of the diagonal.
+const NARROWEST_GATE: f64 = 1e-4;
+
+/// Fewer pairs than this are no basis for seven unknowns.
+const FEWEST_PAIRS: usize = 20;
+
+/// Directions in which the surfaces slide on each other almost freely, by their share of the stiffest, are not moved along.
+const SLIPPERY: f64 = 1e-11;
+
+type Row = ([f64; 7], f64);
+
+/// Refines `start`; none when too few pairs remain or the scale runs away. Runs in the current pool.
+pub(crate) fn refine(
+    original: &Sampled,
+    suspect: &Sampled,
+    start: Similarity,
+    effort: Effort,
+) -> Option<Similarity> {
+    let mut transform = start;
+    let mut gate = effort.gate * original.diagonal;
+    let mut last = f64::INFINITY;
+    for step in 0..effort.steps {
+        let rows = rows(original, suspect, &transform, gate, effort.samples);
+        if rows.len() < FEWEST_PAIRS {
+            return None;
+        }
+        let spread = 3.0 * robust_deviation(&rows);
+        let change = solve(&rows, spread.max(1e-15))?;
+        let (moved, size) = moved(&transform, &change, original);
+        transform = moved;
+        if !(transform.scale.is_finite() && transform.scale > 0.0) {
+            return None;
+        }
+        // Rounding keeps the last steps from shrinking further.
+        if size < 1e-15 || (step > 4 && size < 1e-12 && size >= 0.5 * last) {
+            break;
+        }
+        last = size;
+        gate = (0.8 * gate)
+            .max(2.0 * spread * original.diagonal)
+            .max(NARROWEST_GATE * original.diagonal);
+    }
+    Some(transform)
+}
+
+/// The rows of the least-squares problem, lengths in units of the original's diagonal.
+fn rows(
+    original: &Sampled,
+    suspect: &Sampled,
+    transform: &Similarity,
+    gate: f64,
+    samples: usize,
+) -> Vec<Row> {
+    let inverse = transform.inverse();
+    let row = |p: Vec3, q: Vec3, n: Vec3| -> Option<Row> {
+        let difference = sub(p, q);
+        let (distance, along) = (norm(difference), dot(n, difference));
+        if distance > 1e-9 * original.diagonal && along.abs() < ALONG_NORMAL * distance {
+            return None;
+        }
+        let arm = scaled(sub(p, original.centroid), 1.0 / original.diagonal);
+        let [a, b, c] = cross(arm, n);
+        Some((
+            [a, b, c, n[0], n[1], n[2], dot(n, arm)],
+            along / original.diagonal,
+        ))
+    };
+    let from_suspect: Vec<usize> = suspect.some(samples).collect();
+    let from_original: Vec<usize> = original.some(samples).collect();
+    let forward = threads::map(from_suspect.len(), |i| {
+        let p = transform.apply(suspect.points[from_suspect[i]]);
+        let nearest = original.surface.nearest_within(p, gate)?;
+        row(p, nearest.point, original.normals[nearest.triangle as usize])
+    });
+    let backward = threads::map(from_original.len(), |i| {
+        let q = original.points[from_original[i]];
+        let nearest = suspect
+            .surface
+            .nearest_within(inverse.apply(q), gate * inverse.scale)?;
+        let triangle = original.triangles[from_original[i]];
+        row(
+            transform.apply(nearest.point),
+            q,
+            original.normals[triangle as usize],
+        )
+    });
+    forward.into_iter().chain(backward).flatten().collect()
+}
+
+/// 1.4826 times the median of |r|: the standard deviation, if the residuals are normal.
+fn robust_deviation(rows: &[Row]) -> f64 {
+    let mut sizes: Vec<f64> = rows.iter().map(|(_, r)| r.abs()).collect();
+    let middle = sizes.len() / 2;
+    let (_, median, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
+    1.4826 * *median
+}
+
+/// The weighted least-squares step (ω, τ, σ); it does not move along directions that the rows leave undetermined.
+fn solve(rows: &[Row], spread: f64) -> Option<[f64; 7]> {
+    let mut normal = [[0.0; 7]; 7];
+    let mut right = [0.0; 7];
+    for (jacobian, r) in rows {
+        let weight = (-0.5 * (r / spread) * (r / spread)).exp();
+        for i in 0..7 {
+            let scaled = weight * jacobian[i];
+            for j in 0..=i {
+                normal[i][j] += scaled * jacobian[j];
+            }
+            right[i] -= scaled * r;
+        }
+    }
+    let normal = Mat::from_fn(7, 7, |i, j| normal[i.max(j)][i.min(j)]);
+    let eigen = normal.self_adjoint_eigen(Side::Lower).ok()?;
+    let (values, vectors) = (eigen.S().column_vector(), eigen.U());
+    let mut step = [0.0; 7];
+    for k in 0..7 {
+        if values[k] > SLIPPERY * values[6] {
+            let along: f64 = (0..7).map(|i| vectors[(i, k)] * right[i]).sum();
+            for i in 0..7 {
+                step[i] += along / values[k] * vectors[(i, k)];
+            }
+        }
+    }
+    step.iter().all(|x| x.is_finite()).then_some(step)
+}
+
+/// The transform after a step, no larger than a fifth of a radian and of the diagonal; with the step's length.
+fn moved(transform: &Similarity, step: &[f64; 7], original: &Sampled) -> (Similarity, f64) {
+    let size = step.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let shorten = if size > 0.2 { 0.2 / size } else { 1.0 };
+    let step = step.map(|x| x * shorten);
+    let omega = [step[0], step[1], step[2]];
+    let half = 0.5 * squared(omega).sqrt();
+    let sinc = if half < 1e-8 {
+        0.5
+    } else {
+        half.sin() / (2.0 * half)
+    };
+    let turn = Similarity::from_quaternion([half.cos(), sinc * omega[0], sinc * omega[1], sinc * omega[2]]);
+    let to_centre = Similarity {
+        translation: scaled(original.centroid, -1.0),
+        ..Similarity::IDENTITY
+    };
+    let turned = Similarity {
+        scale: step[6].exp(),
+        ..turn
+    };
+    let offset = scaled([step[3], step[4], step[5]], original.diagonal);
+    let back = Similarity {
+        translation: crate::vector::add(original.centroid, offset),
+        ..Similarity::IDENTITY
+    };
+    (transform.then(&to_centre).then(&turned).then(&back), size)
+}

@@ -1,0 +1,60 @@
+use crate::sampled::Sampled;
+use crate::threads;
+use mesh::Similarity;
+
+/// How well a transformed suspect covers its original.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Overlap {
+    /// Share of the suspect's area that lies within the tolerance of the original.
+    pub(crate) of_suspect: f64,
+    /// Share of the original's area that lies within the tolerance of the suspect.
+    pub(crate) of_original: f64,
+    /// Root mean square distance of the suspect's samples within the tolerance, as a fraction of the original's diagonal.
+    pub(crate) residual: f64,
+    /// Soft shares, in which a sample counts 1 − (distance / tolerance)², added: the suspect's in full, the original's by a quarter.
+    pub(crate) score: f64,
+}
+
+impl Overlap {
+    /// The tolerance is a fraction of the smaller of the two diagonals, so that shrinking the suspect to a dot earns nothing.
+    /// Runs in the current pool.
+    pub(crate) fn measure(
+        original: &Sampled,
+        suspect: &Sampled,
+        transform: &Similarity,
+        tolerance: f64,
+        samples: usize,
+    ) -> Self {
+        let limit = tolerance * original.diagonal.min(transform.scale * suspect.diagonal);
+        let inverse = transform.inverse();
+        let picked: Vec<usize> = suspect.some(samples).collect();
+        let forward = threads::map(picked.len(), |i| {
+            let p = transform.apply(suspect.points[picked[i]]);
+            original
+                .surface
+                .nearest_within(p, limit)
+                .map(|nearest| nearest.distance)
+        });
+        let picked: Vec<usize> = original.some(samples).collect();
+        let backward = threads::map(picked.len(), |i| {
+            let q = inverse.apply(original.points[picked[i]]);
+            let nearest = suspect.surface.nearest_within(q, limit * inverse.scale);
+            nearest.map(|nearest| nearest.distance * transform.scale)
+        });
+        let share = |distances: &[Option<f64>]| {
+            distances.iter().flatten().count() as f64 / distances.len().max(1) as f64
+        };
+        let soft = |distances: &[Option<f64>]| {
+            let near = distances.iter().flatten();
+            near.map(|d| 1.0 - (d / limit) * (d / limit)).sum::<f64>() / distances.len().max(1) as f64
+        };
+        let near: Vec<f64> = forward.iter().flatten().copied().collect();
+        let mean_square = near.iter().map(|d| d * d).sum::<f64>() / near.len().max(1) as f64;
+        Self {
+            of_suspect: share(&forward),
+            of_original: share(&backward),
+            residual: mean_square.sqrt() / original.diagonal,
+            score: soft(&forward) + 0.25 * soft(&backward),
+        }
+    }
+}
