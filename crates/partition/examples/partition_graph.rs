@@ -21,7 +21,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut options = Options::default();
     let mut runs = 1;
     for setting in settings {
-        let (key, value) = setting.split_once('=').ok_or("settings have the form key=value")?;
+        let (key, value) = setting
+            .split_once('=')
+            .ok_or("settings have the form key=value")?;
         if key == "runs" {
             runs = value.parse()?;
         } else {

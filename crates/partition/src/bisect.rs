@@ -6,6 +6,7 @@ use crate::fm2::{Bisection, refine};
 use crate::initial::best_grown;
 use crate::options::Balance;
 use crate::rng::Rng;
+use crate::team::Team;
 
 /// Size of the graph on which first bisections are grown.
 const COARSEST: usize = 100;
@@ -21,22 +22,20 @@ pub(crate) struct BisectionSearch {
     pub(crate) passes: usize,
 }
 
-/// Two sides of weights near `targets` and within `limits` if that can be had.
+/// Two sides of weights near `targets` and within `limits` if that can be had: the best of several cycles.
 pub(crate) fn bisect(
     graph: &Graph,
     targets: [f64; 2],
     limits: [i64; 2],
     search: &BisectionSearch,
-    rng: &mut Rng,
+    team: &Team,
+    rng: &Rng,
 ) -> Bisection {
-    let mut best: Option<Bisection> = None;
-    for _ in 0..search.cycles.max(1) {
-        let state = bisect_once(graph, targets, limits, search, rng);
-        let key = |b: &Bisection| (b.excess(limits), b.cut);
-        if best.as_ref().is_none_or(|best| key(&state) < key(best)) {
-            best = Some(state);
-        }
-    }
+    let cycle = |i: u64| bisect_once(graph, targets, limits, search, &mut rng.fork(1000 + i));
+    let cycles = team.map(search.cycles.max(1) as u64, cycle);
+    let best = cycles
+        .into_iter()
+        .min_by_key(|state| (state.excess(limits), state.cut));
     best.unwrap_or_else(|| Bisection::one_sided(graph))
 }
 
@@ -47,11 +46,15 @@ fn bisect_once(
     search: &BisectionSearch,
     rng: &mut Rng,
 ) -> Bisection {
-    let levels = coarsen(graph, COARSEST, None, rng);
+    let levels = coarsen(graph, COARSEST, &[], rng);
     let coarsest = levels.last().map_or(graph, |level| &level.graph);
     let mut state = best_grown(coarsest, targets[0], limits, search.tries, rng);
     for depth in (0..levels.len()).rev() {
-        let fine = if depth == 0 { graph } else { &levels[depth - 1].graph };
+        let fine = if depth == 0 {
+            graph
+        } else {
+            &levels[depth - 1].graph
+        };
         state.side = prolong(&state.side, &levels[depth].coarse_of);
         refine(fine, &mut state, limits, search.passes, patience(fine), rng);
     }
@@ -68,6 +71,7 @@ pub(crate) fn recursive_bisection(
     graph: &Graph,
     balance: &Balance,
     search: &BisectionSearch,
+    team: &Team,
     rng: &Rng,
 ) -> Vec<u32> {
     let parts = balance.parts();
@@ -76,16 +80,19 @@ pub(crate) fn recursive_bisection(
     }
     let half = parts / 2;
     let (targets, limits) = halves(graph, balance, half);
-    let state = bisect(graph, targets, limits, search, &mut rng.fork(0));
+    let state = bisect(graph, targets, limits, search, team, rng);
     let side = |s: u8, parts: std::ops::Range<usize>| {
         let part = Balance {
             targets: balance.targets[parts.clone()].to_vec(),
             limits: balance.limits[parts].to_vec(),
         };
         let (subgraph, vertices) = induced(graph, &state.side, s);
-        (recursive_bisection(&subgraph, &part, search, &rng.fork(1 + u64::from(s))), vertices)
+        (
+            recursive_bisection(&subgraph, &part, search, team, &rng.fork(1 + u64::from(s))),
+            vertices,
+        )
     };
-    let (left, right) = rayon_join(|| side(0, 0..half), || side(1, half..parts));
+    let (left, right) = team.join(|| side(0, 0..half), || side(1, half..parts));
     let mut part_of = vec![0; graph.vertex_count()];
     for ((parts, vertices), first) in [(left, 0), (right, half as u32)] {
         for (part, v) in parts.into_iter().zip(vertices) {
@@ -93,11 +100,6 @@ pub(crate) fn recursive_bisection(
         }
     }
     part_of
-}
-
-/// Runs both in parallel inside a pool of several threads, else one after the other.
-fn rayon_join<A: Send, B: Send>(a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B + Send) -> (A, B) {
-    if rayon::current_thread_index().is_some() { rayon::join(a, b) } else { (a(), b()) }
 }
 
 /// Targets and limits of a bisection after which the slack that is left still suffices for the bisections below:
@@ -116,7 +118,9 @@ fn halves(graph: &Graph, balance: &Balance, half: usize) -> ([f64; 2], [i64; 2])
 
 /// The subgraph of one side and the vertices it was made of.
 fn induced(graph: &Graph, side: &[u8], wanted: u8) -> (Graph, Vec<u32>) {
-    let vertices: Vec<u32> = (0..side.len() as u32).filter(|&v| side[v as usize] == wanted).collect();
+    let vertices: Vec<u32> = (0..side.len() as u32)
+        .filter(|&v| side[v as usize] == wanted)
+        .collect();
     let mut number = vec![0u32; side.len()];
     for (i, &v) in vertices.iter().enumerate() {
         number[v as usize] = i as u32;
@@ -131,6 +135,17 @@ fn induced(graph: &Graph, side: &[u8], wanted: u8) -> (Graph, Vec<u32>) {
         }
         offsets.push(neighbours.len());
     }
-    let vertex_weights = vertices.iter().map(|&v| graph.vertex_weights[v as usize]).collect();
-    (Graph { offsets, neighbours, vertex_weights, edge_weights }, vertices)
+    let vertex_weights = vertices
+        .iter()
+        .map(|&v| graph.vertex_weights[v as usize])
+        .collect();
+    (
+        Graph {
+            offsets,
+            neighbours,
+            vertex_weights,
+            edge_weights,
+        },
+        vertices,
+    )
 }

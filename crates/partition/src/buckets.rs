@@ -130,7 +130,10 @@ mod tests {
         }
         queue.set(0, 4);
         queue.remove(4);
-        assert_eq!(std::iter::from_fn(|| queue.pop()).collect::<Vec<_>>(), [2, 0, 3, 1]);
+        assert_eq!(
+            std::iter::from_fn(|| queue.pop()).collect::<Vec<_>>(),
+            [2, 0, 3, 1]
+        );
         assert!(!queue.contains(2));
     }
 

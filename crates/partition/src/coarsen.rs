@@ -16,23 +16,26 @@ pub(crate) struct Level {
     pub(crate) coarse_of: Vec<u32>,
 }
 
-/// Coarsens until at most `size` vertices are left or nothing shrinks any more. Vertices of different labels are never
-/// merged. The first level stands below `graph` itself.
-pub(crate) fn coarsen(graph: &Graph, size: usize, labels: Option<&[u32]>, rng: &mut Rng) -> Vec<Level> {
+/// Coarsens until at most `size` vertices are left or nothing shrinks any more. Edges that one of the partitions `kept`
+/// cuts are never contracted, so that each of them is a partition of the coarsest graph too. The first level stands
+/// below `graph` itself.
+pub(crate) fn coarsen(graph: &Graph, size: usize, kept: &[&[u32]], rng: &mut Rng) -> Vec<Level> {
     let max_weight = (1.5 * graph.total_vertex_weight() as f64 / size.max(1) as f64).ceil() as i64;
     let mut levels: Vec<Level> = Vec::new();
-    let mut labels = labels.map(<[u32]>::to_vec);
+    let mut kept: Vec<Vec<u32>> = kept.iter().map(|part| part.to_vec()).collect();
     loop {
         let fine = levels.last().map_or(graph, |level| &level.graph);
         if fine.vertex_count() <= size {
             return levels;
         }
-        let partner = heavy_edge_matching(fine, max_weight, labels.as_deref(), rng);
+        let partner = heavy_edge_matching(fine, max_weight, &kept, rng);
         let (coarse_of, count) = number_pairs(&partner);
         if count as f64 > MIN_SHRINK * fine.vertex_count() as f64 {
             return levels;
         }
-        labels = labels.map(|fine| restrict(&fine, &coarse_of, count));
+        for part in &mut kept {
+            *part = restrict(part, &coarse_of, count);
+        }
         let graph = contract(fine, &partner, &coarse_of, count);
         levels.push(Level { graph, coarse_of });
     }

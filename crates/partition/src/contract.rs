@@ -47,7 +47,9 @@ pub(crate) fn contract(graph: &Graph, partner: &[u32], coarse_of: &[u32], count:
         add(coarse_of[v], 0);
         graph.edges(v).for_each(|(u, weight)| add(coarse_of[u], weight));
         if other != v {
-            graph.edges(other).for_each(|(u, weight)| add(coarse_of[u], weight));
+            graph
+                .edges(other)
+                .for_each(|(u, weight)| add(coarse_of[u], weight));
         }
         neighbours.swap_remove(start);
         edge_weights.swap_remove(start);
@@ -55,9 +57,18 @@ pub(crate) fn contract(graph: &Graph, partner: &[u32], coarse_of: &[u32], count:
         if let Some(&moved) = neighbours.get(start) {
             place[moved as usize] = start as u32 + 1;
         }
-        let alone = if other == v { 0 } else { graph.vertex_weights[other] };
+        let alone = if other == v {
+            0
+        } else {
+            graph.vertex_weights[other]
+        };
         vertex_weights.push(graph.vertex_weights[v] + alone);
         offsets.push(neighbours.len());
     }
-    Graph { offsets, neighbours, vertex_weights, edge_weights }
+    Graph {
+        offsets,
+        neighbours,
+        vertex_weights,
+        edge_weights,
+    }
 }

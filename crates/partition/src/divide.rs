@@ -1,15 +1,23 @@
-use crate::multilevel::{self, Plan};
+use crate::multilevel;
 use crate::options::{Balance, Options};
-use crate::rng::Rng;
+use crate::team::Team;
 use crate::{Graph, Partition, PartitionError};
 
 /// Divides the vertices into parts of near equal (or given) weight with few edges between them.
+///
+/// Every part gets at least one vertex. The balance of [`Options::imbalance`] holds whenever the search finds it, and
+/// always with unit weights unless [`Options::contiguous`] forbids it (a star has one connected part of any size); look
+/// at [`Partition::balanced`] when weights are uneven.
 ///
 /// # Errors
 /// When the number of parts is 0 or above #V, or an option is no sensible number.
 pub fn partition(graph: &Graph, options: &Options) -> Result<Partition, PartitionError> {
     let balance = Balance::new(graph, options)?;
-    let rng = Rng::new(options.seed);
-    let part_of = multilevel::partition(graph, &balance, &Plan::of(options.effort), &rng);
+    let team = Team::new(options.threads)?;
+    let part_of = if options.parts == 1 {
+        vec![0; graph.vertex_count()]
+    } else {
+        multilevel::partition(graph, &balance, options, &team)
+    };
     Ok(Partition::of(graph, part_of, &balance))
 }

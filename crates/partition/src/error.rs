@@ -13,7 +13,9 @@ pub enum PartitionError {
         expected: usize,
     },
     /// The offsets do not start at 0 or go down somewhere.
-    #[error("offset {index} is {value}; offsets start at 0, never go down and end at the number of neighbours")]
+    #[error(
+        "offset {index} is {value}; offsets start at 0, never go down and end at the number of neighbours"
+    )]
     Offsets {
         /// Position in the array of offsets.
         index: usize,

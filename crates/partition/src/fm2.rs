@@ -17,7 +17,11 @@ pub(crate) struct Bisection {
 impl Bisection {
     /// Everything on side 1.
     pub(crate) fn one_sided(graph: &Graph) -> Self {
-        Self { side: vec![1; graph.vertex_count()], weight: [0, graph.total_vertex_weight()], cut: 0 }
+        Self {
+            side: vec![1; graph.vertex_count()],
+            weight: [0, graph.total_vertex_weight()],
+            cut: 0,
+        }
     }
 
     /// Weight above the limits.
@@ -37,11 +41,17 @@ impl Bisection {
     /// External less internal edge weight.
     pub(crate) fn gain(&self, graph: &Graph, vertex: usize) -> i32 {
         let own = self.side[vertex];
-        graph.edges(vertex).map(|(u, w)| if self.side[u] == own { -w } else { w }).sum()
+        graph
+            .edges(vertex)
+            .map(|(u, w)| if self.side[u] == own { -w } else { w })
+            .sum()
     }
 
     fn on_boundary(&self, graph: &Graph, vertex: usize) -> bool {
-        graph.neighbours(vertex).iter().any(|&u| self.side[u as usize] != self.side[vertex])
+        graph
+            .neighbours(vertex)
+            .iter()
+            .any(|&u| self.side[u as usize] != self.side[vertex])
     }
 }
 
@@ -71,13 +81,17 @@ pub(crate) fn refine(
 ) {
     let count = graph.vertex_count();
     let max_gain = graph.max_weighted_degree();
-    let mut boundary: Vec<u32> =
-        (0..count as u32).filter(|&v| state.on_boundary(graph, v as usize)).collect();
+    let mut boundary: Vec<u32> = (0..count as u32)
+        .filter(|&v| state.on_boundary(graph, v as usize))
+        .collect();
     let mut pass = Pass {
         graph,
         state,
         limits,
-        queues: [GainBuckets::new(count, max_gain), GainBuckets::new(count, max_gain)],
+        queues: [
+            GainBuckets::new(count, max_gain),
+            GainBuckets::new(count, max_gain),
+        ],
         gain: vec![0; count],
         moved: vec![false; count],
     };
@@ -129,7 +143,8 @@ impl Pass<'_> {
         }
         for &v in moves[best_len..].iter().rev() {
             let gain = self.state.gain(self.graph, v as usize);
-            self.state.flip(v as usize, self.graph.vertex_weights[v as usize], gain);
+            self.state
+                .flip(v as usize, self.graph.vertex_weights[v as usize], gain);
         }
         moves.truncate(best_len);
         let neighbours = moves.iter().flat_map(|&v| self.graph.neighbours(v as usize));
@@ -139,7 +154,11 @@ impl Pass<'_> {
 
     fn standing(&self) -> Standing {
         let lean = |side: usize| self.state.weight[side] - self.limits[side];
-        (self.state.excess(self.limits), self.state.cut, (lean(0) - lean(1)).abs())
+        (
+            self.state.excess(self.limits),
+            self.state.cut,
+            (lean(0) - lean(1)).abs(),
+        )
     }
 
     fn enqueue(&mut self, v: usize) {
@@ -187,7 +206,11 @@ impl Pass<'_> {
             }
             let queue = &mut self.queues[usize::from(self.state.side[u])];
             if queue.contains(u) {
-                self.gain[u] += if self.state.side[u] == side { -2 * weight } else { 2 * weight };
+                self.gain[u] += if self.state.side[u] == side {
+                    -2 * weight
+                } else {
+                    2 * weight
+                };
                 queue.set(u, self.gain[u]);
             } else if self.state.side[u] != side {
                 self.enqueue(u);

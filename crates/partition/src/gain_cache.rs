@@ -31,7 +31,12 @@ enum State {
 
 impl Ties {
     pub(crate) fn new(internal: i32, external: i32, to: u32, parts: usize) -> Self {
-        Self { internal, external, to, state: if parts > 1 { State::Several } else { State::Single } }
+        Self {
+            internal,
+            external,
+            to,
+            state: if parts > 1 { State::Several } else { State::Single },
+        }
     }
 
     pub(crate) fn gain(&self) -> i32 {
@@ -64,7 +69,12 @@ impl Ties {
         self
     }
 
-    const STALE: Self = Self { internal: 0, external: 0, to: NONE, state: State::Stale };
+    const STALE: Self = Self {
+        internal: 0,
+        external: 0,
+        to: NONE,
+        state: State::Stale,
+    };
 }
 
 /// The ties of all vertices that were asked for, with a journal of changes.
@@ -75,7 +85,10 @@ pub(crate) struct GainCache {
 
 impl GainCache {
     pub(crate) fn new(count: usize) -> Self {
-        Self { ties: vec![Ties::default(); count], journal: Vec::new() }
+        Self {
+            ties: vec![Ties::default(); count],
+            journal: Vec::new(),
+        }
     }
 
     /// A point to which [`GainCache::restore`] can go back.
@@ -125,6 +138,7 @@ impl GainCache {
     }
 
     fn set(&mut self, vertex: usize, ties: Ties) {
-        self.journal.push((vertex as u32, std::mem::replace(&mut self.ties[vertex], ties)));
+        self.journal
+            .push((vertex as u32, std::mem::replace(&mut self.ties[vertex], ties)));
     }
 }

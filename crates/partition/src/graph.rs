@@ -39,7 +39,12 @@ impl Graph {
         let edge_weights = edge_weights.unwrap_or_else(|| vec![1; neighbours.len()]);
         check_length("the array of vertex weights", vertex_weights.len(), count)?;
         check_length("the array of edge weights", edge_weights.len(), neighbours.len())?;
-        let mut graph = Self { offsets, neighbours, vertex_weights, edge_weights };
+        let mut graph = Self {
+            offsets,
+            neighbours,
+            vertex_weights,
+            edge_weights,
+        };
         graph.check_weights()?;
         graph.sort_rows();
         graph.check_rows()?;
@@ -68,7 +73,11 @@ impl Graph {
             }
             if weight <= 0 {
                 let (vertex, neighbour, weight) = (a as usize, b as usize, weight.into());
-                return Err(PartitionError::EdgeWeight { vertex, neighbour, weight });
+                return Err(PartitionError::EdgeWeight {
+                    vertex,
+                    neighbour,
+                    weight,
+                });
             }
         }
         let merged = merge_edges(edges)?;
@@ -101,7 +110,12 @@ impl Graph {
         for &(a, b, weight) in edges {
             put(a, b, weight);
         }
-        Self { offsets, neighbours, vertex_weights: vec![1; vertex_count], edge_weights }
+        Self {
+            offsets,
+            neighbours,
+            vertex_weights: vec![1; vertex_count],
+            edge_weights,
+        }
     }
 
     /// The same graph with other vertex weights.
@@ -109,7 +123,11 @@ impl Graph {
     /// # Errors
     /// When there is not one weight per vertex, one is negative, or their sum does not fit.
     pub fn with_vertex_weights(mut self, vertex_weights: Vec<i32>) -> Result<Self, PartitionError> {
-        check_length("the array of vertex weights", vertex_weights.len(), self.vertex_count())?;
+        check_length(
+            "the array of vertex weights",
+            vertex_weights.len(),
+            self.vertex_count(),
+        )?;
         self.vertex_weights = vertex_weights;
         self.check_weights()?;
         Ok(self)
@@ -159,25 +177,41 @@ impl Graph {
     #[inline]
     pub(crate) fn edges(&self, vertex: usize) -> impl Iterator<Item = (usize, i32)> + '_ {
         let row = self.offsets[vertex]..self.offsets[vertex + 1];
-        self.neighbours[row.clone()].iter().map(|&u| u as usize).zip(self.edge_weights[row].iter().copied())
+        self.neighbours[row.clone()]
+            .iter()
+            .map(|&u| u as usize)
+            .zip(self.edge_weights[row].iter().copied())
     }
 
     /// Largest sum of edge weights at one vertex: the bound of every gain.
     pub(crate) fn max_weighted_degree(&self) -> i32 {
-        (0..self.vertex_count()).map(|v| self.edge_weights(v).iter().sum()).max().unwrap_or(0)
+        (0..self.vertex_count())
+            .map(|v| self.edge_weights(v).iter().sum())
+            .max()
+            .unwrap_or(0)
     }
 
     fn check_weights(&self) -> Result<(), PartitionError> {
         if let Some(vertex) = self.vertex_weights.iter().position(|&w| w < 0) {
-            return Err(PartitionError::VertexWeight { vertex, weight: self.vertex_weights[vertex].into() });
+            return Err(PartitionError::VertexWeight {
+                vertex,
+                weight: self.vertex_weights[vertex].into(),
+            });
         }
         if let Some(entry) = self.edge_weights.iter().position(|&w| w <= 0) {
             let vertex = self.offsets.partition_point(|&o| o <= entry) - 1;
             let neighbour = self.neighbours[entry] as usize;
             let weight = self.edge_weights[entry].into();
-            return Err(PartitionError::EdgeWeight { vertex, neighbour, weight });
+            return Err(PartitionError::EdgeWeight {
+                vertex,
+                neighbour,
+                weight,
+            });
         }
-        for (what, total) in [("vertices", self.total_vertex_weight()), ("edges", self.total_edge_weight())] {
+        for (what, total) in [
+            ("vertices", self.total_vertex_weight()),
+            ("edges", self.total_edge_weight()),
+        ] {
             if total > i64::from(i32::MAX) {
                 return Err(PartitionError::WeightSum { what, total });
             }
@@ -209,13 +243,20 @@ impl Graph {
             if let Some(&last) = row.last()
                 && last as usize >= count
             {
-                return Err(PartitionError::NeighbourOutOfRange { vertex, neighbour: last as usize, count });
+                return Err(PartitionError::NeighbourOutOfRange {
+                    vertex,
+                    neighbour: last as usize,
+                    count,
+                });
             }
             if row.binary_search(&(vertex as u32)).is_ok() {
                 return Err(PartitionError::SelfLoop { vertex });
             }
             if let Some(pair) = row.windows(2).find(|pair| pair[0] == pair[1]) {
-                return Err(PartitionError::DuplicateEdge { vertex, neighbour: pair[0] as usize });
+                return Err(PartitionError::DuplicateEdge {
+                    vertex,
+                    neighbour: pair[0] as usize,
+                });
             }
         }
         Ok(())
@@ -238,7 +279,10 @@ impl Graph {
                     && self.neighbours[entry] as usize == v
                     && self.edge_weights[entry] == weight;
                 if !same {
-                    return Err(PartitionError::Asymmetric { vertex: v, neighbour: u });
+                    return Err(PartitionError::Asymmetric {
+                        vertex: v,
+                        neighbour: u,
+                    });
                 }
                 met[u] += 1;
             }
@@ -251,7 +295,10 @@ fn check_offsets(offsets: &[usize], entries: usize) -> Result<(), PartitionError
     check_length("the array of offsets", offsets.len(), offsets.len().max(1))?;
     check_size("vertices", offsets.len() - 1)?;
     check_size("adjacency entries", entries)?;
-    let wrong = |index: usize| PartitionError::Offsets { index, value: offsets[index] };
+    let wrong = |index: usize| PartitionError::Offsets {
+        index,
+        value: offsets[index],
+    };
     if offsets[0] != 0 {
         return Err(wrong(0));
     }
@@ -265,12 +312,24 @@ fn check_offsets(offsets: &[usize], entries: usize) -> Result<(), PartitionError
 }
 
 fn check_length(what: &'static str, given: usize, expected: usize) -> Result<(), PartitionError> {
-    if given == expected { Ok(()) } else { Err(PartitionError::Length { what, given, expected }) }
+    if given == expected {
+        Ok(())
+    } else {
+        Err(PartitionError::Length {
+            what,
+            given,
+            expected,
+        })
+    }
 }
 
 /// One index stays free to mean "none".
 fn check_size(what: &'static str, count: usize) -> Result<(), PartitionError> {
-    if count < u32::MAX as usize { Ok(()) } else { Err(PartitionError::TooLarge { what, count }) }
+    if count < u32::MAX as usize {
+        Ok(())
+    } else {
+        Err(PartitionError::TooLarge { what, count })
+    }
 }
 
 /// Sorted unique edges with the smaller end first.
@@ -285,7 +344,11 @@ fn merge_edges(edges: &[(u32, u32, i32)]) -> Result<Vec<(u32, u32, i32)>, Partit
     let mut total = 0i64;
     for group in sorted.chunk_by(|x, y| (x.0, x.1) == (y.0, y.1)) {
         let sum = |reversed: bool| -> i64 {
-            group.iter().filter(|edge| edge.2 == reversed).map(|edge| i64::from(edge.3)).sum()
+            group
+                .iter()
+                .filter(|edge| edge.2 == reversed)
+                .map(|edge| i64::from(edge.3))
+                .sum()
         };
         let weight = sum(false).max(sum(true));
         total += weight;

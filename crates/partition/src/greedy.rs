@@ -4,8 +4,15 @@
 use crate::kway::KWay;
 use crate::rng::Rng;
 
-/// At most `passes` sweeps over the boundary, in random order; `boundary` is kept up to date.
-pub(crate) fn refine(state: &mut KWay<'_>, boundary: &mut Vec<u32>, passes: usize, rng: &mut Rng) {
+/// At most `passes` sweeps over the boundary, in random order, with vertices that `may_leave` their part; `boundary` is
+/// kept up to date.
+pub(crate) fn refine(
+    state: &mut KWay<'_>,
+    boundary: &mut Vec<u32>,
+    passes: usize,
+    rng: &mut Rng,
+    may_leave: &mut impl FnMut(&KWay<'_>, usize) -> bool,
+) {
     for _ in 0..passes {
         rng.shuffle(boundary);
         let mut moved = Vec::new();
@@ -13,6 +20,7 @@ pub(crate) fn refine(state: &mut KWay<'_>, boundary: &mut Vec<u32>, passes: usiz
             let v = boundary[i] as usize;
             if let Some(step) = state.best_move(v)
                 && (step.gain > 0 || (step.gain == 0 && evens_out(state, v, step.to)))
+                && may_leave(state, v)
             {
                 state.apply(v, step.to);
                 moved.push(v as u32);

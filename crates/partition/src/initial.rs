@@ -25,7 +25,14 @@ pub(crate) fn best_grown(
         } else {
             grow_by_gain(graph, &mut state, target, seed);
         }
-        refine(graph, &mut state, limits, 4, graph.vertex_count().clamp(15, 100), rng);
+        refine(
+            graph,
+            &mut state,
+            limits,
+            4,
+            graph.vertex_count().clamp(15, 100),
+            rng,
+        );
         let key = |b: &Bisection| (b.excess(limits), b.cut);
         if best.as_ref().is_none_or(|best| key(&state) < key(best)) {
             best = Some(state);

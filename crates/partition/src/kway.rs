@@ -29,12 +29,23 @@ impl<'a> KWay<'a> {
         for (v, &p) in part.iter().enumerate() {
             weight[p as usize] += i64::from(graph.vertex_weights[v]);
         }
-        Self { graph, part, weight, limits, connection: vec![0; parts], touched: Vec::new() }
+        Self {
+            graph,
+            part,
+            weight,
+            limits,
+            connection: vec![0; parts],
+            touched: Vec::new(),
+        }
     }
 
     /// Weight above the limits.
     pub(crate) fn excess(&self) -> i64 {
-        self.weight.iter().zip(self.limits).map(|(w, limit)| (w - limit).max(0)).sum()
+        self.weight
+            .iter()
+            .zip(self.limits)
+            .map(|(w, limit)| (w - limit).max(0))
+            .sum()
     }
 
     pub(crate) fn is_overweight(&self, part: u32) -> bool {
@@ -43,7 +54,10 @@ impl<'a> KWay<'a> {
 
     pub(crate) fn on_boundary(&self, vertex: usize) -> bool {
         let own = self.part[vertex];
-        self.graph.neighbours(vertex).iter().any(|&u| self.part[u as usize] != own)
+        self.graph
+            .neighbours(vertex)
+            .iter()
+            .any(|&u| self.part[u as usize] != own)
     }
 
     /// The neighbouring part of greatest gain that has room; of equals the one with most room.
@@ -84,7 +98,10 @@ impl<'a> KWay<'a> {
         admissible: impl Fn(&Self, u32) -> bool,
     ) -> Option<Move> {
         let (internal, best, _) = self.strongest_tie(vertex, admissible);
-        best.map(|(external, to)| Move { gain: external - internal, to })
+        best.map(|(external, to)| Move {
+            gain: external - internal,
+            to,
+        })
     }
 
     /// Edge weight to the own part, greatest edge weight to an admissible other part, and the number of other parts.
@@ -127,7 +144,6 @@ impl<'a> KWay<'a> {
         self.weight[from as usize] -= weight;
         self.weight[to as usize] += weight;
     }
-
 }
 
 /// Total weight of the edges between parts.

@@ -3,6 +3,7 @@
 mod bisect;
 mod buckets;
 mod coarsen;
+mod contiguity;
 mod contract;
 mod divide;
 mod error;
@@ -20,6 +21,7 @@ mod options;
 mod rebalance;
 mod result;
 mod rng;
+mod team;
 
 pub use divide::partition;
 pub use error::PartitionError;

@@ -1,7 +1,7 @@
 //! Localised k-way Fiduccia–Mattheyses search (Sanders and Schulz, "Engineering multilevel graph partitioning
 //! algorithms", 2011).
 //!
-//! From each boundary vertex, in random order, a small search of its own starts: it moves the best vertex near by, also
+//! From every few boundary vertices, in random order, a small search of its own starts: it moves the best vertex near by, also
 //! at a loss, and is rolled back to its best prefix. Local searches climb out of hills from which one search over the
 //! whole boundary would run away to easier places. A vertex moves at most once a round, which bounds the time.
 
@@ -13,6 +13,9 @@ use crate::rng::Rng;
 /// Vertices with more neighbours are left to [`greedy`](crate::greedy): here they would be looked at once per move of
 /// a neighbour.
 const MAX_DEGREE: usize = 200;
+
+/// Boundary vertices from which one search starts.
+const SEEDS: usize = 3;
 
 /// Bounds of a search.
 #[derive(Clone, Copy, Debug)]
@@ -36,19 +39,13 @@ pub(crate) fn refine(state: &mut KWay<'_>, boundary: &mut Vec<u32>, search: Loca
         changed: Vec::new(),
     };
     let mut seeds = boundary.clone();
+    let patience = scaled_patience(state, search.patience);
     for _ in 0..search.rounds {
         round.number += 1;
         rng.shuffle(&mut seeds);
-        let g = std::env::var("GRP").ok().and_then(|v| v.parse().ok()).unwrap_or(3);
-        let thr = std::env::var("THR").ok().and_then(|v| v.parse().ok()).unwrap_or(20);
-        for v in seeds.chunks(g) {
-            for &v in v {
-                let t = round.cache.of(state, v as usize);
-                if 10 * t.internal <= thr * t.external {
-                    round.enqueue(state, v as usize);
-                }
-            }
-            round.search(state, search.patience);
+        for group in seeds.chunks(SEEDS) {
+            group.iter().for_each(|&v| round.enqueue_seed(state, v as usize));
+            round.search(state, patience);
         }
         // Where nothing changed the next round would find nothing either.
         seeds.clear();
@@ -86,12 +83,32 @@ struct Step {
     time: usize,
 }
 
+/// Dense graphs get less patience, as their moves cost more; the nominal one is for the six neighbours of a mesh.
+fn scaled_patience(state: &KWay<'_>, nominal: usize) -> usize {
+    let degree = state.graph.neighbours.len() as f64 / state.graph.vertex_count().max(1) as f64;
+    ((nominal as f64 * 6.0 / degree.max(3.0)).ceil() as usize).max(3)
+}
+
 impl Round {
+    /// Queues a seed unless it is tied so much to its own part that a search from it is hopeless.
+    fn enqueue_seed(&mut self, state: &mut KWay<'_>, vertex: usize) {
+        let ties = self.cache.of(state, vertex);
+        if ties.internal <= 2 * ties.external {
+            self.enqueue(state, vertex);
+        }
+    }
+
     fn search(&mut self, state: &mut KWay<'_>, patience: usize) {
         let (mut gained, mut best, mut best_len) = (0i64, 0i64, 0usize);
         while let Some(v) = self.queue.pop() {
-            let Some(step) = self.best_move(state, v) else { continue };
-            self.moves.push(Step { vertex: v as u32, from: state.part[v], time: self.cache.now() });
+            let Some(step) = self.best_move(state, v) else {
+                continue;
+            };
+            self.moves.push(Step {
+                vertex: v as u32,
+                from: state.part[v],
+                time: self.cache.now(),
+            });
             self.cache.apply(state, v, step.to);
             self.mark[v] = self.number;
             gained += i64::from(step.gain);
@@ -143,7 +160,10 @@ impl Round {
         if ties.to == NONE {
             None
         } else if state.has_room(ties.to, vertex) {
-            Some(Move { gain: ties.gain(), to: ties.to })
+            Some(Move {
+                gain: ties.gain(),
+                to: ties.to,
+            })
         } else {
             state.best_move(vertex)
         }

@@ -13,12 +13,12 @@ const WINDOW: usize = 4096;
 const STALL: usize = 10;
 const NONE: u32 = u32::MAX;
 
-/// Partner of each vertex (itself when alone). No pair weighs more than `max_weight`, and both of a pair carry the
-/// same label.
+/// Partner of each vertex (itself when alone). No pair weighs more than `max_weight`, and none lies across a border
+/// of one of the partitions `kept`.
 pub(crate) fn heavy_edge_matching(
     graph: &Graph,
     max_weight: i64,
-    labels: Option<&[u32]>,
+    kept: &[Vec<u32>],
     rng: &mut Rng,
 ) -> Vec<u32> {
     let count = graph.vertex_count();
@@ -26,7 +26,7 @@ pub(crate) fn heavy_edge_matching(
     let mut alone = Vec::new();
     let fits = |v: usize, u: usize| {
         i64::from(graph.vertex_weights[v]) + i64::from(graph.vertex_weights[u]) <= max_weight
-            && labels.is_none_or(|labels| labels[v] == labels[u])
+            && kept.iter().all(|part| part[v] == part[u])
     };
     for v in visiting_order(graph, rng) {
         let v = v as usize;
@@ -64,12 +64,7 @@ pub(crate) fn heavy_edge_matching(
 }
 
 /// Pairs lone vertices whose heaviest edges lead to the same neighbour, and isolated vertices with each other.
-fn match_two_hop(
-    graph: &Graph,
-    alone: &[u32],
-    fits: &impl Fn(usize, usize) -> bool,
-    partner: &mut [u32],
-) {
+fn match_two_hop(graph: &Graph, alone: &[u32], fits: &impl Fn(usize, usize) -> bool, partner: &mut [u32]) {
     let mut waiting = vec![NONE; graph.vertex_count() + 1];
     for &v in alone {
         let v = v as usize;

@@ -1,108 +1,209 @@
 //! Direct k-way partitioning: coarsen, divide the coarsest graph by recursive bisection, refine all parts at once on
-//! the way back up (Karypis and Kumar 1998b); then again inside the parts found (iterated multilevel, Walshaw 2004).
+//! the way back up (Karypis and Kumar 1998b). On a graph of middling size this is done several times, and the best
+//! candidate is combined with the others (Sanders and Schulz 2012).
 
 use crate::Graph;
 use crate::bisect::{BisectionSearch, recursive_bisection};
 use crate::coarsen::{Level, coarsen, prolong, restrict};
+use crate::contiguity::{fill_empty_parts, make_contiguous};
 use crate::kway::{KWay, cut};
 use crate::local_search::{self, LocalSearch};
-use crate::options::Balance;
+use crate::options::{Balance, Effort, Method, Options};
 use crate::rebalance::rebalance;
 use crate::rng::Rng;
-use crate::{greedy, options::Effort};
-
-/// What an [`Effort`] means.
-#[derive(Clone, Debug)]
-pub(crate) struct Plan {
-    /// Vertices per part at which coarsening stops.
-    pub(crate) coarsest_per_part: usize,
-    pub(crate) bisection: BisectionSearch,
-    pub(crate) search: LocalSearch,
-    pub(crate) fine_search: LocalSearch,
-    pub(crate) cycles: usize,
-}
+use crate::team::Team;
 
 fn env(name: &str, default: usize) -> usize {
-    std::env::var(name).ok().and_then(|v| v.parse().ok()).unwrap_or(default)
+    std::env::var(name)
+        .ok()
+        .and_then(|v| v.parse().ok())
+        .unwrap_or(default)
+}
+
+/// What an [`Effort`] means for a number of parts.
+#[derive(Clone, Copy, Debug)]
+struct Plan {
+    /// Vertices per part at which coarsening stops.
+    coarsest_per_part: usize,
+    /// Size of the graph on which candidates are made.
+    middle: usize,
+    candidates: u64,
+    /// How many of the candidates are combined with the best.
+    combinations: usize,
+    /// Cycles over the whole graph that start from the result.
+    cycles: u64,
+    bisection: BisectionSearch,
+    /// On all levels but the finest.
+    coarse: LocalSearch,
+    finest: LocalSearch,
 }
 
 impl Plan {
-    pub(crate) fn of(effort: Effort) -> Self {
+    fn of(effort: Effort, parts: usize) -> Self {
         let _ = effort;
         Self {
             coarsest_per_part: env("CPP", 60),
-            bisection: BisectionSearch { tries: env("TRIES", 8), cycles: env("BCYC", 3), passes: env("BPASS", 4) },
-            search: LocalSearch { rounds: env("ROUNDS", 3), patience: env("PAT", 25) },
-            fine_search: LocalSearch { rounds: env("FROUNDS", 3), patience: env("FPAT", 10) },
-            cycles: env("CYC", 0),
+            middle: env("MID", 3000),
+            candidates: env("ATT", if parts <= 8 { 3 } else { 1 }) as u64,
+            combinations: env("COMB", 0),
+            cycles: env("CYC", 0) as u64,
+            bisection: BisectionSearch {
+                tries: env("TRIES", 8),
+                cycles: env("BCYC", 2),
+                passes: env("BPASS", 4),
+            },
+            coarse: LocalSearch {
+                rounds: env("ROUNDS", 3),
+                patience: env("PAT", 10),
+            },
+            finest: LocalSearch {
+                rounds: env("FROUNDS", 3),
+                patience: env("FPAT", 5),
+            },
         }
     }
 }
 
-pub(crate) fn partition(graph: &Graph, balance: &Balance, plan: &Plan, rng: &Rng) -> Vec<u32> {
-    if env("RB", 0) == 1 {
-        let part = recursive_bisection(graph, balance, &plan.bisection, &rng.fork(7));
-        if balance.parts() == 2 { return part; }
-        return uncoarsen(graph, &[], part, balance, plan, &mut rng.fork(3));
-    }
-    let mut best = cycle(graph, balance, plan, None, &mut rng.fork(0));
-    for i in 0..plan.cycles {
-        let next = cycle(graph, balance, plan, Some(&best), &mut rng.fork(1 + i as u64));
-        if cut(graph, &next) <= cut(graph, &best) {
-            best = next;
-        }
-    }
-    best
+/// One problem, with all that stays the same while it is solved.
+struct Solver<'a> {
+    balance: &'a Balance,
+    plan: Plan,
+    contiguous: bool,
+    team: &'a Team,
 }
 
-/// One multilevel cycle: from scratch, or improving on `previous`, whose cut edges then are never contracted.
-fn cycle(graph: &Graph, balance: &Balance, plan: &Plan, previous: Option<&[u32]>, rng: &mut Rng) -> Vec<u32> {
-    let parts = balance.parts();
-    let size = (plan.coarsest_per_part * parts).max(100);
-    let levels = coarsen(graph, size, previous, rng);
-    let coarsest = levels.last().map_or(graph, |level| &level.graph);
-    let part = match previous {
-        None => recursive_bisection(coarsest, balance, &plan.bisection, &rng.fork(7)),
-        Some(part) => levels.iter().fold(part.to_vec(), |fine, level| {
-            restrict(&fine, &level.coarse_of, level.graph.vertex_count())
-        }),
+/// The part of each vertex.
+pub(crate) fn partition(graph: &Graph, balance: &Balance, options: &Options, team: &Team) -> Vec<u32> {
+    let plan = Plan::of(options.effort, options.parts);
+    let solver = Solver {
+        balance,
+        plan,
+        contiguous: options.contiguous,
+        team,
     };
-    uncoarsen(graph, &levels, part, balance, plan, rng)
+    let rng = Rng::new(options.seed);
+    let part = match options.method {
+        Method::Direct => solver.direct(graph, &rng),
+        Method::RecursiveBisection => {
+            let part = recursive_bisection(graph, balance, &plan.bisection, team, &rng.fork(0));
+            solver.refine_up(graph, &[], part, &mut rng.fork(1))
+        }
+    };
+    let mut state = KWay::new(graph, part, &balance.limits);
+    fill_empty_parts(&mut state);
+    if options.contiguous {
+        make_contiguous(&mut state, &mut rng.fork(2));
+    }
+    state.part
 }
 
-/// Carries the partition of the coarsest graph up, refining it on every level.
-fn uncoarsen(
-    graph: &Graph,
-    levels: &[Level],
-    mut part: Vec<u32>,
-    balance: &Balance,
-    plan: &Plan,
-    rng: &mut Rng,
-) -> Vec<u32> {
-    let coarsest = levels.last().map_or(graph, |level| &level.graph);
-    let mut boundary: Vec<u32> = (0..coarsest.vertex_count() as u32).collect();
-    for depth in (0..=levels.len()).rev() {
-        let level_graph = if depth == 0 { graph } else { &levels[depth - 1].graph };
-        if depth < levels.len() {
-            let coarse_of = &levels[depth].coarse_of;
-            let mut near = vec![false; levels[depth].graph.vertex_count()];
-            boundary.iter().for_each(|&c| near[c as usize] = true);
-            part = prolong(&part, coarse_of);
-            boundary = (0..coarse_of.len() as u32).filter(|&v| near[coarse_of[v as usize] as usize]).collect();
+impl Solver<'_> {
+    fn direct(&self, graph: &Graph, rng: &Rng) -> Vec<u32> {
+        let levels = coarsen(graph, self.plan.middle, &[], &mut rng.fork(3));
+        let middle = levels.last().map_or(graph, |level| &level.graph);
+        let mut best = self.best_candidate(middle, &rng.fork(4));
+        if self.contiguous && !levels.is_empty() {
+            let mut state = KWay::new(middle, best, &self.balance.limits);
+            make_contiguous(&mut state, &mut rng.fork(5));
+            best = state.part;
         }
-        let mut state = KWay::new(level_graph, part, &balance.limits);
-        if state.excess() > 0 {
-            rebalance(&mut state);
-            boundary = (0..level_graph.vertex_count() as u32).collect();
+        best = self.refine_up(graph, &levels, best, &mut rng.fork(6));
+        for i in 0..self.plan.cycles {
+            let next = self.cycle(graph, &[&best], &mut rng.fork(100 + i));
+            best = self.better(graph, best, next);
         }
-        boundary.retain(|&v| state.on_boundary(v as usize));
-        let search = if depth == 0 { plan.fine_search } else { plan.search };
-        if depth < env("GREEDYLV", 0) {
-            greedy::refine(&mut state, &mut boundary, 4, rng);
-        } else {
-            local_search::refine(&mut state, &mut boundary, search, rng);
-        }
-        part = state.part;
+        best
     }
-    part
+
+    /// Several partitions of a small graph, the best combined with the others.
+    fn best_candidate(&self, graph: &Graph, rng: &Rng) -> Vec<u32> {
+        let mut candidates = self
+            .team
+            .map(self.plan.candidates, |i| self.cycle(graph, &[], &mut rng.fork(i)));
+        candidates.sort_by_cached_key(|part| self.rank(graph, part));
+        let mut candidates = candidates.into_iter();
+        let mut best = candidates.next().unwrap_or_default();
+        for (i, other) in candidates.take(self.plan.combinations).enumerate() {
+            let child = self.cycle(graph, &[&best, &other], &mut rng.fork(1000 + i as u64));
+            best = self.better(graph, best, child);
+        }
+        best
+    }
+
+    /// One multilevel cycle: from scratch, or starting at the first of the partitions `kept`, none of whose cut edges
+    /// is contracted. With two of them the search can exchange whole regions.
+    fn cycle(&self, graph: &Graph, kept: &[&[u32]], rng: &mut Rng) -> Vec<u32> {
+        let size = (self.plan.coarsest_per_part * self.balance.parts()).max(100);
+        let levels = coarsen(graph, size, kept, rng);
+        let coarsest = levels.last().map_or(graph, |level| &level.graph);
+        let part = match kept.first() {
+            None => recursive_bisection(
+                coarsest,
+                self.balance,
+                &self.plan.bisection,
+                self.team,
+                &rng.fork(0),
+            ),
+            Some(part) => levels.iter().fold(part.to_vec(), |fine, level| {
+                restrict(&fine, &level.coarse_of, level.graph.vertex_count())
+            }),
+        };
+        self.refine_up(graph, &levels, part, rng)
+    }
+
+    /// Carries a partition of the coarsest graph up, refining it on every level.
+    fn refine_up(&self, graph: &Graph, levels: &[Level], mut part: Vec<u32>, rng: &mut Rng) -> Vec<u32> {
+        let coarsest = levels.last().map_or(graph, |level| &level.graph);
+        let mut boundary: Vec<u32> = (0..coarsest.vertex_count() as u32).collect();
+        for depth in (0..=levels.len()).rev() {
+            let fine = if depth == 0 {
+                graph
+            } else {
+                &levels[depth - 1].graph
+            };
+            if let Some(level) = levels.get(depth) {
+                part = prolong(&part, &level.coarse_of);
+                boundary = children(&boundary, level);
+            }
+            let mut state = KWay::new(fine, part, &self.balance.limits);
+            if state.excess() > 0 {
+                rebalance(&mut state);
+                boundary = (0..fine.vertex_count() as u32).collect();
+            }
+            boundary.retain(|&v| state.on_boundary(v as usize));
+            let search = if depth == 0 {
+                self.plan.finest
+            } else {
+                self.plan.coarse
+            };
+            local_search::refine(&mut state, &mut boundary, search, rng);
+            part = state.part;
+        }
+        part
+    }
+
+    fn better(&self, graph: &Graph, old: Vec<u32>, new: Vec<u32>) -> Vec<u32> {
+        if self.rank(graph, &new) <= self.rank(graph, &old) {
+            new
+        } else {
+            old
+        }
+    }
+
+    /// Partitions of lower rank are better: excess weight, then cut.
+    fn rank(&self, graph: &Graph, part: &[u32]) -> (i64, i64) {
+        (
+            KWay::new(graph, part.to_vec(), &self.balance.limits).excess(),
+            cut(graph, part),
+        )
+    }
+}
+
+/// The vertices that were merged into one of the given coarse vertices.
+fn children(coarse: &[u32], level: &Level) -> Vec<u32> {
+    let mut wanted = vec![false; level.graph.vertex_count()];
+    coarse.iter().for_each(|&c| wanted[c as usize] = true);
+    (0..level.coarse_of.len() as u32)
+        .filter(|&v| wanted[level.coarse_of[v as usize] as usize])
+        .collect()
 }

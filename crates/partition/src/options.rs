@@ -16,7 +16,8 @@ pub struct Options {
     pub target_weights: Option<Vec<f64>>,
     /// Equal seeds give equal partitions, on any number of threads.
     pub seed: u64,
-    /// Every part shall be connected. When the graph itself is not, no part has pieces that touch another part.
+    /// Every part shall be connected. When the graph itself is not, no piece of
+    /// a part but its heaviest touches another part.
     pub contiguous: bool,
     /// Time spent on a smaller cut.
     pub effort: Effort,
@@ -77,7 +78,9 @@ impl Balance {
             return Err(PartitionError::Parts { parts, vertices });
         }
         if !(options.imbalance >= 0.0 && options.imbalance.is_finite()) {
-            return Err(PartitionError::Imbalance { imbalance: options.imbalance });
+            return Err(PartitionError::Imbalance {
+                imbalance: options.imbalance,
+            });
         }
         let shares = match &options.target_weights {
             None => vec![1.0; parts],
@@ -92,9 +95,17 @@ impl Balance {
     /// The bound of [`Options::imbalance`].
     pub(crate) fn of_targets(targets: Vec<f64>, imbalance: f64) -> Self {
         // Rounding may put a target a hair off an integer; the limit is meant for the integer.
-        let whole = |x: f64| if (x - x.round()).abs() < 1e-9 * x.max(1.0) { x.round() } else { x };
-        let limits =
-            targets.iter().map(|&t| whole((1.0 + imbalance) * t).floor().max(whole(t).ceil()) as i64).collect();
+        let whole = |x: f64| {
+            if (x - x.round()).abs() < 1e-9 * x.max(1.0) {
+                x.round()
+            } else {
+                x
+            }
+        };
+        let limits = targets
+            .iter()
+            .map(|&t| whole((1.0 + imbalance) * t).floor().max(whole(t).ceil()) as i64)
+            .collect();
         Self { targets, limits }
     }
 
@@ -107,10 +118,17 @@ impl Balance {
 fn check_targets(weights: &[f64], parts: usize) -> Result<Vec<f64>, PartitionError> {
     if weights.len() != parts {
         let what = "the array of target weights";
-        return Err(PartitionError::Length { what, given: weights.len(), expected: parts });
+        return Err(PartitionError::Length {
+            what,
+            given: weights.len(),
+            expected: parts,
+        });
     }
     if let Some(part) = weights.iter().position(|&w| !(w > 0.0 && w.is_finite())) {
-        return Err(PartitionError::TargetWeight { part, weight: weights[part] });
+        return Err(PartitionError::TargetWeight {
+            part,
+            weight: weights[part],
+        });
     }
     let largest = weights.iter().fold(0.0, |a: f64, &b| a.max(b));
     Ok(weights.iter().map(|w| w / largest).collect())

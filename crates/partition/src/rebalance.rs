@@ -7,7 +7,7 @@ use crate::kway::KWay;
 /// that are less overloaded, and last to any part with room.
 pub(crate) fn rebalance(state: &mut KWay<'_>) {
     if state.excess() > 0 {
-        flow_to_neighbours(state);
+        flow_to_neighbours(state, &mut |_, _| true);
     }
     if state.excess() > 0 {
         send_anywhere(state);
@@ -17,7 +17,8 @@ pub(crate) fn rebalance(state: &mut KWay<'_>) {
 /// Each vertex moves at most `MAX_MOVES` times, and full parts are opened a bounded number of times: both bound the cascade.
 const MAX_MOVES: u8 = 3;
 
-fn flow_to_neighbours(state: &mut KWay<'_>) {
+/// The first two of these steps, for vertices that `may_leave` their part.
+pub(crate) fn flow_to_neighbours(state: &mut KWay<'_>, may_leave: &mut impl FnMut(&KWay<'_>, usize) -> bool) {
     let graph = state.graph;
     let count = graph.vertex_count();
     let mut queue = GainBuckets::new(count, graph.max_weighted_degree());
@@ -29,7 +30,7 @@ fn flow_to_neighbours(state: &mut KWay<'_>) {
         }
     }
     while let Some(v) = queue.pop() {
-        if !state.is_overweight(state.part[v]) || moves[v] == MAX_MOVES {
+        if !state.is_overweight(state.part[v]) || moves[v] == MAX_MOVES || !may_leave(state, v) {
             continue;
         }
         let Some(step) = relief(state, v) else { continue };
@@ -73,7 +74,9 @@ fn relief(state: &mut KWay<'_>, vertex: usize) -> Option<crate::kway::Move> {
 /// First fit by falling weight, so that small vertices fill what large ones leave.
 fn send_anywhere(state: &mut KWay<'_>) {
     let mut heavy: Vec<u32> = (0..state.graph.vertex_count() as u32)
-        .filter(|&v| state.is_overweight(state.part[v as usize]) && state.graph.vertex_weights[v as usize] > 0)
+        .filter(|&v| {
+            state.is_overweight(state.part[v as usize]) && state.graph.vertex_weights[v as usize] > 0
+        })
         .collect();
     heavy.sort_by_key(|&v| (std::cmp::Reverse(state.graph.vertex_weights[v as usize]), v));
     for v in heavy {

@@ -25,15 +25,27 @@ impl Partition {
     ///
     /// # Errors
     /// When a part is out of range, the lengths differ, or a target is not positive.
-    pub fn evaluate(graph: &Graph, part_of: Vec<u32>, options: &crate::Options) -> Result<Self, PartitionError> {
+    pub fn evaluate(
+        graph: &Graph,
+        part_of: Vec<u32>,
+        options: &crate::Options,
+    ) -> Result<Self, PartitionError> {
         let balance = crate::options::Balance::new(graph, options)?;
         if part_of.len() != graph.vertex_count() {
             let (what, given) = ("the array of parts", part_of.len());
-            return Err(PartitionError::Length { what, given, expected: graph.vertex_count() });
+            return Err(PartitionError::Length {
+                what,
+                given,
+                expected: graph.vertex_count(),
+            });
         }
         let parts = options.parts;
         if let Some(vertex) = part_of.iter().position(|&p| p as usize >= parts) {
-            return Err(PartitionError::PartOutOfRange { vertex, part: part_of[vertex] as usize, parts });
+            return Err(PartitionError::PartOutOfRange {
+                vertex,
+                part: part_of[vertex] as usize,
+                parts,
+            });
         }
         Ok(Self::of(graph, part_of, &balance))
     }
@@ -45,7 +57,11 @@ impl Partition {
             weights[p as usize] += i64::from(graph.vertex_weights[v]);
         }
         let ratio = |(&w, &t): (&i64, &f64)| if t > 0.0 { w as f64 / t - 1.0 } else { 0.0 };
-        let imbalance = weights.iter().zip(&balance.targets).map(ratio).fold(f64::NEG_INFINITY, f64::max);
+        let imbalance = weights
+            .iter()
+            .zip(&balance.targets)
+            .map(ratio)
+            .fold(f64::NEG_INFINITY, f64::max);
         let balanced = weights.iter().zip(&balance.limits).all(|(w, limit)| w <= limit);
         Self {
             cut: cut(graph, &part_of),

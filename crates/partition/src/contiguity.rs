@@ -1,0 +1,291 @@
+//! Connected parts: stray pieces join a neighbouring part, and later moves never cut a part in two.
+
+use crate::kway::KWay;
+use crate::rng::Rng;
+use crate::{greedy, rebalance};
+
+/// Makes every part connected where the graph allows it, then restores balance and shortens the border by moves that
+/// keep it so. A component of the graph that holds the main piece of no part goes as a whole to the roomiest part.
+pub(crate) fn make_contiguous(state: &mut KWay<'_>, rng: &mut Rng) {
+    let pieces = Pieces::of(state);
+    if pieces.weight.len() > pieces.main_count() {
+        join_strays(state, pieces);
+    }
+    let mut guard = Guard::new(state.graph.vertex_count());
+    for _ in 0..MAX_ROUNDS {
+        let before = state.excess();
+        if before == 0 {
+            break;
+        }
+        rebalance::flow_to_neighbours(state, &mut |state, v| guard.may_leave(state, v));
+        if state.excess() >= before {
+            break;
+        }
+    }
+    let mut boundary: Vec<u32> = (0..state.graph.vertex_count() as u32)
+        .filter(|&v| state.on_boundary(v as usize))
+        .collect();
+    greedy::refine(state, &mut boundary, MAX_ROUNDS, rng, &mut |state, v| {
+        guard.may_leave(state, v)
+    });
+}
+
+const MAX_ROUNDS: usize = 8;
+const NONE: u32 = u32::MAX;
+
+/// The connected components of all parts.
+struct Pieces {
+    /// Piece of each vertex.
+    of: Vec<u32>,
+    /// (vertex weight, number of vertices) of each piece.
+    weight: Vec<(i64, usize)>,
+    /// Heaviest piece of each part.
+    main: Vec<u32>,
+}
+
+impl Pieces {
+    fn of(state: &KWay<'_>) -> Self {
+        let count = state.graph.vertex_count();
+        let mut pieces = Self {
+            of: vec![NONE; count],
+            weight: Vec::new(),
+            main: vec![NONE; state.limits.len()],
+        };
+        let mut stack = Vec::new();
+        for root in 0..count {
+            if pieces.of[root] != NONE {
+                continue;
+            }
+            let piece = pieces.weight.len() as u32;
+            let (mut weight, mut size) = (0, 0);
+            pieces.of[root] = piece;
+            stack.push(root as u32);
+            while let Some(v) = stack.pop() {
+                weight += i64::from(state.graph.vertex_weights[v as usize]);
+                size += 1;
+                for &u in state.graph.neighbours(v as usize) {
+                    if pieces.of[u as usize] == NONE && state.part[u as usize] == state.part[root] {
+                        pieces.of[u as usize] = piece;
+                        stack.push(u);
+                    }
+                }
+            }
+            pieces.weight.push((weight, size));
+            let main = &mut pieces.main[state.part[root] as usize];
+            if *main == NONE || pieces.weight[*main as usize] < (weight, size) {
+                *main = piece;
+            }
+        }
+        pieces
+    }
+
+    fn main_count(&self) -> usize {
+        self.main.iter().filter(|&&piece| piece != NONE).count()
+    }
+}
+
+/// Gives each piece that is not its part's main one to the main piece that it is tied to most, or of those with room.
+/// Pieces enclosed by other strays follow in later rounds.
+fn join_strays(state: &mut KWay<'_>, pieces: Pieces) {
+    let mut members = vec![Vec::new(); pieces.weight.len()];
+    let mut settled = vec![false; pieces.weight.len()];
+    pieces
+        .main
+        .iter()
+        .filter(|&&piece| piece != NONE)
+        .for_each(|&piece| settled[piece as usize] = true);
+    for (v, &piece) in pieces.of.iter().enumerate() {
+        if !settled[piece as usize] {
+            members[piece as usize].push(v);
+        }
+    }
+    let mut waiting: Vec<usize> = (0..settled.len()).filter(|&piece| !settled[piece]).collect();
+    waiting.sort_by_key(|&piece| (pieces.weight[piece], piece));
+    let mut ties = vec![0i64; state.limits.len()];
+    loop {
+        let before = waiting.len();
+        waiting.retain(|&piece| {
+            match strongest_neighbour(state, &pieces, &settled, &members[piece], &mut ties) {
+                None => true,
+                Some(to) => {
+                    members[piece].iter().for_each(|&v| state.apply(v, to));
+                    settled[piece] = true;
+                    false
+                }
+            }
+        });
+        if waiting.len() == before {
+            break;
+        }
+    }
+    send_lone_components(state, &pieces, &waiting, &members);
+}
+
+fn strongest_neighbour(
+    state: &KWay<'_>,
+    pieces: &Pieces,
+    settled: &[bool],
+    members: &[usize],
+    ties: &mut [i64],
+) -> Option<u32> {
+    let weight: i64 = members
+        .iter()
+        .map(|&v| i64::from(state.graph.vertex_weights[v]))
+        .sum();
+    let mut parts = Vec::new();
+    for &v in members {
+        for (u, w) in state.graph.edges(v) {
+            if settled[pieces.of[u] as usize] {
+                let part = state.part[u];
+                if ties[part as usize] == 0 {
+                    parts.push(part);
+                }
+                ties[part as usize] += i64::from(w);
+            }
+        }
+    }
+    let fits = |part: u32| state.weight[part as usize] + weight <= state.limits[part as usize];
+    let best = parts
+        .iter()
+        .copied()
+        .max_by_key(|&p| (fits(p), ties[p as usize], std::cmp::Reverse(p)));
+    parts.iter().for_each(|&part| ties[part as usize] = 0);
+    best
+}
+
+/// Whole components of the graph, each to the part with most room.
+fn send_lone_components(state: &mut KWay<'_>, pieces: &Pieces, waiting: &[usize], members: &[Vec<usize>]) {
+    let mut placed = vec![false; pieces.weight.len()];
+    for &first in waiting.iter().rev() {
+        if placed[first] {
+            continue;
+        }
+        let mut component = vec![first];
+        placed[first] = true;
+        let mut next = 0;
+        while let Some(&piece) = component.get(next) {
+            next += 1;
+            for &u in members[piece].iter().flat_map(|&v| state.graph.neighbours(v)) {
+                let other = pieces.of[u as usize] as usize;
+                if !std::mem::replace(&mut placed[other], true) {
+                    component.push(other);
+                }
+            }
+        }
+        if component.len() == 1 && !state.is_overweight(state.part[members[first][0]]) {
+            continue;
+        }
+        let room = |part: &u32| state.limits[*part as usize] - state.weight[*part as usize];
+        let roomiest =
+            (0..state.limits.len() as u32).max_by_key(|part| (room(part), std::cmp::Reverse(*part)));
+        if let Some(to) = roomiest {
+            component
+                .iter()
+                .flat_map(|&piece| &members[piece])
+                .for_each(|&v| state.apply(v, to));
+        }
+    }
+}
+
+/// Knows which vertices can leave their part without cutting it in two.
+struct Guard {
+    seen: Vec<u32>,
+    stamp: u32,
+    reached: Vec<u32>,
+}
+
+/// Vertices that are looked at before a vertex counts as indispensable.
+const SEARCH_LIMIT: usize = 200;
+
+impl Guard {
+    fn new(count: usize) -> Self {
+        Self {
+            seen: vec![0; count],
+            stamp: 0,
+            reached: Vec::new(),
+        }
+    }
+
+    /// True only when the vertex' neighbours in its part are connected without it, as far as a short search can see.
+    fn may_leave(&mut self, state: &KWay<'_>, vertex: usize) -> bool {
+        let graph = state.graph;
+        let own = |u: &&u32| state.part[**u as usize] == state.part[vertex];
+        let Some(&first) = graph.neighbours(vertex).iter().find(own) else {
+            return false;
+        };
+        let mut missing = graph.neighbours(vertex).iter().filter(own).count() - 1;
+        if missing == 0 {
+            return true;
+        }
+        self.stamp += 1;
+        self.seen[vertex] = self.stamp;
+        self.seen[first as usize] = self.stamp;
+        self.reached.clear();
+        self.reached.push(first);
+        let mut next = 0;
+        while next < self.reached.len() && self.reached.len() <= SEARCH_LIMIT {
+            let v = self.reached[next] as usize;
+            next += 1;
+            for u in graph.neighbours(v).iter().filter(own) {
+                if std::mem::replace(&mut self.seen[*u as usize], self.stamp) != self.stamp {
+                    self.reached.push(*u);
+                    missing -= usize::from(graph.neighbours(vertex).binary_search(u).is_ok());
+                    if missing == 0 {
+                        return true;
+                    }
+                }
+            }
+        }
+        false
+    }
+}
+
+/// Gives each empty part one vertex of a part that has several, in such an order that connected parts stay connected.
+pub(crate) fn fill_empty_parts(state: &mut KWay<'_>) {
+    let mut sizes = vec![0usize; state.limits.len()];
+    state.part.iter().for_each(|&p| sizes[p as usize] += 1);
+    if sizes.iter().all(|&size| size > 0) {
+        return;
+    }
+    let mut members = breadth_first_members(state);
+    let mut donors: std::collections::BinaryHeap<(usize, u32)> = sizes
+        .iter()
+        .enumerate()
+        .map(|(part, &size)| (size, part as u32))
+        .collect();
+    for empty in (0..sizes.len()).filter(|&part| sizes[part] == 0) {
+        let Some((size, donor)) = donors.pop() else { return };
+        if size < 2 {
+            return;
+        }
+        if let Some(v) = members[donor as usize].pop() {
+            state.apply(v as usize, empty as u32);
+        }
+        donors.push((size - 1, donor));
+    }
+}
+
+/// The vertices of each part, every piece in breadth-first order: the last one can always leave.
+fn breadth_first_members(state: &KWay<'_>) -> Vec<Vec<u32>> {
+    let mut members: Vec<Vec<u32>> = vec![Vec::new(); state.limits.len()];
+    let mut seen = vec![false; state.part.len()];
+    for root in 0..state.part.len() {
+        if std::mem::replace(&mut seen[root], true) {
+            continue;
+        }
+        let list = &mut members[state.part[root] as usize];
+        let mut next = list.len();
+        list.push(root as u32);
+        while let Some(&v) = list.get(next) {
+            next += 1;
+            for &u in state.graph.neighbours(v as usize) {
+                if state.part[u as usize] == state.part[root]
+                    && !std::mem::replace(&mut seen[u as usize], true)
+                {
+                    list.push(u);
+                }
+            }
+        }
+    }
+    members
+}
