@@ -46,7 +46,7 @@ impl ChipLayout {
 
     /// ⌈l c / 3⌉, how many frequencies are modulated.
     pub fn frequencies(&self) -> usize {
-        (self.bits * self.rate).div_ceil(3)
+        self.bits.saturating_mul(self.rate).div_ceil(3)
     }
 
     /// m = ⌈l c / 3⌉ + 1, the least number of manifold harmonics that a patch needs (Theorem 1).

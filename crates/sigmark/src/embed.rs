@@ -53,8 +53,29 @@ impl Default for Strength {
     }
 }
 
+impl Strength {
+    /// What a person calls it, and its number.
+    fn named(self) -> (&'static str, f64) {
+        match self {
+            Self::Distortion(value) => ("distortion", value),
+            Self::Alpha(value) => ("alpha", value),
+            Self::PaperAlpha(value) => ("the paper's alpha", value),
+        }
+    }
+
+    fn check(self) -> Result<(), SigmarkError> {
+        let (what, value) = self.named();
+        let sound = value > 0.0 && value.is_finite();
+        if sound {
+            Ok(())
+        } else {
+            Err(SigmarkError::NotPositive { what, value })
+        }
+    }
+}
+
 /// A mark that moves the surface by more than this part of the diagonal is not a watermark any more.
-const MOST_DISTORTION: f64 = 0.1;
+pub const MOST_DISTORTION: f64 = 0.1;
 
 /// Signs a message and writes the signature into the shape of meshes.
 ///
@@ -138,6 +159,7 @@ impl<'k> Embedder<'k> {
     /// # Errors
     /// As [`embed`](Self::embed); [`SigmarkError::Cancelled`] when the observer stopped it.
     pub fn embed_observed(&self, mesh: &TriMesh, observer: &dyn Observer) -> Result<Signed, SigmarkError> {
+        self.strength.check()?;
         let layout = ChipLayout::new(self.scheme.bits(), self.chip_rate)?;
         let digest = GeometryDigest::of(mesh);
         let signature = self
@@ -197,29 +219,19 @@ impl<'k> Embedder<'k> {
             };
             (bases.iter().zip(alphas).map(square).sum::<f64>() / area).sqrt() / diagonal
         };
-        let (what, value, alphas) = match self.strength {
-            Strength::Distortion(value) => (
-                "distortion",
-                value,
-                vec![value / rms(&vec![1.0; bases.len()]); bases.len()],
-            ),
-            Strength::Alpha(value) => ("alpha", value, vec![value; bases.len()]),
-            Strength::PaperAlpha(value) => (
-                "the paper's alpha",
-                value,
-                bases.iter().map(|basis| value / basis.area().sqrt()).collect(),
-            ),
+        // For a strength of 1; everything grows linearly with it.
+        let unit: Vec<f64> = match self.strength {
+            Strength::Distortion(_) => vec![1.0 / rms(&vec![1.0; bases.len()]); bases.len()],
+            Strength::Alpha(_) => vec![1.0; bases.len()],
+            Strength::PaperAlpha(_) => bases.iter().map(|basis| 1.0 / basis.area().sqrt()).collect(),
         };
-        let distortion = rms(&alphas);
-        if !(value > 0.0 && distortion <= MOST_DISTORTION) {
-            // In proportion, since the distortion grows linearly with every knob.
-            let most = if distortion > 0.0 {
-                MOST_DISTORTION * value / distortion
-            } else {
-                MOST_DISTORTION
-            };
-            return Err(SigmarkError::Strength { what, value, most });
+        let (what, value) = self.strength.named();
+        let most = MOST_DISTORTION / rms(&unit);
+        if value > most {
+            return Err(SigmarkError::TooStrong { what, value, most });
         }
+        let alphas: Vec<f64> = unit.iter().map(|alpha| value * alpha).collect();
+        let distortion = rms(&alphas);
         Ok((alphas, distortion))
     }
 }

@@ -12,14 +12,24 @@ pub enum SigmarkError {
         /// c.
         rate: usize,
     },
-    /// The strength is zero, negative, not finite or so large that the shape would be destroyed.
-    #[error("{what} is {value}, but must lie above 0 and at most {most}")]
-    Strength {
+    /// A strength of nothing.
+    #[error("{what} is {value}, but must be a number above 0")]
+    NotPositive {
         /// Which knob it is.
         what: &'static str,
         /// Its value.
         value: f64,
-        /// The largest that is accepted.
+    },
+    /// A mark that strong would be the ruin of the shape.
+    #[error(
+        "{what} is {value}, which would move the surface by more than a tenth of its diagonal; {most:.3e} is the most"
+    )]
+    TooStrong {
+        /// Which knob it is.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+        /// The largest that is accepted for this mesh.
         most: f64,
     },
     /// No component has room for the signature.
@@ -103,6 +113,11 @@ pub enum SigmarkError {
     /// Positions that make no mesh.
     #[error(transparent)]
     Mesh(#[from] mesh::MeshError),
+    /// The normal equations of the alignment hold no finite numbers.
+    #[error(
+        "the suspect can't be aligned with the original: its coordinates are beyond what double precision can square"
+    )]
+    Alignment,
     /// The system gives no more threads.
     #[error("could not start {threads} threads; ask for fewer")]
     Threads {

@@ -56,7 +56,7 @@ pub use certificate::{Certificate, CertificateError, MarkRecord, OriginalRecord,
 pub use chips::{Chip, ChipLayout};
 pub use detector::{CoefficientDetector, Detector, Registered, SoftBits};
 pub use digest::GeometryDigest;
-pub use embed::{Coverage, Embedder, Signed, Strength};
+pub use embed::{Coverage, Embedder, MOST_DISTORTION, Signed, Strength};
 pub use error::SigmarkError;
 pub use observer::{Observer, Stage};
 pub use original::PreparedOriginal;

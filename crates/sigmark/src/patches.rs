@@ -49,7 +49,7 @@ pub const LARGEST_PATCH: usize = 60_000;
 /// When no component is large enough for `functions` manifold harmonics, or one is larger than [`LARGEST_PATCH`].
 pub fn partition_into_patches(mesh: &TriMesh, functions: usize) -> Result<Patches, SigmarkError> {
     let components = components(mesh);
-    let least = VERTICES_PER_FUNCTION * functions;
+    let least = VERTICES_PER_FUNCTION.saturating_mul(functions);
     let largest = components.sizes.iter().copied().max().unwrap_or(0);
     if largest < least {
         return Err(SigmarkError::TooFewVertices {

@@ -381,26 +381,31 @@ fn a_forger_cannot_call_a_mesh_with_his_mark_taken_off_the_original() {
 }
 
 #[test]
-fn strengths_out_of_bounds_are_refused_with_the_bound() {
+fn strengths_out_of_bounds_are_refused() {
     let mesh = shapes::bumpy_sphere(4, 9);
     let key = key(Curve::P256, 1);
-    for strength in [
-        Strength::Distortion(0.0),
-        Strength::Distortion(-1e-4),
-        Strength::Distortion(f64::NAN),
-        Strength::Distortion(0.5),
-        Strength::Alpha(f64::INFINITY),
-        Strength::PaperAlpha(1e3),
-    ] {
-        let error = Embedder::new(&key)
+    let refusal = |strength| {
+        Embedder::new(&key)
             .chip_rate(1)
             .strength(strength)
             .embed(&mesh)
-            .unwrap_err();
-        assert!(
-            matches!(error, SigmarkError::Strength { most, .. } if most > 0.0 && most.is_finite()),
-            "{error}"
-        );
+            .unwrap_err()
+    };
+    for value in [0.0, -1e-4, f64::NAN, f64::INFINITY] {
+        for strength in [
+            Strength::Distortion(value),
+            Strength::Alpha(value),
+            Strength::PaperAlpha(value),
+        ] {
+            assert!(matches!(refusal(strength), SigmarkError::NotPositive { .. }));
+        }
+    }
+    for strength in [
+        Strength::Distortion(0.5),
+        Strength::Alpha(1.0),
+        Strength::PaperAlpha(1e3),
+    ] {
+        assert!(matches!(refusal(strength), SigmarkError::TooStrong { most, .. } if most > 0.0));
     }
     assert!(matches!(
         Embedder::new(&key).chip_rate(0).embed(&mesh),
