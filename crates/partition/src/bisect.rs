@@ -117,7 +117,7 @@ fn halves(graph: &Graph, balance: &Balance, half: usize) -> ([f64; 2], [i64; 2])
 }
 
 /// The subgraph of one side and the vertices it was made of.
-fn induced(graph: &Graph, side: &[u8], wanted: u8) -> (Graph, Vec<u32>) {
+pub(crate) fn induced(graph: &Graph, side: &[u8], wanted: u8) -> (Graph, Vec<u32>) {
     let vertices: Vec<u32> = (0..side.len() as u32)
         .filter(|&v| side[v as usize] == wanted)
         .collect();
