@@ -12,15 +12,19 @@ use sigmark::{
 #[derive(Debug, Parser)]
 #[command(
     name = "sigmark",
+    bin_name = "sigmark",
     version,
     arg_required_else_help = true,
+    max_term_width = 100,
     after_help = "\
-Exit codes: 0 yes, or done; 1 no; 2 could not be done, with the reason on standard error.
-
 A first session:
   sigmark keygen -o owner.pem
   sigmark embed model.obj -o signed.obj --key owner.pem --message \"© 2026 Studio, order 4711\"
-  sigmark verify found.obj --original model.obj --certificate signed.obj.cert.json --public-key owner.pub.pem"
+  sigmark verify found.obj --original model.obj --certificate signed.obj.cert.json \\
+      --public-key owner.pub.pem
+
+Exit codes: 0 yes, or done; 1 no; 2 could not be done, with the reason on standard error.
+`sigmark <COMMAND> --help` says more, with examples."
 )]
 pub(crate) struct Arguments {
     #[command(subcommand)]
@@ -76,8 +80,10 @@ impl Profile {
 Example:
   sigmark keygen -o owner.pem        writes owner.pem and owner.pub.pem
 
-The private key is PKCS#8 PEM, readable by you alone; OpenSSL reads it too. Keep it secret and keep a copy: who has it
-can sign in your name, and without it nothing more can be signed. Give the public key to whoever is to verify.")]
+The private key is PKCS#8 PEM, readable by you alone; OpenSSL reads it too. Keep it secret and keep a copy: whoever \
+has it can sign in your name, and without it nothing more can be signed. Give the public key to whoever is to verify.
+
+--json prints: private_key, public_key (file names), curve, fingerprint.")]
 pub(crate) struct Keygen {
     /// Where to write the private key; the public key goes beside it, as .pub.pem
     #[arg(short, long, value_name = "FILE")]
@@ -101,11 +107,14 @@ pub(crate) struct Keygen {
 Example:
   sigmark embed model.obj -o signed.obj --key owner.pem --message \"© 2026 Studio, order 4711\"
 
-Writes signed.obj, the same file with other vertex positions, and signed.obj.cert.json, the certificate. Give away the
-signed file. Keep the original and the certificate: both are needed to verify, and who has both can remove the mark.
+Writes signed.obj, the same file with other vertex positions, and signed.obj.cert.json, the certificate. Give away the \
+signed file. Keep the original and the certificate: both are needed to verify, and whoever has both can remove the mark.
 
-Reads and writes OBJ, PLY, STL and OFF, also gzipped. A locked key's passphrase is asked for, or taken from the
-environment variable SIGMARK_PASSPHRASE.")]
+Reads and writes OBJ, PLY, STL and OFF, also gzipped. A locked key's passphrase is asked for, or taken from the \
+environment variable SIGMARK_PASSPHRASE.
+
+--json prints: output, certificate (file names), scheme, bits, chip_rate, functions (manifold harmonics of a patch), \
+patches, unmarked_vertices, alpha, distortion_rms (fraction of the diagonal), read_back (0 to 1), seconds (of each stage).")]
 pub(crate) struct Embed {
     /// The mesh to sign
     pub(crate) model: PathBuf,
@@ -115,8 +124,14 @@ pub(crate) struct Embed {
     /// The private key
     #[arg(short, long, value_name = "PEM")]
     pub(crate) key: PathBuf,
-    /// What you assert: a text that stands in the certificate and is signed
-    #[arg(short, long, value_name = "TEXT", default_value = "")]
+    /// What you assert: a text that stands in the certificate and is signed [default: none]
+    #[arg(
+        short,
+        long,
+        value_name = "TEXT",
+        default_value = "",
+        hide_default_value = true
+    )]
     pub(crate) message: String,
     /// Where to write the certificate [default: the output's name and .cert.json]
     #[arg(long, value_name = "FILE")]
@@ -128,16 +143,16 @@ pub(crate) struct Embed {
     #[arg(long)]
     pub(crate) sha1: bool,
     /// How far the surface moves: RMS displacement as a fraction of the bounding box's diagonal [default: 0.0004]
-    #[arg(long, value_name = "FRACTION", group = "strength")]
+    #[arg(long, value_name = "FRACTION", group = "strength", allow_negative_numbers = true, value_parser = numbers::distortion)]
     distortion: Option<f64>,
-    /// Strength as α of eq. 12, for patches of unit area
-    #[arg(long, value_name = "ALPHA", group = "strength")]
+    /// Strength as α of eq. 12, for patches of unit area; in place of --distortion
+    #[arg(long, value_name = "ALPHA", group = "strength", allow_negative_numbers = true, value_parser = numbers::positive)]
     alpha: Option<f64>,
-    /// Strength as the paper's α, in the model's unit of length
-    #[arg(long, value_name = "ALPHA", group = "strength")]
+    /// Strength as the paper's α, in the model's unit of length; in place of --distortion
+    #[arg(long, value_name = "ALPHA", group = "strength", allow_negative_numbers = true, value_parser = numbers::positive)]
     paper_alpha: Option<f64>,
-    /// How often each bit is repeated in a patch
-    #[arg(long, value_name = "C", default_value_t = 3)]
+    /// How often each bit is repeated in a patch: more is more robust, but needs more vertices and time
+    #[arg(long, value_name = "C", default_value_t = 3, allow_negative_numbers = true, value_parser = numbers::count)]
     pub(crate) chip_rate: usize,
     #[command(flatten)]
     pub(crate) threads: Threads,
@@ -163,11 +178,17 @@ impl Embed {
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Example:
-  sigmark verify found.obj --original model.obj --certificate signed.obj.cert.json --public-key owner.pub.pem
+  sigmark verify found.obj --original model.obj --certificate signed.obj.cert.json \\
+      --public-key owner.pub.pem
 
 Exit code 0 if the signature was read back (verified) or its presence is beyond doubt (detected), 1 if it was not found.
-The suspect may be in any format, moved, turned, scaled, mirrored, its vertices and faces in any order; it must still
-have the original's triangles. Re-meshed, decimated and cropped copies can't be judged yet.")]
+
+The suspect may be in any format, moved, turned, scaled, mirrored, its vertices and faces in any order; it must still \
+have the original's triangles. Re-meshed, decimated and cropped copies can't be judged yet.
+
+--json prints: outcome (verified, detected or not_found), extraction_rate (0 to 1), p_value, correlation, bits, \
+bit_errors, overlap (0 to 1), residual (fraction of the diagonal), transform (4 × 4, suspect to original), mirrored, \
+attack_model, remark, message, public_key (fingerprint), seconds (of each stage). What can't be said is null.")]
 pub(crate) struct Verify {
     /// The mesh in question
     pub(crate) suspect: PathBuf,
@@ -181,7 +202,7 @@ pub(crate) struct Verify {
     #[arg(long, value_name = "PEM")]
     pub(crate) public_key: PathBuf,
     /// The largest probability of being wrong that counts as detected
-    #[arg(long, value_name = "P", default_value_t = 1e-6)]
+    #[arg(long, value_name = "P", default_value = "1e-6", allow_negative_numbers = true, value_parser = numbers::between_0_and_1)]
     pub(crate) p_bound: f64,
     #[command(flatten)]
     pub(crate) threads: Threads,
@@ -193,7 +214,9 @@ pub(crate) struct Verify {
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Example:
-  sigmark inspect model.obj")]
+  sigmark inspect model.obj
+
+--json prints: file, format, gzipped, file_vertices, topology (counts and measures by name), remarks.")]
 pub(crate) struct Inspect {
     /// The mesh
     pub(crate) model: PathBuf,
@@ -208,18 +231,21 @@ Example:
   sigmark spectrum model.ply -k 325 -o basis.npz
   python3 -c \"import numpy; print(numpy.load('basis.npz')['eigenvalues'][:10])\"
 
-Arrays in the file: eigenvalues (k, ascending, in 1/unit²), eigenfunctions (n × k, mass-orthonormal), mass (n, lumped),
-vertex (n, the file vertex of each row: equal positions are welded, vertices that no face uses are left out).")]
+Arrays in the file: eigenvalues (k, ascending, in 1/unit²), eigenfunctions (n × k, mass-orthonormal), mass (n, \
+lumped), vertex (n, the file vertex of each row: equal positions are welded, vertices that no face uses are left out).
+
+--json prints: count, vertices, eigenvalues, max_residual, inertia_complete (whether it is proved that no pair is \
+missing), output, seconds (of each stage).")]
 pub(crate) struct Spectrum {
     /// The mesh
     pub(crate) model: PathBuf,
     /// How many eigenpairs
-    #[arg(short = 'k', long, value_name = "K", default_value_t = 325)]
+    #[arg(short = 'k', long, value_name = "K", default_value_t = 325, allow_negative_numbers = true, value_parser = numbers::count)]
     pub(crate) count: usize,
     /// Largest relative residual of a pair
-    #[arg(long, value_name = "EPS")]
+    #[arg(long, value_name = "EPS", allow_negative_numbers = true, value_parser = numbers::between_0_and_1)]
     pub(crate) tolerance: Option<f64>,
-    /// Where to write eigenvalues, eigenfunctions and masses, as NPZ
+    /// Where to write eigenvalues, eigenfunctions and masses, as NPZ [default: nowhere]
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
     #[command(flatten)]
@@ -235,13 +261,52 @@ pub(crate) struct Spectrum {
 #[derive(Debug, Args)]
 pub(crate) struct Threads {
     /// How many threads may work; results do not depend on it [default: all cores]
-    #[arg(long = "threads", value_name = "N")]
-    wanted: Option<std::num::NonZeroUsize>,
+    #[arg(long = "threads", value_name = "N", allow_negative_numbers = true, value_parser = numbers::threads)]
+    wanted: Option<usize>,
 }
 
 impl Threads {
     pub(crate) fn count(&self) -> usize {
         let all = || std::thread::available_parallelism().map_or(1, usize::from);
-        self.wanted.map_or_else(all, usize::from)
+        self.wanted.unwrap_or_else(all)
+    }
+}
+
+/// Numbers with bounds, refused before any work is done.
+mod numbers {
+    use sigmark::MOST_DISTORTION;
+
+    const MOST_THREADS: usize = 256;
+
+    pub(super) fn positive(text: &str) -> Result<f64, String> {
+        real(text, "a number above 0", |x| x > 0.0 && x.is_finite())
+    }
+
+    pub(super) fn between_0_and_1(text: &str) -> Result<f64, String> {
+        real(text, "a number between 0 and 1", |x| x > 0.0 && x < 1.0)
+    }
+
+    pub(super) fn distortion(text: &str) -> Result<f64, String> {
+        let what = format!("a number above 0 and at most {MOST_DISTORTION}");
+        real(text, &what, |x| x > 0.0 && x <= MOST_DISTORTION)
+    }
+
+    pub(super) fn count(text: &str) -> Result<usize, String> {
+        whole(text, "a whole number from 1", |n| n >= 1)
+    }
+
+    pub(super) fn threads(text: &str) -> Result<usize, String> {
+        let what = format!("a whole number from 1 to {MOST_THREADS}");
+        whole(text, &what, |n| (1..=MOST_THREADS).contains(&n))
+    }
+
+    fn real(text: &str, what: &str, fits: impl Fn(f64) -> bool) -> Result<f64, String> {
+        let value = text.trim().parse().ok().filter(|&x| fits(x));
+        value.ok_or_else(|| format!("give {what}"))
+    }
+
+    fn whole(text: &str, what: &str, fits: impl Fn(usize) -> bool) -> Result<usize, String> {
+        let value = text.trim().parse().ok().filter(|&n| fits(n));
+        value.ok_or_else(|| format!("give {what}"))
     }
 }

@@ -1,59 +1,186 @@
-//! Files that are no meshes: keys, certificates, arrays.
+//! Files: which may be written, which may not, and those that are no meshes: keys, certificates, arrays.
 
 use std::{
     fs,
+    io::{self, Read},
     path::{Path, PathBuf},
 };
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, anyhow, bail};
+use mesh::Asset;
+
+/// A kind of text file that a command reads.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Text {
+    PrivateKey,
+    PublicKey,
+    Certificate,
+}
+
+impl Text {
+    fn name(self) -> &'static str {
+        match self {
+            Self::PrivateKey => "a private key",
+            Self::PublicKey => "a public key",
+            Self::Certificate => "a certificate",
+        }
+    }
+
+    fn remedy(self) -> &'static str {
+        match self {
+            Self::PrivateKey => "give the .pem file that `sigmark keygen` wrote",
+            Self::PublicKey => "give the .pub.pem file that `sigmark keygen` wrote",
+            Self::Certificate => "give the .cert.json file that `sigmark embed` wrote",
+        }
+    }
+}
 
 /// A text file larger than this is no key and no certificate; it is not read into memory.
 const LARGEST_TEXT: u64 = 64 << 20;
 
-/// Reads a text file such as a key or a certificate; `what` says what it should be.
-pub(crate) fn read_text(path: &Path, what: &str) -> Result<String> {
-    let describe = || format!("{}: can't be read as {what}", path.display());
-    let metadata = fs::metadata(path).with_context(describe)?;
-    if metadata.is_dir() {
-        bail!("{}: is a directory, but {what} is a file", path.display());
+/// Reads a key or a certificate.
+pub(crate) fn read_text(path: &Path, kind: Text) -> Result<String> {
+    let (name, remedy) = (kind.name(), kind.remedy());
+    let failed = |error: &io::Error| {
+        let remedy = match error.kind() {
+            io::ErrorKind::NotFound => "check the spelling and the folder",
+            io::ErrorKind::PermissionDenied => "allow it with chmod, or ask the owner of the file",
+            _ => "check the disk and the path",
+        };
+        anyhow!("{}: can't be read ({error}): {remedy}", path.display())
+    };
+    let metadata = fs::metadata(path).map_err(|error| failed(&error))?;
+    if !metadata.is_file() {
+        let found = if metadata.is_dir() {
+            "a directory"
+        } else {
+            "not a regular file"
+        };
+        bail!("{}: is {found}, not {name}: {remedy}", path.display());
     }
     if metadata.len() > LARGEST_TEXT {
+        let size = metadata.len() >> 20;
         bail!(
-            "{}: has {} MiB, far more than {what} ever has",
-            path.display(),
-            metadata.len() >> 20
+            "{}: has {size} MiB, far more than {name} ever has: {remedy}",
+            path.display()
         );
     }
-    let bytes = fs::read(path).with_context(describe)?;
+    let bytes = fs::read(path).map_err(|error| failed(&error))?;
+    if bytes.is_empty() {
+        bail!("{}: is empty, not {name}: {remedy}", path.display());
+    }
     String::from_utf8(bytes).map_err(|error| {
         let place = error.utf8_error().valid_up_to();
-        anyhow::anyhow!(
-            "{}: is not text (byte {place}), so it is not {what}",
+        anyhow!(
+            "{}: is not text (byte {place}), so it is not {name}: {remedy}",
             path.display()
         )
     })
 }
 
-/// Refuses early to write where a file stands, before the work is done.
+/// Opens a mesh; a certificate or a key in its place is recognised.
+pub(crate) fn open_mesh(path: &Path) -> Result<Asset> {
+    Asset::open(path).map_err(|error| match mistaken_for_a_mesh(path) {
+        Some(what) => anyhow!(
+            "{}: is {what}, but a mesh belongs here: see --help for which file goes where",
+            path.display()
+        ),
+        None => error.into(),
+    })
+}
+
+/// What a file is that was given as a mesh, if it is something else that this program knows.
+fn mistaken_for_a_mesh(path: &Path) -> Option<&'static str> {
+    let mut beginning = String::new();
+    fs::File::open(path)
+        .ok()?
+        .take(200)
+        .read_to_string(&mut beginning)
+        .ok()?;
+    if beginning.starts_with('{') && beginning.contains("sigmark-certificate") {
+        Some("a certificate")
+    } else if beginning.starts_with("-----BEGIN ") {
+        Some("a key")
+    } else {
+        None
+    }
+}
+
+/// Refuses early, before the work is done, to write where a file stands or where nothing can be written.
 pub(crate) fn check_free(path: &Path, force: bool) -> Result<()> {
+    let shown = path.display();
     if path.is_dir() {
-        bail!("{}: is a directory; name a file in it", path.display());
+        bail!("{shown}: is a directory; name a file in it");
     }
     if !force && fs::symlink_metadata(path).is_ok() {
-        bail!(
-            "{}: exists already; use --force to replace it, or another name",
-            path.display()
-        );
+        bail!("{shown}: exists already; use --force to replace it, or another name");
     }
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-    if let Some(folder) = folder
-        && !folder.is_dir()
-    {
-        bail!(
-            "{}: there is no folder {}; make it first",
-            path.display(),
-            folder.display()
-        );
+    let folder = folder_of(path);
+    if !folder.is_dir() {
+        bail!("{shown}: there is no folder {}; make it first", folder.display());
+    }
+    tempfile::Builder::new()
+        .prefix(".sigmark-")
+        .tempfile_in(folder)
+        .with_context(|| {
+            format!("{shown}: nothing can be written in this folder; choose another, or allow it with chmod")
+        })?;
+    Ok(())
+}
+
+/// Refuses to write over what is read, even with `--force`: without the original nothing can be verified, without the key
+/// nothing signed.
+pub(crate) fn check_apart(output: &Path, input: &Path, what: &str) -> Result<()> {
+    if resolved(output) == resolved(input) {
+        bail!("{}: is {what}; write to another file", output.display());
+    }
+    Ok(())
+}
+
+/// A path without links and dots, whether or not the file exists.
+fn resolved(path: &Path) -> PathBuf {
+    let folder = || Some(fs::canonicalize(folder_of(path)).ok()?.join(path.file_name()?));
+    fs::canonicalize(path)
+        .ok()
+        .or_else(folder)
+        .unwrap_or_else(|| path.into())
+}
+
+fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    }
+}
+
+/// A file to be written.
+pub(crate) struct Output<'a> {
+    pub(crate) path: &'a Path,
+    pub(crate) bytes: &'a [u8],
+    /// Readable by its owner alone.
+    pub(crate) private: bool,
+}
+
+/// Writes files that belong together: if one can't be written, those before it that are new go away again.
+pub(crate) fn write_together(outputs: &[Output<'_>], force: bool) -> Result<()> {
+    let mut new: Vec<&Path> = Vec::new();
+    for output in outputs {
+        let stood = fs::symlink_metadata(output.path).is_ok();
+        let write = if output.private {
+            mesh::write_private_file
+        } else {
+            mesh::write_file
+        };
+        if let Err(error) = write(output.path, output.bytes, force) {
+            for path in new {
+                // The failure to write is what the user has to know; a file that stays besides does no harm.
+                let _ = fs::remove_file(path);
+            }
+            return Err(error.into());
+        }
+        if !stood {
+            new.push(output.path);
+        }
     }
     Ok(())
 }
@@ -63,4 +190,42 @@ pub(crate) fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
     let mut name = path.as_os_str().to_os_string();
     name.push(suffix);
     name.into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_files_that_belong_together_all_are_written_or_none() {
+        let folder = tempfile::tempdir().unwrap();
+        let (first, second) = (
+            folder.path().join("first"),
+            folder.path().join("no folder/second"),
+        );
+        let outputs = [&first, &second].map(|path| Output {
+            path,
+            bytes: b"x",
+            private: false,
+        });
+        assert!(write_together(&outputs, false).is_err());
+        assert!(!first.exists());
+        assert!(write_together(&outputs[..1], false).is_ok());
+        assert!(first.exists());
+    }
+
+    #[test]
+    fn a_file_is_the_same_under_any_of_its_names() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("model.obj");
+        let other = folder
+            .path()
+            .join("..")
+            .join(folder.path().file_name().unwrap())
+            .join("model.obj");
+        assert!(check_apart(&path, &other, "the model").is_err());
+        fs::write(&path, "v").unwrap();
+        assert!(check_apart(&path, &other, "the model").is_err());
+        assert!(check_apart(&path, &folder.path().join("signed.obj"), "the model").is_ok());
+    }
 }

@@ -1,6 +1,7 @@
 //! Key files and passphrases.
 
 use std::{
+    env,
     io::IsTerminal,
     path::{Path, PathBuf},
 };
@@ -8,24 +9,24 @@ use std::{
 use anyhow::{Context, Result, bail};
 use sigmark::signature::{KeyError, PublicKey, SigningKey};
 
-use crate::files;
+use crate::files::{self, Text};
 
 /// The environment variable that a locked key's passphrase is taken from, for programs that call this one.
 const PASSPHRASE: &str = "SIGMARK_PASSPHRASE";
 
 /// Reads a private key, asking for the passphrase if it is locked.
 pub(crate) fn read_private(path: &Path) -> Result<SigningKey> {
-    let pem = files::read_text(path, "a private key")?;
-    match SigningKey::from_pem(&pem) {
+    let pem = files::read_text(path, Text::PrivateKey)?;
+    let key = match SigningKey::from_pem(&pem) {
         Err(KeyError::PassphraseNeeded) => SigningKey::from_encrypted_pem(&pem, &existing_passphrase(path)?),
         other => other,
-    }
-    .with_context(|| path.display().to_string())
+    };
+    key.with_context(|| path.display().to_string())
 }
 
 /// Reads a public key.
 pub(crate) fn read_public(path: &Path) -> Result<PublicKey> {
-    let pem = files::read_text(path, "a public key")?;
+    let pem = files::read_text(path, Text::PublicKey)?;
     PublicKey::from_pem(&pem).with_context(|| path.display().to_string())
 }
 
@@ -35,7 +36,7 @@ pub(crate) fn public_path(private: &Path) -> PathBuf {
 }
 
 fn existing_passphrase(path: &Path) -> Result<String> {
-    if let Ok(passphrase) = std::env::var(PASSPHRASE) {
+    if let Some(passphrase) = passphrase_of_environment()? {
         return Ok(passphrase);
     }
     if !std::io::stdin().is_terminal() {
@@ -45,26 +46,41 @@ fn existing_passphrase(path: &Path) -> Result<String> {
         );
     }
     rpassword::prompt_password(format!("Passphrase of {}: ", path.display()))
-        .context("no passphrase was read")
+        .with_context(|| format!("{}: no passphrase was read", path.display()))
 }
 
 /// A passphrase for a new key, typed twice.
-pub(crate) fn new_passphrase() -> Result<String> {
-    let passphrase = match std::env::var(PASSPHRASE) {
-        Ok(passphrase) => passphrase,
-        Err(_) if !std::io::stdin().is_terminal() => {
-            bail!("a passphrase is needed to lock the key; run in a terminal, or set {PASSPHRASE}")
+pub(crate) fn new_passphrase(path: &Path) -> Result<String> {
+    let shown = path.display();
+    let asked = || format!("{shown}: no passphrase was read");
+    let passphrase = match passphrase_of_environment()? {
+        Some(passphrase) => passphrase,
+        None if !std::io::stdin().is_terminal() => {
+            bail!("{shown}: a passphrase is needed to lock this key; run in a terminal, or set {PASSPHRASE}")
         }
-        Err(_) => {
-            let first = rpassword::prompt_password("New passphrase: ").context("no passphrase was read")?;
-            if rpassword::prompt_password("The same again: ").context("no passphrase was read")? != first {
-                bail!("the two passphrases differ; nothing was written");
+        None => {
+            let first =
+                rpassword::prompt_password(format!("New passphrase of {shown}: ")).with_context(asked)?;
+            if rpassword::prompt_password("The same again: ").with_context(asked)? != first {
+                bail!("{shown}: the two passphrases differ, so nothing was written; try again");
             }
             first
         }
     };
     if passphrase.is_empty() {
-        bail!("the passphrase is empty; choose one, or leave out --encrypt");
+        bail!("{shown}: the passphrase is empty; choose one, or leave out --encrypt");
     }
     Ok(passphrase)
+}
+
+fn passphrase_of_environment() -> Result<Option<String>> {
+    match env::var(PASSPHRASE) {
+        Ok(passphrase) => Ok(Some(passphrase)),
+        Err(env::VarError::NotPresent) => Ok(None),
+        Err(env::VarError::NotUnicode(_)) => {
+            bail!(
+                "{PASSPHRASE}: is not UTF-8 text; set it from a UTF-8 terminal, or unset it and type the passphrase"
+            )
+        }
+    }
 }

@@ -10,12 +10,11 @@ mod keys;
 mod npz;
 mod progress;
 mod report;
+mod usage;
 
 use std::process::ExitCode;
 
-use clap::Parser;
-
-use args::{Arguments, Command};
+use args::Command;
 use commands::{embed, inspect, keygen, spectrum, verify};
 
 /// What a command that was carried out has to say.
@@ -28,7 +27,10 @@ enum Answer {
 }
 
 fn main() -> ExitCode {
-    let arguments = Arguments::parse();
+    let arguments = match usage::parse() {
+        Ok(arguments) => arguments,
+        Err(code) => return code,
+    };
     let answer = match &arguments.command {
         Command::Keygen(arguments) => keygen::run(arguments),
         Command::Embed(arguments) => embed::run(arguments),

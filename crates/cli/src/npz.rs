@@ -1,9 +1,11 @@
 //! NPZ, NumPy's archive of arrays: a ZIP, not compressed, of NPY files (NEP 1).
 
-use std::io::{Cursor, Write};
+use std::io::{BufWriter, Cursor, Write};
 
 use anyhow::{Context, Result};
 use zip::{CompressionMethod, ZipWriter, write::SimpleFileOptions};
+
+const FAILED: &str = "the array archive can't be made";
 
 /// Array by array into memory.
 pub(crate) struct Npz {
@@ -44,25 +46,25 @@ impl Npz {
         shape: &[usize],
         values: impl Iterator<Item = [u8; 8]>,
     ) -> Result<()> {
-        let bytes: Vec<u8> = header(kind, shape).into_iter().chain(values.flatten()).collect();
+        let header = header(kind, shape);
+        let size = header.len() + 8 * shape.iter().product::<usize>();
         let options = SimpleFileOptions::default()
             .compression_method(CompressionMethod::Stored)
-            .large_file(bytes.len() > u32::MAX as usize);
+            .large_file(size >= u32::MAX as usize);
         self.zip
             .start_file(format!("{name}.npy"), options)
-            .context("the array archive can't be made")?;
-        self.zip
-            .write_all(&bytes)
-            .context("the array archive can't be made")
+            .context(FAILED)?;
+        let mut out = BufWriter::new(&mut self.zip);
+        out.write_all(&header).context(FAILED)?;
+        for value in values {
+            out.write_all(&value).context(FAILED)?;
+        }
+        out.flush().context(FAILED)
     }
 
     /// The bytes of the archive.
     pub(crate) fn finish(self) -> Result<Vec<u8>> {
-        Ok(self
-            .zip
-            .finish()
-            .context("the array archive can't be made")?
-            .into_inner())
+        Ok(self.zip.finish().context(FAILED)?.into_inner())
     }
 }
 

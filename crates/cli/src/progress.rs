@@ -1,7 +1,12 @@
 //! Stages with their seconds, and a progress bar on terminals when the work takes over a second.
 
 use std::{
-    sync::{Mutex, PoisonError},
+    io::IsTerminal,
+    sync::{
+        Mutex, PoisonError,
+        mpsc::{self, RecvTimeoutError},
+    },
+    thread,
     time::{Duration, Instant},
 };
 
@@ -9,14 +14,20 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use sigmark::{Observer, Stage};
 
 /// Watches a computation: what it is doing goes to the terminal (if standard error is one), how long each stage took is kept.
+///
+/// The bar goes away with this, whether the work succeeded or failed.
 pub(crate) struct Progress {
-    begun: Instant,
     bar: ProgressBar,
     stages: Mutex<Vec<(&'static str, Instant)>>,
+    /// Dropped, it tells the thread that waits to show the bar that the work is over.
+    _over: mpsc::Sender<()>,
 }
 
 /// Work that is over before this is not worth a bar.
 const PATIENCE: Duration = Duration::from_secs(1);
+
+/// The clock of the bar goes on while a stage has nothing to report.
+const TICK: Duration = Duration::from_millis(250);
 
 const STEPS: u64 = 1000;
 
@@ -26,35 +37,42 @@ impl Progress {
         if let Ok(style) = ProgressStyle::with_template("{msg:24} {wide_bar} {percent:>3} %  {elapsed}") {
             bar.set_style(style);
         }
+        let (over, is_over) = mpsc::channel::<()>();
+        if std::io::stderr().is_terminal() {
+            let bar = bar.clone();
+            thread::spawn(move || {
+                if is_over.recv_timeout(PATIENCE) == Err(RecvTimeoutError::Timeout) {
+                    bar.set_draw_target(ProgressDrawTarget::stderr());
+                    bar.enable_steady_tick(TICK);
+                }
+            });
+        }
         Self {
-            begun: Instant::now(),
             bar,
             stages: Mutex::new(Vec::new()),
+            _over: over,
         }
     }
 
-    /// A stage begins; the one before it is over.
+    /// A stage begins; the one before it is over. `name` stands in the JSON report, `doing` beside the bar.
     pub(crate) fn begin(&self, name: &'static str, doing: &'static str) {
         self.stages
             .lock()
             .unwrap_or_else(PoisonError::into_inner)
             .push((name, Instant::now()));
-        self.bar.set_position(0);
         self.bar.set_message(doing);
-        self.show_if_slow();
+        self.bar.set_position(0);
     }
 
     /// How much of the present stage is done, from 0 to 1.
     pub(crate) fn done(&self, fraction: f64) {
         self.bar
             .set_position((fraction.clamp(0.0, 1.0) * STEPS as f64) as u64);
-        self.show_if_slow();
     }
 
     /// The work is over: the bar goes away; the answer is how many seconds each stage took, in order.
     pub(crate) fn finish(self) -> Vec<(&'static str, f64)> {
-        self.bar.finish_and_clear();
-        let stages = self.stages.into_inner().unwrap_or_else(PoisonError::into_inner);
+        let stages = self.stages.lock().unwrap_or_else(PoisonError::into_inner);
         let ends = stages
             .iter()
             .skip(1)
@@ -66,11 +84,11 @@ impl Progress {
             .map(|(&(name, begun), end)| (name, (end - begun).as_secs_f64()))
             .collect()
     }
+}
 
-    fn show_if_slow(&self) {
-        if self.bar.is_hidden() && self.begun.elapsed() > PATIENCE {
-            self.bar.set_draw_target(ProgressDrawTarget::stderr());
-        }
+impl Drop for Progress {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
     }
 }
 

@@ -1,5 +1,4 @@
 //! What people and programs read: results on standard output, failures on standard error.
-#![allow(clippy::print_stdout, clippy::print_stderr)]
 
 use std::io::{self, Write};
 
@@ -19,24 +18,35 @@ pub(crate) fn failure(error: &anyhow::Error) {
         }
         message.push_str(&cause);
     }
-    eprintln!("sigmark: {message}");
+    // Where standard error is closed or full, the exit code alone has to say it.
+    let _ = writeln!(io::stderr(), "sigmark: {}", printable(&message));
+}
+
+/// A text from a file or a file's name without what could break the line or steer the terminal.
+pub(crate) fn printable(text: &str) -> String {
+    text.chars()
+        .map(|c| if c.is_control() { '\u{fffd}' } else { c })
+        .collect()
 }
 
 /// Prints one JSON object in a line.
 pub(crate) fn json(value: &impl serde::Serialize) -> Result<()> {
-    lines(&[serde_json::to_string(value).context("the report can't be written as JSON")?])
+    let text = serde_json::to_string(value).context("the report can't be written as JSON")?;
+    print(&(text + "\n"))
 }
 
-/// Prints lines; a reader that has closed its end is no error.
+/// Prints lines for people.
 pub(crate) fn lines(lines: &[String]) -> Result<()> {
+    let lines: Vec<String> = lines.iter().map(|line| printable(line) + "\n").collect();
+    print(&lines.concat())
+}
+
+/// Prints; a reader that has closed its end is no error.
+fn print(text: &str) -> Result<()> {
     let mut out = io::stdout().lock();
-    let written = lines
-        .iter()
-        .try_for_each(|line| writeln!(out, "{line}"))
-        .and_then(|()| out.flush());
-    match written {
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
-        other => other.context("standard output can't be written"),
+        other => other.context("the report can't be written to standard output, but the work is done"),
     }
 }
 
@@ -90,6 +100,18 @@ pub(crate) fn counted(number: usize, one: &str, many: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_text_from_outside_can_neither_break_the_line_nor_steer_the_terminal() {
+        assert_eq!(
+            printable("a\nb\x1b[2Jc\r\u{9b}"),
+            "a\u{fffd}b\u{fffd}[2Jc\u{fffd}\u{fffd}"
+        );
+        assert_eq!(
+            printable("© 2026 «Studio», 注文 4711"),
+            "© 2026 «Studio», 注文 4711"
+        );
+    }
 
     #[test]
     fn thousands_stand_apart() {

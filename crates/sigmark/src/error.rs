@@ -46,7 +46,10 @@ pub enum SigmarkError {
         functions: usize,
     },
     /// A component is larger than one patch may be.
-    #[error("a connected piece has {largest} vertices, but one patch may have {most} at most")]
+    #[error(
+        "a connected piece has {largest} vertices, but one patch may have {most} at most; \
+         decimate it, or divide it into separate pieces"
+    )]
     TooManyVertices {
         /// Vertices of the largest component.
         largest: usize,
@@ -54,7 +57,7 @@ pub enum SigmarkError {
         most: usize,
     },
     /// The surface has no area, or no extent, to hide anything in.
-    #[error("patch {patch} has no area: all its triangles are degenerate")]
+    #[error("patch {patch} has no area: all its triangles are degenerate; export the model again with more digits")]
     NoArea {
         /// Which patch, from 0.
         patch: usize,

@@ -1,5 +1,6 @@
+use std::path::Path;
+
 use anyhow::{Context, Result, bail};
-use mesh::Asset;
 use serde_json::json;
 use sigmark::{
     Embedder, Signed,
@@ -9,7 +10,8 @@ use sigmark::{
 use crate::{
     Answer,
     args::{Embed, Profile},
-    files, keys,
+    files::{self, Output},
+    keys,
     progress::Progress,
     report,
 };
@@ -19,11 +21,10 @@ pub(crate) fn run(arguments: &Embed) -> Result<Answer> {
         .certificate
         .clone()
         .unwrap_or_else(|| files::with_suffix(&arguments.output, ".cert.json"));
-    files::check_free(&arguments.output, arguments.force)?;
-    files::check_free(&certificate_path, arguments.force)?;
+    check_outputs(arguments, &certificate_path)?;
     let progress = Progress::new();
     progress.begin("reading", "reading");
-    let asset = Asset::open(&arguments.model)?;
+    let asset = files::open_mesh(&arguments.model)?;
     asset.check_name(&arguments.output)?;
     let key = keys::read_private(&arguments.key)?;
     let embedder = embedder(arguments, &key)?;
@@ -43,12 +44,18 @@ pub(crate) fn run(arguments: &Embed) -> Result<Answer> {
             100.0 * read_back
         );
     }
-    marked.save(&arguments.output, arguments.force)?;
-    mesh::write_file(
-        &certificate_path,
-        signed.certificate().to_json()?.as_bytes(),
-        arguments.force,
-    )?;
+    let certificate = signed.certificate().to_json()?;
+    let (mesh_file, certificate_file) = (marked.to_bytes(), certificate.as_bytes());
+    let outputs = [
+        (&arguments.output, &*mesh_file),
+        (&certificate_path, certificate_file),
+    ];
+    let outputs = outputs.map(|(path, bytes)| Output {
+        path,
+        bytes,
+        private: false,
+    });
+    files::write_together(&outputs, arguments.force)?;
     let seconds = progress.finish();
 
     let (bits, patches) = (
@@ -74,6 +81,22 @@ pub(crate) fn run(arguments: &Embed) -> Result<Answer> {
     }
     report::lines(&summary(arguments, &signed, &certificate_path, &seconds))?;
     Ok(Answer::Yes)
+}
+
+/// Both files can be written, and replace nothing that is read.
+fn check_outputs(arguments: &Embed, certificate: &Path) -> Result<()> {
+    let (model, key) = (&arguments.model, &arguments.key);
+    for output in [&arguments.output, certificate] {
+        files::check_apart(output, model, "the model, which you need as it is to verify")?;
+        files::check_apart(output, key, "the private key")?;
+    }
+    files::check_apart(
+        certificate,
+        &arguments.output,
+        "to be both the signed mesh and the certificate",
+    )?;
+    files::check_free(&arguments.output, arguments.force)?;
+    files::check_free(certificate, arguments.force)
 }
 
 fn embedder<'k>(arguments: &Embed, key: &'k SigningKey) -> Result<Embedder<'k>> {
@@ -110,7 +133,7 @@ fn embedder<'k>(arguments: &Embed, key: &'k SigningKey) -> Result<Embedder<'k>> 
 fn summary(
     arguments: &Embed,
     signed: &Signed,
-    certificate: &std::path::Path,
+    certificate: &Path,
     seconds: &[(&'static str, f64)],
 ) -> Vec<String> {
     let scheme = signed.signature().scheme();
@@ -127,7 +150,7 @@ fn summary(
         report::field(
             "mark",
             format!(
-                "{}, {} manifold harmonics each, every bit {} in each",
+                "{}, {} manifold harmonics in each, every bit {}",
                 report::counted(original.bases().len(), "patch", "patches"),
                 original.layout().functions(),
                 report::counted(arguments.chip_rate, "time", "times")
@@ -158,7 +181,7 @@ fn summary(
             format!("{} and {}", arguments.output.display(), certificate.display()),
         ),
         format!(
-            "Keep {} and the certificate: both are needed to verify. Who has both can remove the mark.",
+            "Keep {} and the certificate: both are needed to verify, and whoever has both can remove the mark.",
             arguments.model.display()
         ),
     ]);

@@ -1,11 +1,11 @@
 use anyhow::Result;
-use mesh::{Asset, TopologyReport};
+use mesh::TopologyReport;
 use serde_json::json;
 
-use crate::{Answer, args::Inspect, report};
+use crate::{Answer, args::Inspect, files, report};
 
 pub(crate) fn run(arguments: &Inspect) -> Result<Answer> {
-    let asset = Asset::open(&arguments.model)?;
+    let asset = files::open_mesh(&arguments.model)?;
     let topology = TopologyReport::of_welded(asset.welded());
     if arguments.json {
         report::json(&json!({

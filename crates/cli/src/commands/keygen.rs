@@ -3,7 +3,12 @@ use rand_core::UnwrapErr;
 use serde_json::json;
 use sigmark::signature::SigningKey;
 
-use crate::{Answer, args::Keygen, files, keys, report};
+use crate::{
+    Answer,
+    args::Keygen,
+    files::{self, Output},
+    keys, report,
+};
 
 pub(crate) fn run(arguments: &Keygen) -> Result<Answer> {
     let private = &arguments.output;
@@ -14,13 +19,18 @@ pub(crate) fn run(arguments: &Keygen) -> Result<Answer> {
     let mut rng = UnwrapErr(getrandom::SysRng);
     let key = SigningKey::generate(arguments.profile.curve(), &mut rng);
     let pem = if arguments.encrypt {
-        key.to_encrypted_pem(&keys::new_passphrase()?, &mut rng)
+        key.to_encrypted_pem(&keys::new_passphrase(private)?, &mut rng)
             .context("the key can't be locked")?
     } else {
         key.to_pem()
     };
-    mesh::write_private_file(private, pem.as_bytes(), arguments.force)?;
-    mesh::write_file(&public, key.public_key().to_pem().as_bytes(), arguments.force)?;
+    let public_pem = key.public_key().to_pem();
+    let outputs = [
+        (private, pem.as_bytes(), true),
+        (&public, public_pem.as_bytes(), false),
+    ];
+    let outputs = outputs.map(|(path, bytes, private)| Output { path, bytes, private });
+    files::write_together(&outputs, arguments.force)?;
 
     let fingerprint = key.public_key().fingerprint();
     if arguments.json {

@@ -1,6 +1,6 @@
 use std::ops::ControlFlow;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use mesh::Asset;
 use mhb_core::{Phase, Spectrum, SpectrumOptions};
 use serde_json::json;
@@ -9,11 +9,12 @@ use crate::{Answer, args, files, npz::Npz, progress::Progress, report};
 
 pub(crate) fn run(arguments: &args::Spectrum) -> Result<Answer> {
     if let Some(output) = &arguments.output {
+        files::check_apart(output, &arguments.model, "the model itself")?;
         files::check_free(output, arguments.force)?;
     }
     let progress = Progress::new();
     progress.begin("reading", "reading");
-    let asset = Asset::open(&arguments.model)?;
+    let asset = files::open_mesh(&arguments.model)?;
     let mut options = SpectrumOptions {
         count: arguments.count,
         threads: arguments.threads.count(),
@@ -22,6 +23,7 @@ pub(crate) fn run(arguments: &args::Spectrum) -> Result<Answer> {
     if let Some(tolerance) = arguments.tolerance {
         options.tolerance = tolerance;
     }
+    check_size(arguments, asset.mesh().vertex_count())?;
     progress.begin("harmonics", "manifold harmonics");
     let watch = |phase: Phase, fraction: f64| {
         if phase == Phase::Solving {
@@ -51,11 +53,6 @@ pub(crate) fn run(arguments: &args::Spectrum) -> Result<Answer> {
         }))?;
         return Ok(Answer::Yes);
     }
-    let shown: Vec<String> = eigenvalues
-        .iter()
-        .take(6)
-        .map(|value| format!("{value:.6e}"))
-        .collect();
     let mut lines = vec![
         format!(
             "{}: {} of a surface of {}",
@@ -63,10 +60,7 @@ pub(crate) fn run(arguments: &args::Spectrum) -> Result<Answer> {
             report::counted(eigenvalues.len(), "eigenpair", "eigenpairs"),
             report::counted(asset.mesh().vertex_count(), "vertex", "vertices"),
         ),
-        report::field(
-            "eigenvalues",
-            format!("{} … {:.6e}", shown.join(" "), eigenvalues[eigenvalues.len() - 1]),
-        ),
+        report::field("eigenvalues", abridged(eigenvalues)),
         report::field("residual", format!("at most {max_residual:.1e}, relative")),
         report::field("completeness", completeness(&spectrum)),
         report::field("time", report::seconds_text(&seconds)),
@@ -78,11 +72,41 @@ pub(crate) fn run(arguments: &args::Spectrum) -> Result<Answer> {
     Ok(Answer::Yes)
 }
 
+/// Eigenfunctions that take more memory than this are refused; a machine that has it would need weeks for them.
+const LARGEST_BASIS: usize = 16 << 30;
+
+fn check_size(arguments: &args::Spectrum, vertices: usize) -> Result<()> {
+    let count = arguments.count;
+    let bytes = vertices.saturating_mul(count).saturating_mul(size_of::<f64>());
+    // More pairs than vertices are refused by the solver, in its own words.
+    if count <= vertices && bytes > LARGEST_BASIS {
+        bail!(
+            "{}: {count} eigenfunctions of {} take {} GiB; ask for fewer with -k, {} at most",
+            arguments.model.display(),
+            report::counted(vertices, "vertex", "vertices"),
+            bytes >> 30,
+            LARGEST_BASIS / size_of::<f64>() / vertices
+        );
+    }
+    Ok(())
+}
+
 fn completeness(spectrum: &Spectrum) -> &'static str {
     if spectrum.certificate().complete {
         "proved: the inertia counts of the factorisations leave no pair out"
     } else {
         "not proved"
+    }
+}
+
+/// The first eigenvalues and the last.
+fn abridged(eigenvalues: &[f64]) -> String {
+    const SHOWN: usize = 6;
+    let text = |value: &f64| format!("{value:.6e}");
+    let first: Vec<String> = eigenvalues.iter().take(SHOWN).map(text).collect();
+    match eigenvalues.get(SHOWN..) {
+        Some([.., last]) => format!("{} … {}", first.join(" "), text(last)),
+        _ => first.join(" "),
     }
 }
 

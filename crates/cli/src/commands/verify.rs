@@ -1,32 +1,41 @@
-use anyhow::{Context, Result, bail};
-use mesh::Asset;
-use serde_json::json;
-use sigmark::{Certificate, Outcome, Verdict, Verifier};
+use std::path::Path;
 
-use crate::{Answer, args::Verify, files, keys, progress::Progress, report};
+use anyhow::{Context, Result};
+use serde_json::json;
+use sigmark::{Certificate, GeometryDigest, Outcome, SigmarkError, Verdict, Verifier};
+
+use crate::{
+    Answer,
+    args::Verify,
+    files::{self, Text},
+    keys,
+    progress::Progress,
+    report,
+};
 
 pub(crate) fn run(arguments: &Verify) -> Result<Answer> {
-    if !(arguments.p_bound > 0.0 && arguments.p_bound < 1.0) {
-        bail!(
-            "--p-bound is {}, but a probability between 0 and 1 is needed",
-            arguments.p_bound
-        );
-    }
     let progress = Progress::new();
     progress.begin("reading", "reading");
-    let text = files::read_text(&arguments.certificate, "a certificate")?;
+    let text = files::read_text(&arguments.certificate, Text::Certificate)?;
     let certificate =
         Certificate::from_json(&text).with_context(|| arguments.certificate.display().to_string())?;
     let public_key = keys::read_public(&arguments.public_key)?;
-    let original = Asset::open(&arguments.original)?;
-    let verifier = Verifier::new(original.mesh(), &certificate, &public_key)
-        .with_context(|| arguments.original.display().to_string())?
-        .p_bound(arguments.p_bound)
-        .threads(arguments.threads.count());
-    let suspect = Asset::open(&arguments.suspect)?;
+    let original = files::open_mesh(&arguments.original)?;
+    let suspect = files::open_mesh(&arguments.suspect)?;
+    let verifier = Verifier::new(original.mesh(), &certificate, &public_key).map_err(|error| {
+        let swapped = matches!(error, SigmarkError::AnotherOriginal { .. })
+            && GeometryDigest::of(suspect.mesh()) == certificate.original().digest;
+        if swapped {
+            the_wrong_way_round(arguments)
+        } else {
+            blame(error, arguments)
+        }
+    })?;
     let verdict = verifier
+        .p_bound(arguments.p_bound)
+        .threads(arguments.threads.count())
         .verify_observed(suspect.mesh(), &progress)
-        .with_context(|| arguments.suspect.display().to_string())?;
+        .map_err(|error| blame(error, arguments))?;
     let seconds = progress.finish();
 
     if arguments.json {
@@ -56,6 +65,26 @@ pub(crate) fn run(arguments: &Verify) -> Result<Answer> {
     })
 }
 
+/// The error with the name of the file that it is about.
+fn blame(error: SigmarkError, arguments: &Verify) -> anyhow::Error {
+    let file: &Path = match error {
+        SigmarkError::AnotherKey { .. } => &arguments.public_key,
+        SigmarkError::Certificate(_) | SigmarkError::EmptyLayout { .. } => &arguments.certificate,
+        SigmarkError::Registration(_) | SigmarkError::Mesh(_) => &arguments.suspect,
+        _ => &arguments.original,
+    };
+    anyhow::Error::new(error).context(file.display().to_string())
+}
+
+fn the_wrong_way_round(arguments: &Verify) -> anyhow::Error {
+    anyhow::anyhow!(
+        "{suspect}: is the original, and {original} is not: the two are the wrong way round; \
+         try `sigmark verify {original} --original {suspect} …`",
+        suspect = arguments.suspect.display(),
+        original = arguments.original.display()
+    )
+}
+
 fn outcome_name(outcome: Outcome) -> &'static str {
     match outcome {
         Outcome::Verified => "verified",
@@ -79,18 +108,29 @@ fn summary(
             "DETECTED: {suspect} carries the mark of {original}; the chance of being wrong is below {}",
             probability(p)
         ),
+        Outcome::NotFound { .. } if verdict.remark.is_some() => {
+            format!("NOT FOUND: {suspect} can't be laid onto {original}")
+        }
         Outcome::NotFound { .. } => {
-            format!("NOT FOUND: nothing in {suspect} speaks for the mark of {original}")
+            format!("NOT FOUND: {suspect} has the shape of {original}, but nothing of its mark")
         }
     };
     let mut lines = vec![headline];
+    if let Some(remark) = &verdict.remark {
+        lines.push(report::field("reason", remark));
+        lines.push(report::field(
+            "note",
+            "re-meshed, decimated and cropped copies can't be judged yet",
+        ));
+    }
+    let fingerprint = certificate.public_key().fingerprint();
+    match verdict.outcome {
+        Outcome::NotFound { .. } => lines.push(report::field("looked for", format!("key {fingerprint}"))),
+        _ => lines.push(report::field("signed by", format!("key {fingerprint}"))),
+    }
     if !certificate.message().is_empty() {
         lines.push(report::field("message", certificate.message()));
     }
-    lines.push(report::field(
-        "signed by",
-        format!("key {}", certificate.public_key().fingerprint()),
-    ));
     if let (Some(rate), Some(errors)) = (verdict.extraction_rate, verdict.bit_errors) {
         lines.push(report::field(
             "bits",
@@ -120,9 +160,6 @@ fn summary(
                 transform.scale
             ),
         ));
-    }
-    if let Some(remark) = &verdict.remark {
-        lines.push(report::field("reason", remark));
     }
     lines.push(report::field("time", report::seconds_text(seconds)));
     lines

@@ -1,0 +1,83 @@
+//! The command line read, and what is wrong with it said in one line.
+
+use std::process::ExitCode;
+
+use clap::{CommandFactory, Parser, error::ErrorKind};
+
+use crate::{args::Arguments, report};
+
+/// The arguments; or, where there is nothing to run, the exit code: help was shown, or the command line is wrong.
+pub(crate) fn parse() -> Result<Arguments, ExitCode> {
+    Arguments::try_parse().map_err(|error| match error.kind() {
+        ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
+            // A reader that went away has read enough.
+            let _ = error.print();
+            ExitCode::SUCCESS
+        }
+        ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
+            let _ = error.print();
+            ExitCode::from(2)
+        }
+        _ => {
+            let command = std::env::args().nth(1).unwrap_or_default();
+            let help = match Arguments::command().find_subcommand(&command) {
+                Some(_) => format!("sigmark {command} --help"),
+                None => "sigmark --help".into(),
+            };
+            report::failure(&anyhow::anyhow!(
+                "{}; see `{help}`",
+                in_one_line(&error.to_string())
+            ));
+            ExitCode::from(2)
+        }
+    })
+}
+
+/// What the parser says in paragraphs, without its usage and its pointer to the help.
+fn in_one_line(message: &str) -> String {
+    let end = ["\n\nUsage:", "\n\nFor more information"]
+        .iter()
+        .filter_map(|mark| message.find(mark))
+        .min()
+        .unwrap_or(message.len());
+    let paragraphs: Vec<String> = message[..end]
+        .trim_start_matches("error: ")
+        .split("\n\n")
+        .map(|paragraph| {
+            let mut lines = paragraph.lines().map(str::trim);
+            let first = lines.next().unwrap_or_default();
+            let rest: Vec<&str> = lines.collect();
+            if rest.is_empty() {
+                first.into()
+            } else {
+                format!("{first} {}", rest.join(", "))
+            }
+        })
+        .collect();
+    paragraphs.join("; ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn the_parsers_paragraphs_become_one_line() {
+        let message = "error: the following required arguments were not provided:\n  --output <FILE>\n  --key <PEM>\n\n\
+                       Usage: sigmark embed <MODEL>\n\nFor more information, try '--help'.\n";
+        assert_eq!(
+            in_one_line(message),
+            "the following required arguments were not provided: --output <FILE>, --key <PEM>"
+        );
+        let message = "error: unrecognized subcommand 'embd'\n\n  tip: a similar subcommand exists: 'embed'\n\nUsage: sigmark <COMMAND>\n";
+        assert_eq!(
+            in_one_line(message),
+            "unrecognized subcommand 'embd'; tip: a similar subcommand exists: 'embed'"
+        );
+    }
+}
