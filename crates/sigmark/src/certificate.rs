@@ -262,3 +262,18 @@ impl Certificate {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn numbers_read_back_exactly(alpha in proptest::num::f64::NORMAL, last_eigenvalue in 0.0..1e5f64) {
+            let record = PatchRecord { first_vertex: 0, vertices: 7, alpha, last_eigenvalue };
+            let json = serde_json::to_string(&record).unwrap();
+            prop_assert_eq!(serde_json::from_str::<PatchRecord>(&json).unwrap(), record);
+        }
+    }
+}
