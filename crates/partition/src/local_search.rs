@@ -14,9 +14,6 @@ use crate::rng::Rng;
 /// a neighbour.
 const MAX_DEGREE: usize = 200;
 
-/// Boundary vertices from which one search starts.
-const SEEDS: usize = 3;
-
 /// Bounds of a search.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LocalSearch {
@@ -24,6 +21,10 @@ pub(crate) struct LocalSearch {
     pub(crate) rounds: usize,
     /// Moves without success after which one search gives up.
     pub(crate) patience: usize,
+    /// Boundary vertices from which one search starts.
+    pub(crate) seeds: usize,
+    /// A seed may be tied to its own part at most so many times as much as to another.
+    pub(crate) max_hold: i32,
 }
 
 /// Lowers the cut; no part gets above its limit that was below it. `boundary` must hold all boundary vertices, and does
@@ -43,8 +44,10 @@ pub(crate) fn refine(state: &mut KWay<'_>, boundary: &mut Vec<u32>, search: Loca
     for _ in 0..search.rounds {
         round.number += 1;
         rng.shuffle(&mut seeds);
-        for group in seeds.chunks(SEEDS) {
-            group.iter().for_each(|&v| round.enqueue_seed(state, v as usize));
+        for group in seeds.chunks(search.seeds) {
+            group
+                .iter()
+                .for_each(|&v| round.enqueue_seed(state, v as usize, search.max_hold));
             round.search(state, patience);
         }
         // Where nothing changed the next round would find nothing either.
@@ -91,9 +94,9 @@ fn scaled_patience(state: &KWay<'_>, nominal: usize) -> usize {
 
 impl Round {
     /// Queues a seed unless it is tied so much to its own part that a search from it is hopeless.
-    fn enqueue_seed(&mut self, state: &mut KWay<'_>, vertex: usize) {
+    fn enqueue_seed(&mut self, state: &mut KWay<'_>, vertex: usize, max_hold: i32) {
         let ties = self.cache.of(state, vertex);
-        if ties.internal <= 2 * ties.external {
+        if ties.internal / max_hold <= ties.external {
             self.enqueue(state, vertex);
         }
     }

@@ -13,13 +13,6 @@ use crate::rebalance::rebalance;
 use crate::rng::Rng;
 use crate::team::Team;
 
-fn env(name: &str, default: usize) -> usize {
-    std::env::var(name)
-        .ok()
-        .and_then(|v| v.parse().ok())
-        .unwrap_or(default)
-}
-
 /// What an [`Effort`] means for a number of parts.
 #[derive(Clone, Copy, Debug)]
 struct Plan {
@@ -39,26 +32,54 @@ struct Plan {
 }
 
 impl Plan {
+    /// The figures were tuned on the graphs of Walshaw's archive and on surface meshes. Few parts leave the local search
+    /// little to exchange: there more candidates pay.
     fn of(effort: Effort, parts: usize) -> Self {
-        let _ = effort;
-        Self {
-            coarsest_per_part: env("CPP", 60),
-            middle: env("MID", 3000),
-            candidates: env("ATT", if parts <= 8 { 3 } else { 1 }) as u64,
-            combinations: env("COMB", 0),
-            cycles: env("CYC", 0) as u64,
-            bisection: BisectionSearch {
-                tries: env("TRIES", 8),
-                cycles: env("BCYC", 2),
-                passes: env("BPASS", 4),
+        let few = |for_two, for_four, for_eight, for_more| match parts {
+            0..=2 => for_two,
+            3..=4 => for_four,
+            5..=8 => for_eight,
+            _ => for_more,
+        };
+        let search = |rounds, patience, seeds| LocalSearch {
+            rounds,
+            patience,
+            seeds,
+            max_hold: 2,
+        };
+        let bisection = |cycles, tries| BisectionSearch {
+            cycles,
+            tries,
+            passes: 4,
+        };
+        let quick = Self {
+            coarsest_per_part: 60,
+            middle: 1000,
+            candidates: 1,
+            combinations: 0,
+            cycles: 0,
+            bisection: bisection(1, 4),
+            coarse: search(2, 6, 3),
+            finest: search(1, 3, 3),
+        };
+        match effort {
+            Effort::Fast => quick,
+            Effort::Default => Self {
+                candidates: few(4, 4, 3, 1),
+                bisection: bisection(few(1, 1, 1, 2), 8),
+                coarse: search(3, 10, 3),
+                finest: search(2, 5, 3),
+                ..quick
             },
-            coarse: LocalSearch {
-                rounds: env("ROUNDS", 3),
-                patience: env("PAT", 10),
-            },
-            finest: LocalSearch {
-                rounds: env("FROUNDS", 3),
-                patience: env("FPAT", 5),
+            Effort::High => Self {
+                middle: 20_000,
+                candidates: few(6, 5, 5, 3),
+                combinations: few(5, 4, 4, 2),
+                cycles: 1,
+                bisection: bisection(2, 8),
+                coarse: search(5, 20, 2),
+                finest: search(5, 20, 2),
+                ..quick
             },
         }
     }
