@@ -17,7 +17,7 @@ pub(crate) struct BisectionSearch {
     /// Grown bisections on the coarsest graph.
     pub(crate) tries: usize,
     /// Whole multilevel cycles, the best kept.
-    pub(crate) cycles: usize,
+    pub(crate) cycles: u64,
     /// Passes of two-way refinement on every level.
     pub(crate) passes: usize,
 }
@@ -32,7 +32,7 @@ pub(crate) fn bisect(
     rng: &Rng,
 ) -> Bisection {
     let cycle = |i: u64| bisect_once(graph, targets, limits, search, &mut rng.fork(1000 + i));
-    let cycles = team.map(search.cycles.max(1) as u64, cycle);
+    let cycles = team.map(search.cycles.max(1), cycle);
     let best = cycles
         .into_iter()
         .min_by_key(|state| (state.excess(limits), state.cut));

@@ -22,7 +22,7 @@ struct Plan {
     middle: usize,
     candidates: u64,
     /// How many of the candidates are combined with the best.
-    combinations: usize,
+    combinations: u64,
     /// Cycles over the whole graph that start from the result.
     cycles: u64,
     bisection: BisectionSearch,
@@ -144,7 +144,7 @@ impl Solver<'_> {
         candidates.sort_by_cached_key(|part| self.rank(graph, part));
         let mut candidates = candidates.into_iter();
         let mut best = candidates.next().unwrap_or_default();
-        for (i, other) in candidates.take(self.plan.combinations).enumerate() {
+        for (i, other) in candidates.take(self.plan.combinations as usize).enumerate() {
             let child = self.cycle(graph, &[&best, &other], &mut rng.fork(1000 + i as u64));
             best = self.better(graph, best, child);
         }
