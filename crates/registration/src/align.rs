@@ -5,7 +5,7 @@ use crate::icp::{self, Effort};
 use crate::overlap::Overlap;
 use crate::sampled::Sampled;
 use crate::vector::{norm, sub};
-use crate::{Handedness, RegistrationError, guesses, threads};
+use crate::{Handedness, RegistrationError, congruent, guesses, threads};
 use mesh::{Similarity, TriMesh};
 use std::ops::ControlFlow;
 
@@ -165,7 +165,7 @@ const FEWEST_SURVIVORS: usize = 30;
 /// The similarity between vertices that survived, if enough did.
 fn by_vertices(original: &TriMesh, suspect: &TriMesh) -> Option<(Similarity, Basis, Correspondence)> {
     if let Ok(map) = match_connectivity(original, suspect) {
-        let fit = map.fit(original, suspect, Handedness::Either).ok()?;
+        let fit = map.fit_robustly(original, suspect, Handedness::Either).ok()?;
         return Some((fit.transform, Basis::Connectivity, map));
     }
     let mut map = match_surroundings(original, suspect);
@@ -198,7 +198,7 @@ fn by_vertices(original: &TriMesh, suspect: &TriMesh) -> Option<(Similarity, Bas
             break;
         }
     }
-    let fit = map.fit(original, suspect, Handedness::Either).ok()?;
+    let fit = map.fit_robustly(original, suspect, Handedness::Either).ok()?;
     (map.matched() >= FEWEST_SURVIVORS).then_some((fit.transform, Basis::Surroundings, map))
 }
 
@@ -216,12 +216,19 @@ const LOOK: Effort = Effort {
     gate: 0.05,
 };
 
-/// Refinement of the best.
-const CARE: Effort = Effort {
-    samples: SAMPLES,
-    steps: 60,
-    gate: 0.02,
-};
+/// Refinement of the best, first with some samples and then with all.
+const CARE: [Effort; 2] = [
+    Effort {
+        samples: 4_000,
+        steps: 40,
+        gate: 0.02,
+    },
+    Effort {
+        samples: SAMPLES,
+        steps: 6,
+        gate: 0.01,
+    },
+];
 
 /// Rotations tried when principal axes fail, and how many of them are refined.
 const ROTATIONS: usize = 576;
@@ -230,6 +237,9 @@ const FINALISTS: usize = 4;
 
 /// A share of overlap at which no other guess is needed.
 const CONVINCING: f64 = 0.97;
+
+/// A score below which refinement is not worth its time.
+const HOPELESS: f64 = 0.3;
 
 struct Pair<'a> {
     original: Sampled,
@@ -246,25 +256,40 @@ impl Pair<'_> {
     ) -> Result<Alignment, RegistrationError> {
         let mut cheap = vec![Similarity::IDENTITY];
         cheap.extend(guesses::principal_axes(&self.original, &self.suspect));
-        let mut ranked = self.refined(cheap, GLANCE, at)?;
-        ranked.truncate(FINALISTS);
-        ranked = self.refined(ranked.into_iter().map(|(_, guess)| guess).collect(), LOOK, at)?;
-        if !ranked.first().is_some_and(|(_, best)| self.convinces(best)) {
+        let mut ranked = self.finalists(cheap, at)?;
+        if !self.convinced(&ranked) {
             let rotations = guesses::all_rotations(&self.original, &self.suspect, ROTATIONS);
             let rough = self.ranked(rotations, 100, 10.0 * self.options.tolerance);
             let promising = rough.into_iter().take(REFINED).map(|(_, guess)| guess).collect();
-            let mut more = self.refined(promising, GLANCE, at)?;
-            more.truncate(FINALISTS);
-            ranked.extend(self.refined(more.into_iter().map(|(_, guess)| guess).collect(), LOOK, at)?);
-            ranked.sort_by(|x, y| y.0.total_cmp(&x.0));
+            ranked.extend(self.finalists(promising, at)?);
         }
+        if !self.convinced(&ranked) {
+            let partial = congruent::guesses(&self.original, &self.suspect, REFINED);
+            ranked.extend(self.finalists(partial, at)?);
+        }
+        ranked.sort_by(|x, y| y.0.total_cmp(&x.0));
         at(Stage::Refinement)?;
         let Some(&(score, best)) = ranked.first() else {
             return Ok(self.judged(Similarity::IDENTITY, Basis::Surface, None, Vec::new()));
         };
-        let transform = icp::refine(&self.original, &self.suspect, best, CARE).unwrap_or(best);
+        let mut transform = best;
+        for effort in CARE.iter().filter(|_| score > HOPELESS) {
+            let refined = icp::refine(&self.original, &self.suspect, transform, *effort);
+            transform = refined.unwrap_or(transform);
+        }
         let alternatives = self.alternatives(&ranked, score, &transform);
         Ok(self.judged(transform, Basis::Surface, None, alternatives))
+    }
+
+    /// Refines guesses at a glance, and the best of them with a longer look.
+    fn finalists(
+        &self,
+        guesses: Vec<Similarity>,
+        at: &mut dyn FnMut(Stage) -> Result<(), RegistrationError>,
+    ) -> Result<Ranked, RegistrationError> {
+        let mut glanced = self.refined(guesses, GLANCE, at)?;
+        glanced.truncate(FINALISTS);
+        self.refined(glanced.into_iter().map(|(_, guess)| guess).collect(), LOOK, at)
     }
 
     /// Refines guesses and ranks the results, the best first.
@@ -291,15 +316,13 @@ impl Pair<'_> {
         ranked
     }
 
-    fn convinces(&self, transform: &Similarity) -> bool {
-        let overlap = Overlap::measure(
-            &self.original,
-            &self.suspect,
-            transform,
-            self.options.tolerance,
-            LOOK.samples,
-        );
-        overlap.of_suspect >= CONVINCING && overlap.of_original >= CONVINCING
+    /// Whether one of the guesses so far leaves little to be wished.
+    fn convinced(&self, ranked: &Ranked) -> bool {
+        ranked.iter().any(|(_, guess)| {
+            let &AlignOptions { tolerance, .. } = self.options;
+            let overlap = Overlap::measure(&self.original, &self.suspect, guess, tolerance, LOOK.samples);
+            overlap.of_suspect >= CONVINCING
+        })
     }
 
     /// Transforms that score about as well as the best and differ from it by more than the tolerance.

@@ -6,6 +6,7 @@ mod placement;
 mod propagation;
 mod surroundings;
 
+use crate::vector::{norm, sub};
 use crate::{Fit, Handedness, RegistrationError, fit_similarity};
 use graph::Graph;
 use mesh::TriMesh;
@@ -34,6 +35,8 @@ impl Correspondence {
 
     /// The least-squares similarity that takes the suspect's vertices to their partners in the original.
     ///
+    /// Squares are summed in the suspect's frame, where its noise is, so that noise does not shrink the scale.
+    ///
     /// # Errors
     /// When the matched vertices do not determine one: see [`fit_similarity`].
     pub fn fit(
@@ -42,14 +45,73 @@ impl Correspondence {
         suspect: &TriMesh,
         handedness: Handedness,
     ) -> Result<Fit, RegistrationError> {
-        let (source, target): (Vec<_>, Vec<_>) = self
-            .suspect_of
-            .iter()
-            .zip(original.positions())
-            .filter_map(|(v, &target)| v.map(|v| (suspect.positions()[v as usize], target)))
-            .unzip();
-        fit_similarity(&source, &target, None, handedness)
+        let (here, there) = self.pairs(original, suspect);
+        inverse_fit(&here, &there, None, handedness)
     }
+
+    /// As [`Self::fit`], with Welsch's weights exp(−r²/2m²), where m is the median of the distances r.
+    ///
+    /// Vertices that an attack left nearly in place count for more than those that it moved far, as smoothing moves
+    /// those where the surface bends. The residual returned is weighted alike.
+    ///
+    /// # Errors
+    /// As [`Self::fit`].
+    pub fn fit_robustly(
+        &self,
+        original: &TriMesh,
+        suspect: &TriMesh,
+        handedness: Handedness,
+    ) -> Result<Fit, RegistrationError> {
+        let (here, there) = self.pairs(original, suspect);
+        let mut fit = inverse_fit(&here, &there, None, handedness)?;
+        for _round in 0..ROBUST_ROUNDS {
+            let apart = |(&x, &y): (&[f64; 3], &[f64; 3])| norm(sub(fit.transform.apply(y), x));
+            let distances: Vec<f64> = here.iter().zip(&there).map(apart).collect();
+            let mut sorted = distances.clone();
+            let middle = sorted.len() / 2;
+            let (_, &mut median, _) = sorted.select_nth_unstable_by(middle, f64::total_cmp);
+            if median <= 1e-14 * original.bounding_box().diagonal() {
+                break;
+            }
+            let weights: Vec<f64> = distances
+                .iter()
+                .map(|r| (-0.5 * (r / median).powi(2)).exp())
+                .collect();
+            fit = inverse_fit(&here, &there, Some(&weights), handedness)?;
+        }
+        Ok(fit)
+    }
+
+    /// The positions of the matched vertices in the original and in the suspect.
+    fn pairs(&self, original: &TriMesh, suspect: &TriMesh) -> (Vec<[f64; 3]>, Vec<[f64; 3]>) {
+        let pairs = self.suspect_of.iter().zip(original.positions());
+        pairs
+            .filter_map(|(v, &here)| v.map(|v| (here, suspect.positions()[v as usize])))
+            .unzip()
+    }
+}
+
+const ROBUST_ROUNDS: usize = 10;
+
+/// The fit of `there` to `here` that has the least squares in the frame of `there`.
+fn inverse_fit(
+    here: &[[f64; 3]],
+    there: &[[f64; 3]],
+    weights: Option<&[f64]>,
+    handedness: Handedness,
+) -> Result<Fit, RegistrationError> {
+    let Fit {
+        transform,
+        residual,
+        mirrored_residual,
+    } = fit_similarity(here, there, weights, handedness)?;
+    let unit = 1.0 / transform.scale;
+    let transform = transform.inverse();
+    Ok(Fit {
+        transform,
+        residual: unit * residual,
+        mirrored_residual: unit * mirrored_residual,
+    })
 }
 
 /// Why a suspect does not have the original's connectivity.

@@ -4,7 +4,7 @@
 //! every sample q of the original, n its normal, with the nearest point p of the suspect. A step x ↦ c + e^σ R(ω)(x − c) + τ then minimises,
 //! to first order, Σ wᵢ rᵢ² with rᵢ = nᵢ·(T pᵢ − qᵢ) + ω·((T pᵢ − c) × nᵢ) + τ·nᵢ + σ nᵢ·(T pᵢ − c).
 //! Pairs in both directions keep the scale from shrinking where the surfaces overlap in part: a shrunken suspect leaves
-//! samples of the original without partner. Weights are Welsch's, exp(−r²/2ν²) with ν three times the robust standard deviation; pairs
+//! samples of the original without partner. Weights are Welsch's, exp(−r²/2ν²) with ν the robust standard deviation, since attacks move a surface most where it bends; pairs
 //! farther apart than a closing gate, and pairs whose difference is not along the normal, as on a border, are left out.
 //!
 //! Where the surfaces agree, r goes to zero and the steps converge quadratically to rounding (Pottmann et al. 2006).
@@ -55,21 +55,20 @@ pub(crate) fn refine(
         if rows.len() < FEWEST_PAIRS {
             return None;
         }
-        let spread = 3.0 * robust_deviation(&rows);
-        let change = solve(&rows, spread.max(1e-15))?;
+        let deviation = robust_deviation(&rows);
+        let change = solve(&rows, deviation.max(1e-15))?;
         let (moved, size) = moved(&transform, &change, original);
         transform = moved;
         if !(transform.scale.is_finite() && transform.scale > 0.0) {
             return None;
         }
-        // Rounding keeps the last steps from shrinking further.
-        if size < 1e-15 || (step > 4 && size < 1e-12 && size >= 0.5 * last) {
+        // A step far smaller than the error of an estimate from so many rows says nothing; nor does one of rounding.
+        let insignificant = 0.01 * deviation / (rows.len() as f64).sqrt();
+        if size < insignificant.max(1e-15) || (step > 4 && size < 1e-12 && size >= 0.5 * last) {
             break;
         }
         last = size;
-        gate = (0.8 * gate)
-            .max(2.0 * spread * original.diagonal)
-            .max(NARROWEST_GATE * original.diagonal);
+        gate = (0.7 * gate).max((6.0 * deviation).max(NARROWEST_GATE) * original.diagonal);
     }
     Some(transform)
 }

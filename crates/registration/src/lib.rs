@@ -30,6 +30,7 @@
 //! Weisfeiler and Leman, *The reduction of a graph to canonical form*, 1968.
 
 mod align;
+mod congruent;
 mod connectivity;
 mod error;
 mod guesses;

@@ -1,0 +1,266 @@
+//! Guesses for a suspect of which much is missing and no vertex survived: congruent sets of oriented points.
+//!
+//! As 4-points congruent sets (Aiger, Mitra, Cohen-Or 2008), with two points and their normals in place of four points (Drost et al. 2010). Under
+//! similarities a pair p, q with normals m, n and direction d = (q − p)/|q − p| keeps m·d, n·d and m·n, and the sign of
+//! m·(d × n) unless it is mirrored. A pair in the suspect and a pair in the original that agree in these fix a similarity, scale included. All pairs
+//! of sites in the original are filed under their three numbers; bases are the pairs in the suspect with the fewest
+//! partners. What is left of the original is all in the suspect, so any base will do, and two good sites are
+//! enough where four points would need four.
+
+use crate::sampled::Sampled;
+use crate::threads;
+use crate::vector::{Mat3, Vec3, add, apply, cross, dot, norm, product, scaled, squared, sub, transposed};
+use mesh::Similarity;
+
+/// Sites on each surface.
+const SITES: usize = 400;
+
+/// Samples that agree on a site's normal lie within this fraction of the diagonal.
+const NEIGHBOURHOOD: f64 = 0.03;
+
+/// Bases that are tried, out of so many pairs of the suspect.
+const BASES: usize = 80;
+const PAIRS: usize = 4_000;
+
+/// The points of a base are at least this fraction of the suspect's diagonal apart.
+const WIDE: f64 = 0.3;
+
+/// The least |m·(d × n)|: below, a pair does not fix its frame well.
+const TWISTED: f64 = 0.25;
+
+/// Bins for each of the three cosines.
+const BINS: usize = 16;
+
+/// A guess must bring sites this near, as a fraction of the moved suspect's diagonal.
+const NEAR: f64 = 0.08;
+
+/// Sites that are looked at first, and the mean score below which a guess is dropped after them.
+const FIRST_LOOK: usize = 12;
+const FIRST_LEAST: f64 = 0.25;
+
+/// A point of a surface with the mean normal around it.
+#[derive(Clone, Copy)]
+struct Site {
+    point: Vec3,
+    normal: Vec3,
+}
+
+/// Two sites with what a similarity leaves of them.
+#[derive(Clone, Copy)]
+struct Pair {
+    first: Site,
+    second: Site,
+    cosines: Vec3,
+    twist: f64,
+}
+
+/// The `count` best guesses. Runs in the current pool.
+pub(crate) fn guesses(original: &Sampled, suspect: &Sampled, count: usize) -> Vec<Similarity> {
+    let index = Index::of(&sites(original));
+    let sites = sites(suspect);
+    let mut bases: Vec<(usize, Pair)> = Vec::new();
+    for (i, j) in spread_pairs(sites.len()) {
+        // The suspect may be inside out: its normals count with both signs.
+        for sign in [1.0, -1.0] {
+            let [first, second] = [i, j].map(|k| Site {
+                normal: scaled(sites[k].normal, sign),
+                ..sites[k]
+            });
+            let pair = Pair::of(first, second).filter(|pair| pair.twist.abs() > TWISTED);
+            let wide = squared(sub(second.point, first.point)) > (WIDE * suspect.diagonal).powi(2);
+            if let Some(pair) = pair.filter(|_| wide) {
+                bases.push((index.count(&pair), pair));
+            }
+        }
+    }
+    bases.retain(|(partners, _)| *partners > 0);
+    bases.sort_by_key(|(partners, _)| *partners);
+    bases.truncate(BASES);
+    let candidates: Vec<Similarity> = bases
+        .iter()
+        .flat_map(|(_, base)| index.partners(base).map(move |partner| onto(base, partner)))
+        .filter(|guess| plausible(guess, original, suspect))
+        .collect();
+    let scores = threads::map(candidates.len(), |i| {
+        score(original, &sites, &candidates[i], suspect.diagonal)
+    });
+    let mut order: Vec<usize> = (0..candidates.len()).filter(|&i| scores[i] > 0.0).collect();
+    order.sort_by(|&i, &j| scores[j].total_cmp(&scores[i]));
+    distinct(
+        order.into_iter().map(|i| candidates[i]),
+        suspect,
+        original.diagonal,
+        count,
+    )
+}
+
+/// Sites with their normals, without those where the surface bends too much to have one.
+fn sites(of: &Sampled) -> Vec<Site> {
+    let picked: Vec<usize> = of.some(SITES).collect();
+    let radius = (NEIGHBOURHOOD * of.diagonal).powi(2);
+    let normal = |i: usize| of.normals[of.triangles[i] as usize];
+    let sites = threads::map(picked.len(), |k| {
+        let (point, own) = (of.points[picked[k]], normal(picked[k]));
+        let near = (0..of.points.len()).filter(|&i| squared(sub(of.points[i], point)) < radius);
+        let facing = near.map(normal).filter(|&n| dot(n, own) > 0.0);
+        let (sum, count) = facing.fold(([0.0; 3], 0.0), |(sum, count), n| (add(sum, n), count + 1.0));
+        let length = norm(sum);
+        (length > 0.85 * count && count > 0.0).then(|| Site {
+            point,
+            normal: scaled(sum, 1.0 / length),
+        })
+    });
+    sites.into_iter().flatten().collect()
+}
+
+/// Pairs i, j of 0..n, all of them or an even choice of [`PAIRS`].
+fn spread_pairs(n: usize) -> impl Iterator<Item = (usize, usize)> {
+    let all = n * n;
+    // A step with no common divisor with most numbers, near the golden section of the whole, visits pairs far apart.
+    let step = ((all as f64 * 0.618_033_988_749_895) as usize) | 1;
+    (0..all.min(PAIRS))
+        .map(move |k| (k * step) % all)
+        .map(move |k| (k / n, k % n))
+        .filter(|(i, j)| i != j)
+}
+
+impl Pair {
+    fn of(first: Site, second: Site) -> Option<Self> {
+        let difference = sub(second.point, first.point);
+        let length = norm(difference);
+        if length == 0.0 {
+            return None;
+        }
+        let d = scaled(difference, 1.0 / length);
+        let (m, n) = (first.normal, second.normal);
+        Some(Self {
+            first,
+            second,
+            cosines: [dot(m, d), dot(n, d), dot(m, n)],
+            twist: dot(m, cross(d, n)),
+        })
+    }
+
+    /// An orthonormal frame that moves with the pair: along it, along what its normals have in common across it, and the third
+    /// direction, on the side that the twist gives.
+    fn frame(&self) -> Mat3 {
+        let unit = |v: Vec3| scaled(v, 1.0 / norm(v).max(f64::MIN_POSITIVE));
+        let d = unit(sub(self.second.point, self.first.point));
+        let across = |n: Vec3| unit(sub(n, scaled(d, dot(n, d))));
+        let middle = unit(add(across(self.first.normal), across(self.second.normal)));
+        [d, middle, scaled(cross(d, middle), self.twist.signum())]
+    }
+}
+
+/// The similarity that takes one pair to another; a mirror when their twists differ in sign.
+fn onto(from: &Pair, to: &Pair) -> Similarity {
+    let length = |pair: &Pair| norm(sub(pair.second.point, pair.first.point));
+    let middle = |pair: &Pair| scaled(add(pair.first.point, pair.second.point), 0.5);
+    let scale = length(to) / length(from);
+    let rotation = product(&transposed(&to.frame()), &from.frame());
+    let translation = sub(middle(to), scaled(apply(&rotation, middle(from)), scale));
+    Similarity {
+        scale,
+        rotation,
+        translation,
+    }
+}
+
+/// Whether a guess leaves the suspect neither much larger than the original nor a dot on it.
+fn plausible(guess: &Similarity, original: &Sampled, suspect: &Sampled) -> bool {
+    (0.15..1.1).contains(&(guess.scale * suspect.diagonal / original.diagonal))
+}
+
+/// The pairs of the original's sites, filed under their cosines.
+struct Index {
+    pairs: Vec<Pair>,
+    starts: Vec<usize>,
+}
+
+impl Index {
+    fn of(sites: &[Site]) -> Self {
+        let mut filed: Vec<(usize, Pair)> = Vec::new();
+        for (i, &first) in sites.iter().enumerate() {
+            for (j, &second) in sites.iter().enumerate() {
+                let pair = if i == j { None } else { Pair::of(first, second) };
+                if let Some(pair) = pair.filter(|pair| pair.twist.abs() > 0.5 * TWISTED) {
+                    filed.push((bin(pair.cosines), pair));
+                }
+            }
+        }
+        filed.sort_by_key(|(bin, _)| *bin);
+        let mut starts = vec![0; BINS * BINS * BINS + 1];
+        for (bin, _) in &filed {
+            starts[bin + 1] += 1;
+        }
+        for bin in 1..starts.len() {
+            starts[bin] += starts[bin - 1];
+        }
+        Self {
+            pairs: filed.into_iter().map(|(_, pair)| pair).collect(),
+            starts,
+        }
+    }
+
+    /// How many pairs lie in the bin of another.
+    fn count(&self, pair: &Pair) -> usize {
+        self.partners(pair).count()
+    }
+
+    fn partners(&self, pair: &Pair) -> impl Iterator<Item = &Pair> {
+        let bin = bin(pair.cosines);
+        self.pairs[self.starts[bin]..self.starts[bin + 1]].iter()
+    }
+}
+
+fn bin(cosines: Vec3) -> usize {
+    // Equal steps of the angle.
+    let of =
+        |c: f64| ((c.clamp(-1.0, 1.0).acos() / std::f64::consts::PI * BINS as f64) as usize).min(BINS - 1);
+    (of(cosines[0]) * BINS + of(cosines[1])) * BINS + of(cosines[2])
+}
+
+/// The mean over sites of 1 − (distance / limit)², where the surface faces the same way or the opposite way throughout; 0 when the
+/// first sites already speak against the guess.
+fn score(original: &Sampled, sites: &[Site], guess: &Similarity, diagonal: f64) -> f64 {
+    let limit = NEAR * guess.scale * diagonal;
+    let mut sums = [0.0_f64; 2];
+    let step = (sites.len() / 100).max(1);
+    let picked = sites.iter().step_by(step);
+    for (seen, site) in picked.clone().enumerate() {
+        if seen == FIRST_LOOK && sums[0].max(sums[1]) < FIRST_LEAST * FIRST_LOOK as f64 {
+            return 0.0;
+        }
+        if let Some(nearest) = original.surface.nearest_within(guess.apply(site.point), limit) {
+            let normal = apply(&guess.rotation, site.normal);
+            let cosine = dot(normal, original.normals[nearest.triangle as usize]);
+            sums[usize::from(cosine < 0.0)] += cosine.abs() * (1.0 - (nearest.distance / limit).powi(2));
+        }
+    }
+    sums[0].max(sums[1]) / picked.len().max(1) as f64
+}
+
+/// The first `count` guesses that move the suspect to places clearly apart.
+fn distinct(
+    guesses: impl Iterator<Item = Similarity>,
+    suspect: &Sampled,
+    diagonal: f64,
+    count: usize,
+) -> Vec<Similarity> {
+    let marks: Vec<Vec3> = suspect.some(8).map(|i| suspect.points[i]).collect();
+    let mut kept: Vec<Similarity> = Vec::new();
+    for guess in guesses {
+        let apart = |other: &Similarity| {
+            marks
+                .iter()
+                .any(|&p| norm(sub(guess.apply(p), other.apply(p))) > 0.05 * diagonal)
+        };
+        if kept.iter().all(apart) {
+            kept.push(guess);
+            if kept.len() == count {
+                break;
+            }
+        }
+    }
+    kept
+}
