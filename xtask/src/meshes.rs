@@ -13,7 +13,7 @@ use rand_chacha::{
     rand_core::{Rng, SeedableRng},
 };
 use sigmark::{
-    Embedder, Outcome, Signed, Verdict, Verifier,
+    Embedder, Outcome, Verdict, Verifier,
     signature::{Curve, SigningKey},
 };
 
@@ -72,19 +72,18 @@ fn check(asset: &Asset, other_model: Option<&TriMesh>) -> Result<Vec<String>> {
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let original = asset.mesh();
     let keys = [1, 2].map(|seed| SigningKey::generate(Curve::P256, &mut ChaCha20Rng::seed_from_u64(seed)));
-    let [signed, foreign]: [Result<Signed, _>; 2] = keys.each_ref().map(|key| {
-        Embedder::new(key)
-            .message("checked")
-            .threads(threads)
-            .embed(original)
-    });
-    let (signed, foreign) = (signed?, foreign?);
+    let embedders = keys
+        .each_ref()
+        .map(|key| Embedder::new(key).message("checked").threads(threads));
+    let signed = embedders[0].embed(original)?;
+    let foreign = embedders[1].embed_prepared(signed.original())?;
     // As the file holds it: rounded to its precision.
     let marked = asset.with_positions(signed.positions())?.mesh().clone();
     let foreign = asset.with_positions(foreign.positions())?.mesh().clone();
 
     let certificate = signed.certificate();
-    let verifier = Verifier::new(original, certificate, certificate.public_key())?.threads(threads);
+    let verifier = Verifier::new(original, certificate, certificate.public_key())?
+        .prepared_original(signed.original())?;
     let moved = shapes::moved(&marked, &random_similarity(original));
     let suspects = [
         ("untouched", marked.clone()),

@@ -1,3 +1,5 @@
+use std::sync::Arc;
+
 use mesh::TriMesh;
 use serde::{Deserialize, Serialize};
 
@@ -161,14 +163,24 @@ impl<'k> Embedder<'k> {
     pub fn embed_observed(&self, mesh: &TriMesh, observer: &dyn Observer) -> Result<Signed, SigmarkError> {
         self.strength.check()?;
         let layout = ChipLayout::new(self.scheme.bits(), self.chip_rate)?;
+        let original = PreparedOriginal::prepare(mesh, layout, self.threads, observer)?;
+        observer.stage(Stage::Embedding);
+        self.embed_prepared(&Arc::new(original))
+    }
+
+    /// Signs a mesh whose bases are known already: who signs one model for many receivers computes them once.
+    ///
+    /// # Errors
+    /// As [`embed`](Self::embed); [`SigmarkError::Layout`] when `original` was prepared for another number of bits or chips.
+    pub fn embed_prepared(&self, original: &Arc<PreparedOriginal>) -> Result<Signed, SigmarkError> {
+        self.strength.check()?;
+        original.check_layout(&ChipLayout::new(self.scheme.bits(), self.chip_rate)?)?;
+        let mesh = original.mesh();
         let digest = GeometryDigest::of(mesh);
         let signature = self
             .key
             .sign(self.scheme, &self.coverage.signed_bytes(&self.message, &digest))?;
-
-        let original = PreparedOriginal::prepare(mesh, layout, self.threads, observer)?;
-        observer.stage(Stage::Embedding);
-        let (alphas, distortion_rms) = self.alphas(&original)?;
+        let (alphas, distortion_rms) = self.alphas(original)?;
         let displacement = original.displacement(&signature.bits(), &alphas);
         let positions = mesh
             .positions()
@@ -201,7 +213,7 @@ impl<'k> Embedder<'k> {
         Ok(Signed {
             marked,
             certificate,
-            original,
+            original: Arc::clone(original),
             signature,
             alphas,
             distortion_rms,
@@ -241,7 +253,7 @@ impl<'k> Embedder<'k> {
 pub struct Signed {
     marked: TriMesh,
     certificate: Certificate,
-    original: PreparedOriginal,
+    original: Arc<PreparedOriginal>,
     signature: Signature,
     alphas: Vec<f64>,
     distortion_rms: f64,
@@ -264,7 +276,7 @@ impl Signed {
     }
 
     /// The original with its patches and bases.
-    pub fn original(&self) -> &PreparedOriginal {
+    pub fn original(&self) -> &Arc<PreparedOriginal> {
         &self.original
     }
 

@@ -12,6 +12,17 @@ pub enum SigmarkError {
         /// c.
         rate: usize,
     },
+    /// Bases were prepared for another mark.
+    #[error(
+        "the original was prepared for {} bits with chip rate {}, but the mark has {} bits with chip rate {}; prepare it anew",
+        prepared.bits(), prepared.rate(), wanted.bits(), wanted.rate()
+    )]
+    Layout {
+        /// What the bases were computed for.
+        prepared: crate::ChipLayout,
+        /// What the mark needs.
+        wanted: crate::ChipLayout,
+    },
     /// A strength of nothing.
     #[error("{what} is {value}, but must be a number above 0")]
     NotPositive {
@@ -57,7 +68,9 @@ pub enum SigmarkError {
         most: usize,
     },
     /// The surface has no area, or no extent, to hide anything in.
-    #[error("patch {patch} has no area: all its triangles are degenerate; export the model again with more digits")]
+    #[error(
+        "patch {patch} has no area: all its triangles are degenerate; export the model again with more digits"
+    )]
     NoArea {
         /// Which patch, from 0.
         patch: usize,

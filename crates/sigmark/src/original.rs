@@ -41,6 +41,17 @@ impl PreparedOriginal {
         })
     }
 
+    /// Whether the bases were computed for this layout.
+    pub(crate) fn check_layout(&self, wanted: &ChipLayout) -> Result<(), SigmarkError> {
+        if self.layout == *wanted {
+            return Ok(());
+        }
+        Err(SigmarkError::Layout {
+            prepared: self.layout,
+            wanted: *wanted,
+        })
+    }
+
     /// The original mesh.
     pub fn mesh(&self) -> &TriMesh {
         &self.mesh

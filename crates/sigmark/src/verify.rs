@@ -1,4 +1,4 @@
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use mesh::{Similarity, TriMesh};
 use registration::match_candidates;
@@ -63,7 +63,7 @@ pub struct Verifier<'a> {
     certificate: &'a Certificate,
     p_bound: f64,
     threads: usize,
-    prepared: OnceLock<PreparedOriginal>,
+    prepared: OnceLock<Arc<PreparedOriginal>>,
 }
 
 impl<'a> Verifier<'a> {
@@ -82,13 +82,7 @@ impl<'a> Verifier<'a> {
                 given: public_key.fingerprint(),
             });
         }
-        let (expected, found) = (certificate.original().digest, GeometryDigest::of(original));
-        if expected != found {
-            return Err(SigmarkError::AnotherOriginal {
-                expected: expected.to_string(),
-                found: found.to_string(),
-            });
-        }
+        check_digest(certificate, original)?;
         Ok(Self {
             original,
             certificate,
@@ -108,6 +102,22 @@ impl<'a> Verifier<'a> {
     pub fn threads(mut self, threads: usize) -> Self {
         self.threads = threads;
         self
+    }
+
+    /// Takes bases that are known already, so that they are not computed again.
+    ///
+    /// # Errors
+    /// [`SigmarkError::AnotherOriginal`], [`SigmarkError::Layout`] or [`SigmarkError::BasisMismatch`] if they are not those
+    /// of the original and the certificate.
+    pub fn prepared_original(self, original: &Arc<PreparedOriginal>) -> Result<Self, SigmarkError> {
+        let mark = self.certificate.mark();
+        original.check_layout(&ChipLayout::new(mark.signature.scheme().bits(), mark.chip_rate)?)?;
+        check_digest(self.certificate, original.mesh())?;
+        self.check_bases(original)?;
+        Ok(Self {
+            prepared: OnceLock::from(Arc::clone(original)),
+            ..self
+        })
     }
 
     /// Judges a suspect. The original's bases are computed the first time that they are needed, and kept.
@@ -132,7 +142,7 @@ impl<'a> Verifier<'a> {
             Ok(maps) => maps,
             Err(difference) => return Ok(self.does_not_fit(difference.to_string())),
         };
-        let original = self.prepared(observer)?;
+        let original = self.bases(observer)?;
 
         observer.stage(Stage::Detection);
         let alphas: Vec<f64> = self
@@ -157,7 +167,8 @@ impl<'a> Verifier<'a> {
         }
     }
 
-    fn prepared(&self, observer: &dyn Observer) -> Result<&PreparedOriginal, SigmarkError> {
+    /// The bases, computed the first time.
+    fn bases(&self, observer: &dyn Observer) -> Result<&PreparedOriginal, SigmarkError> {
         if let Some(prepared) = self.prepared.get() {
             return Ok(prepared);
         }
@@ -165,7 +176,7 @@ impl<'a> Verifier<'a> {
         let layout = ChipLayout::new(mark.signature.scheme().bits(), mark.chip_rate)?;
         let prepared = PreparedOriginal::prepare(self.original, layout, self.threads, observer)?;
         self.check_bases(&prepared)?;
-        Ok(self.prepared.get_or_init(|| prepared))
+        Ok(self.prepared.get_or_init(|| Arc::new(prepared)))
     }
 
     fn check_bases(&self, prepared: &PreparedOriginal) -> Result<(), SigmarkError> {
@@ -235,4 +246,15 @@ impl<'a> Verifier<'a> {
             remark: Some(remark),
         }
     }
+}
+
+fn check_digest(certificate: &Certificate, original: &TriMesh) -> Result<(), SigmarkError> {
+    let (expected, found) = (certificate.original().digest, GeometryDigest::of(original));
+    if expected == found {
+        return Ok(());
+    }
+    Err(SigmarkError::AnotherOriginal {
+        expected: expected.to_string(),
+        found: found.to_string(),
+    })
 }

@@ -288,6 +288,31 @@ fn every_scheme_signs_and_verifies() {
 }
 
 #[test]
+fn bases_are_computed_once_for_many_receivers() {
+    let mesh = shapes::bumpy_sphere(4, 9);
+    let (key, first) = (key(Curve::P256, 1), sign(&mesh, 1));
+    let embedder = Embedder::new(&key).message("order 4711").chip_rate(1);
+    let again = embedder.embed_prepared(first.original()).unwrap();
+    assert_eq!(again.positions(), first.positions());
+    let second = embedder
+        .clone()
+        .message("order 4712")
+        .embed_prepared(first.original())
+        .unwrap();
+    assert_ne!(second.positions(), first.positions());
+    let certificate = second.certificate();
+    let verifier = Verifier::new(&mesh, certificate, certificate.public_key()).unwrap();
+    let verifier = verifier.prepared_original(first.original()).unwrap();
+    assert_eq!(verifier.verify(second.mesh()).unwrap().outcome, Outcome::Verified);
+    assert!(matches!(
+        verifier.verify(first.mesh()).unwrap().outcome,
+        Outcome::NotFound { .. }
+    ));
+    let other = embedder.chip_rate(2).embed_prepared(first.original());
+    assert!(matches!(other, Err(SigmarkError::Layout { .. })));
+}
+
+#[test]
 fn small_pieces_ride_along_unmarked() {
     let large = shapes::bumpy_sphere(4, 9);
     let mesh = shapes::disjoint_union(&[shapes::translated(&shapes::tetrahedron(), [7.0, 0.0, 0.0]), large]);
