@@ -9,6 +9,9 @@ use std::{
 use anyhow::{Context, Result, anyhow, bail};
 use mesh::Asset;
 
+const KEY: &str = "a key";
+const CERTIFICATE: &str = "a certificate";
+
 /// A kind of text file that a command reads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Text {
@@ -23,6 +26,14 @@ impl Text {
             Self::PrivateKey => "a private key",
             Self::PublicKey => "a public key",
             Self::Certificate => "a certificate",
+        }
+    }
+
+    /// As `recognised` calls it: which key it is, is said by whoever reads it.
+    fn family(self) -> &'static str {
+        match self {
+            Self::PrivateKey | Self::PublicKey => KEY,
+            Self::Certificate => CERTIFICATE,
         }
     }
 
@@ -69,6 +80,9 @@ pub(crate) fn read_text(path: &Path, kind: Text) -> Result<String> {
     if bytes.is_empty() {
         bail!("{}: is empty, not {name}: {remedy}", path.display());
     }
+    if let Some(found) = recognised(&bytes).filter(|&found| found != kind.family()) {
+        bail!("{}: is {found}, not {name}: {remedy}", path.display());
+    }
     String::from_utf8(bytes).map_err(|error| {
         let place = error.utf8_error().valid_up_to();
         anyhow!(
@@ -80,27 +94,26 @@ pub(crate) fn read_text(path: &Path, kind: Text) -> Result<String> {
 
 /// Opens a mesh; a certificate or a key in its place is recognised.
 pub(crate) fn open_mesh(path: &Path) -> Result<Asset> {
-    Asset::open(path).map_err(|error| match mistaken_for_a_mesh(path) {
-        Some(what) => anyhow!(
-            "{}: is {what}, but a mesh belongs here: see --help for which file goes where",
-            path.display()
-        ),
-        None => error.into(),
+    Asset::open(path).map_err(|error| {
+        let mut beginning = Vec::new();
+        let read = fs::File::open(path).and_then(|file| file.take(200).read_to_end(&mut beginning));
+        match recognised(&beginning).filter(|_| read.is_ok()) {
+            Some(found) => anyhow!(
+                "{}: is {found}, but a mesh belongs here: see --help for which file goes where",
+                path.display()
+            ),
+            None => error.into(),
+        }
     })
 }
 
-/// What a file is that was given as a mesh, if it is something else that this program knows.
-fn mistaken_for_a_mesh(path: &Path) -> Option<&'static str> {
-    let mut beginning = String::new();
-    fs::File::open(path)
-        .ok()?
-        .take(200)
-        .read_to_string(&mut beginning)
-        .ok()?;
+/// What a file is, if it is one that this program writes and no mesh.
+fn recognised(beginning: &[u8]) -> Option<&'static str> {
+    let beginning = String::from_utf8_lossy(&beginning[..beginning.len().min(200)]);
     if beginning.starts_with('{') && beginning.contains("sigmark-certificate") {
-        Some("a certificate")
+        Some(CERTIFICATE)
     } else if beginning.starts_with("-----BEGIN ") {
-        Some("a key")
+        Some(KEY)
     } else {
         None
     }

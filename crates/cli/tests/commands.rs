@@ -1,0 +1,641 @@
+//! What the commands do when all is well, and how they answer yes and no.
+
+mod common;
+
+use std::{
+    io::{Cursor, Read},
+    process::Stdio,
+};
+
+use common::{Folder, finish, model};
+use mesh::{Asset, Precision, Similarity, TriMesh, shapes};
+use serde_json::Value;
+
+const VERIFY: &str = "--original model.ply --certificate signed.ply.cert.json --public-key owner.pub.pem";
+
+fn keys(object: &Value) -> Vec<&str> {
+    object
+        .as_object()
+        .expect("an object")
+        .keys()
+        .map(String::as_str)
+        .collect()
+}
+
+fn number(object: &Value, key: &str) -> f64 {
+    object[key]
+        .as_f64()
+        .unwrap_or_else(|| panic!("{key} in {object}"))
+}
+
+#[test]
+fn a_new_key_is_pem_with_its_public_half_beside_it_and_private_to_its_owner() {
+    let folder = Folder::empty();
+    for (profile, curve) in [("standard", "P-256"), ("paper", "B-163")] {
+        let run = folder.done(&format!("keygen -o {profile}.pem --profile {profile} --json"));
+        let report = run.json();
+        assert_eq!(
+            keys(&report),
+            ["curve", "fingerprint", "private_key", "public_key"]
+        );
+        assert_eq!(report["curve"], curve);
+        assert_eq!(report["public_key"], format!("{profile}.pub.pem"));
+        assert!(
+            folder
+                .text(&format!("{profile}.pem"))
+                .starts_with("-----BEGIN PRIVATE KEY-----\n")
+        );
+        assert!(
+            folder
+                .text(&format!("{profile}.pub.pem"))
+                .starts_with("-----BEGIN PUBLIC KEY-----\n")
+        );
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::PermissionsExt;
+            let metadata = std::fs::metadata(folder.path(format!("{profile}.pem"))).unwrap();
+            assert_eq!(metadata.permissions().mode() & 0o777, 0o600);
+        }
+    }
+    assert_eq!(folder.contents().len(), 4);
+}
+
+#[test]
+fn two_keys_are_never_the_same_and_force_replaces_both_halves() {
+    let folder = Folder::empty();
+    folder.done("keygen -o owner.pem");
+    let first = folder.contents();
+    folder.done("keygen -o owner.pem --force");
+    for (name, bytes) in folder.contents() {
+        assert_ne!(first[&name], bytes, "{}", name.display());
+    }
+}
+
+#[test]
+fn a_locked_key_signs_with_its_passphrase() {
+    let folder = Folder::with_signed_model();
+    for line in [
+        "keygen -o locked.pem --encrypt",
+        "embed model.ply -o mine.ply --key locked.pem --chip-rate 1",
+    ] {
+        let mut command = folder.command(line.split_whitespace());
+        command.env("SIGMARK_PASSPHRASE", "Grüße, 世界");
+        let run = finish(command);
+        assert_eq!((run.code, run.err.as_str()), (Some(0), ""));
+        assert!(!run.out.contains("Grüße"));
+    }
+    assert!(
+        folder
+            .text("locked.pem")
+            .starts_with("-----BEGIN ENCRYPTED PRIVATE KEY-----\n")
+    );
+    folder.done(
+        "verify mine.ply --original model.ply --certificate mine.ply.cert.json --public-key locked.pub.pem",
+    );
+}
+
+#[test]
+fn what_embed_writes_verify_finds_in_every_format() {
+    let folder = Folder::with_signed_model();
+    for (name, precision) in [
+        ("a.obj", Precision::Single),
+        ("a.ply", Precision::Single),
+        ("a.stl", Precision::Single),
+        ("a.off", Precision::Double),
+        ("a.obj.gz", Precision::Double),
+        ("a.ply.gz", Precision::Double),
+        ("a.stl.gz", Precision::Single),
+        ("a.off.gz", Precision::Single),
+    ] {
+        folder.write_mesh(name, &model(), precision);
+        let signed = format!("signed_{name}");
+        let run = folder.done(&format!(
+            "embed {name} -o {signed} --key owner.pem --message order-4711 --chip-rate 1 --json"
+        ));
+        let report = run.json();
+        assert_eq!(
+            keys(&report),
+            [
+                "alpha",
+                "bits",
+                "certificate",
+                "chip_rate",
+                "distortion_rms",
+                "functions",
+                "output",
+                "patches",
+                "read_back",
+                "scheme",
+                "seconds",
+                "unmarked_vertices"
+            ]
+        );
+        assert_eq!(report["certificate"], format!("{signed}.cert.json"));
+        assert_eq!((&report["bits"], &report["chip_rate"]), (&512.into(), &1.into()));
+        assert_eq!(
+            (&report["patches"], &report["functions"]),
+            (&1.into(), &172.into())
+        );
+        assert!((number(&report, "distortion_rms") - 4e-4).abs() < 1e-12);
+        assert!(number(&report, "alpha") > 0.0 && number(&report["seconds"], "harmonics") > 0.0);
+        assert_eq!(report["read_back"], 1.0);
+
+        let run = folder.done(&format!(
+            "verify {signed} --original {name} --certificate {signed}.cert.json --public-key owner.pub.pem --json"
+        ));
+        let report = run.json();
+        assert_eq!(
+            keys(&report),
+            [
+                "attack_model",
+                "bit_errors",
+                "bits",
+                "correlation",
+                "extraction_rate",
+                "message",
+                "mirrored",
+                "outcome",
+                "overlap",
+                "p_value",
+                "public_key",
+                "remark",
+                "residual",
+                "seconds",
+                "transform"
+            ]
+        );
+        assert_eq!(
+            (&report["outcome"], &report["message"]),
+            (&"verified".into(), &"order-4711".into())
+        );
+        assert_eq!(
+            (number(&report, "extraction_rate"), number(&report, "bit_errors")),
+            (1.0, 0.0)
+        );
+        assert_eq!(
+            (number(&report, "bits"), number(&report, "overlap")),
+            (512.0, 1.0)
+        );
+        assert!(number(&report, "p_value") < 1e-30);
+        assert!((1e-4..1e-3).contains(&number(&report, "residual")));
+        assert_eq!(report["transform"].as_array().map(Vec::len), Some(4));
+        assert_eq!(report["transform"][3], serde_json::json!([0.0, 0.0, 0.0, 1.0]));
+    }
+}
+
+#[test]
+fn a_signed_mesh_is_found_moved_scaled_mirrored_shuffled_and_in_another_format() {
+    let folder = Folder::with_signed_model();
+    let signed = Asset::open(folder.path("signed.ply")).unwrap();
+    let turn = Similarity {
+        scale: 25.4,
+        rotation: [[0.0, 0.0, 1.0], [0.6, 0.8, 0.0], [-0.8, 0.6, 0.0]],
+        translation: [3.0, -70.0, 1e3],
+    };
+    let moved = shapes::shuffled(&shapes::mirrored(&shapes::moved(signed.mesh(), &turn)), 5);
+    folder.write_mesh("found.obj.gz", &moved, Precision::Double);
+    let report = folder
+        .done(&format!("verify found.obj.gz {VERIFY} --json"))
+        .json();
+    assert_eq!(
+        (&report["outcome"], &report["mirrored"]),
+        (&"verified".into(), &true.into())
+    );
+
+    let text = folder.done(&format!("verify found.obj.gz {VERIFY}")).out;
+    assert!(
+        text.starts_with("VERIFIED: found.obj.gz carries the signature"),
+        "{text}"
+    );
+    assert!(
+        text.contains("512 of 512") && text.contains("order-4711") && text.contains("mirrored"),
+        "{text}"
+    );
+}
+
+#[test]
+fn a_damaged_mark_is_detected_where_its_bits_can_no_longer_be_read() {
+    let folder = Folder::with_signed_model();
+    let signed = Asset::open(folder.path("signed.ply")).unwrap();
+    folder.write_mesh(
+        "worn.ply",
+        &shapes::jittered(signed.mesh(), 0.03, 9),
+        Precision::Double,
+    );
+    let run = folder.done(&format!("verify worn.ply {VERIFY} --json"));
+    let report = run.json();
+    assert_eq!(report["outcome"], "detected", "{report}");
+    assert!(
+        number(&report, "bit_errors") > 0.0 && number(&report, "p_value") <= 1e-6,
+        "{report}"
+    );
+    assert!(
+        folder
+            .done(&format!("verify worn.ply {VERIFY}"))
+            .out
+            .starts_with("DETECTED: ")
+    );
+
+    let stricter = format!(
+        "verify worn.ply {VERIFY} --json --p-bound {:e}",
+        0.5 * number(&report, "p_value")
+    );
+    let run = folder.run(&stricter);
+    assert_eq!((run.code, &run.json()["outcome"]), (Some(1), &"not_found".into()));
+}
+
+#[test]
+fn an_unmarked_mesh_and_a_mesh_marked_by_another_key_are_answered_with_no() {
+    let folder = Folder::with_signed_model();
+    for suspect in ["model.ply", "theirs.ply"] {
+        let run = folder.run(&format!("verify {suspect} {VERIFY} --json"));
+        let report = run.json();
+        assert_eq!((run.code, &report["outcome"]), (Some(1), &"not_found".into()));
+        assert!(
+            (0.4..0.6).contains(&number(&report, "extraction_rate")),
+            "{report}"
+        );
+        assert!(
+            number(&report, "p_value") > 1e-4 && report["remark"].is_null(),
+            "{report}"
+        );
+        let run = folder.run(&format!("verify {suspect} {VERIFY}"));
+        assert_eq!((run.code, run.err.as_str()), (Some(1), ""));
+        assert!(run.out.starts_with("NOT FOUND: "), "{}", run.out);
+    }
+}
+
+#[test]
+fn another_model_altogether_is_answered_with_no_and_the_reason() {
+    let folder = Folder::with_signed_model();
+    let others: [(&str, TriMesh); 4] = [
+        ("finer.ply", shapes::bumpy_sphere(4, 1)),
+        ("torus.stl", shapes::bumpy_torus(20, 20, 1)),
+        ("triangle.obj", shapes::rectangle(1, 1, 1.0, 1.0)),
+        ("edges.off", shapes::flipped(&model(), 3)),
+    ];
+    for (name, mesh) in others {
+        folder.write_mesh(name, &mesh, Precision::Double);
+        let run = folder.run(&format!("verify {name} {VERIFY} --json"));
+        let report = run.json();
+        assert_eq!(
+            (run.code, &report["outcome"]),
+            (Some(1), &"not_found".into()),
+            "{name}"
+        );
+        assert_eq!(
+            (number(&report, "p_value"), number(&report, "overlap")),
+            (1.0, 0.0)
+        );
+        assert!(report["extraction_rate"].is_null() && report["transform"].is_null());
+        let remark = report["remark"].as_str().expect("a remark");
+        let run = folder.run(&format!("verify {name} {VERIFY}"));
+        assert!(
+            run.out.contains(remark) && run.out.starts_with("NOT FOUND: "),
+            "{}",
+            run.out
+        );
+    }
+}
+
+#[test]
+fn the_papers_profile_signs_with_324_bits() {
+    let folder = Folder::with_signed_model();
+    folder.done("keygen -o paper.pem --profile paper");
+    let report = folder
+        .done("embed model.ply -o p.ply --key paper.pem --profile paper --chip-rate 2 --json")
+        .json();
+    assert_eq!(
+        (&report["bits"], &report["functions"]),
+        (&324.into(), &217.into())
+    );
+    assert_eq!(report["scheme"], "ecdsa-b163-sha1");
+    let certificate: Value = serde_json::from_str(&folder.text("p.ply.cert.json")).unwrap();
+    assert_eq!(certificate["mark"]["coverage"], "message");
+    let verify =
+        "verify p.ply --original model.ply --certificate p.ply.cert.json --public-key paper.pub.pem --json";
+    assert_eq!(folder.done(verify).json()["outcome"], "verified");
+}
+
+#[test]
+fn sha_1_and_the_three_measures_of_strength_can_be_chosen() {
+    let folder = Folder::with_signed_model();
+    let embed = |options: &str| {
+        let line = format!("embed model.ply -o s.ply --key owner.pem --chip-rate 1 --force --json {options}");
+        folder.done(&line).json()
+    };
+    assert_eq!(embed("--sha1")["scheme"], "ecdsa-p256-sha1");
+    let strong = embed("--distortion 0.002");
+    assert!((number(&strong, "distortion_rms") - 0.002).abs() < 1e-12);
+    let same = embed(&format!("--alpha {:e}", number(&strong, "alpha")));
+    assert!((number(&same, "distortion_rms") - 0.002).abs() < 1e-12);
+    let area = Asset::open(folder.path("model.ply")).unwrap().mesh().area();
+    let same = embed(&format!(
+        "--paper-alpha {:e}",
+        number(&strong, "alpha") * area.sqrt()
+    ));
+    assert!((number(&same, "distortion_rms") - 0.002).abs() < 1e-9);
+}
+
+#[test]
+fn the_certificate_goes_where_it_is_asked_to() {
+    let folder = Folder::with_signed_model();
+    folder.done("embed model.ply -o s.ply --key owner.pem --chip-rate 1 --certificate proof.json");
+    assert!(folder.path("proof.json").exists() && !folder.path("s.ply.cert.json").exists());
+}
+
+#[test]
+fn the_same_key_and_message_give_the_same_files_with_any_number_of_threads() {
+    let folder = Folder::empty();
+    let pieces = [
+        model(),
+        shapes::translated(&shapes::bumpy_torus(30, 20, 2), [9.0, 0.0, 0.0]),
+    ];
+    folder.write_mesh("model.ply", &shapes::disjoint_union(&pieces), Precision::Double);
+    folder.done("keygen -o owner.pem");
+    for threads in [1, 2] {
+        let line = format!(
+            "embed model.ply -o s{threads}.ply --certificate s{threads}.json --key owner.pem --chip-rate 1 --threads {threads}"
+        );
+        folder.done(&line);
+        folder.done(&format!(
+            "spectrum model.ply -k 12 -o b{threads}.npz --threads {threads}"
+        ));
+    }
+    assert!(folder.read("s1.ply") == folder.read("s2.ply"));
+    assert_eq!(folder.text("s1.json"), folder.text("s2.json"));
+    assert!(
+        array(&folder.read("b1.npz"), "eigenfunctions") == array(&folder.read("b2.npz"), "eigenfunctions")
+    );
+}
+
+/// Shape and raw 8-byte values of an array in an NPZ file.
+fn array(npz: &[u8], name: &str) -> (Vec<usize>, Vec<[u8; 8]>) {
+    let mut archive = zip::ZipArchive::new(Cursor::new(npz)).expect("a ZIP archive");
+    let mut bytes = Vec::new();
+    archive
+        .by_name(&format!("{name}.npy"))
+        .expect(name)
+        .read_to_end(&mut bytes)
+        .expect(name);
+    assert_eq!(&bytes[..8], b"\x93NUMPY\x01\x00");
+    let data = 10 + usize::from(u16::from_le_bytes([bytes[8], bytes[9]]));
+    assert_eq!(data % 64, 0);
+    let header = std::str::from_utf8(&bytes[10..data]).expect("ASCII");
+    let kind = if name == "vertex" { "<i8" } else { "<f8" };
+    assert!(
+        header.contains(&format!("'descr': '{kind}', 'fortran_order': False, 'shape': (")),
+        "{header}"
+    );
+    let (_, shape) = header.split_once("'shape': (").expect("a shape");
+    let (shape, _) = shape.split_once(')').expect("a shape");
+    let shape: Vec<usize> = shape
+        .split(',')
+        .filter_map(|extent| extent.trim().parse().ok())
+        .collect();
+    let values: Vec<[u8; 8]> = bytes[data..]
+        .chunks(8)
+        .map(|v| v.try_into().expect("8 bytes"))
+        .collect();
+    assert_eq!(values.len(), shape.iter().product::<usize>());
+    (shape, values)
+}
+
+fn doubles(npz: &[u8], name: &str) -> (Vec<usize>, Vec<f64>) {
+    let (shape, values) = array(npz, name);
+    (shape, values.into_iter().map(f64::from_le_bytes).collect())
+}
+
+#[test]
+fn a_spectrum_reads_back_from_its_file_and_is_mass_orthonormal() {
+    let folder = Folder::empty();
+    let mesh = shapes::exploded(&model());
+    folder.write_mesh("model.stl", &mesh, Precision::Single);
+    let report = folder.done("spectrum model.stl -k 12 -o basis.npz --json").json();
+    assert_eq!(
+        keys(&report),
+        [
+            "count",
+            "eigenvalues",
+            "inertia_complete",
+            "max_residual",
+            "output",
+            "seconds",
+            "vertices"
+        ]
+    );
+    assert_eq!((&report["count"], &report["vertices"]), (&12.into(), &642.into()));
+    assert_eq!(
+        (&report["inertia_complete"], &report["output"]),
+        (&true.into(), &"basis.npz".into())
+    );
+    assert!(number(&report, "max_residual") < 1e-6);
+
+    let npz = folder.read("basis.npz");
+    let (n, k) = (642, 12);
+    let (shape, eigenvalues) = doubles(&npz, "eigenvalues");
+    assert_eq!(shape, [k]);
+    assert!(eigenvalues.is_sorted() && eigenvalues[0].abs() < 1e-9 && eigenvalues[1] > 0.1);
+    let printed: Vec<f64> = report["eigenvalues"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter_map(Value::as_f64)
+        .collect();
+    assert_eq!(printed, eigenvalues);
+    let (shape, h) = doubles(&npz, "eigenfunctions");
+    assert_eq!(shape, [n, k]);
+    let (shape, mass) = doubles(&npz, "mass");
+    assert_eq!(shape, [n]);
+    for a in 0..k {
+        for b in 0..k {
+            let product: f64 = (0..n).map(|i| h[i * k + a] * mass[i] * h[i * k + b]).sum();
+            let expected = f64::from(u8::from(a == b));
+            assert!((product - expected).abs() < 1e-10, "({a}, {b}): {product}");
+        }
+    }
+    // Row by row, the file vertex is a corner of the file with the position of the welded vertex.
+    let asset = Asset::open(folder.path("model.stl")).unwrap();
+    let (shape, vertex) = array(&npz, "vertex");
+    assert_eq!(shape, [n]);
+    for (row, file_vertex) in vertex.into_iter().map(i64::from_le_bytes).enumerate() {
+        assert_eq!(asset.welded().vertex_of()[file_vertex as usize], Some(row as u32));
+    }
+}
+
+#[test]
+fn inspect_says_what_the_file_holds() {
+    let folder = Folder::empty();
+    folder.write_mesh("torus.off.gz", &shapes::torus(12, 8, 2.0, 0.5), Precision::Double);
+    let report = folder.done("inspect torus.off.gz --json").json();
+    assert_eq!(
+        keys(&report),
+        [
+            "file",
+            "file_vertices",
+            "format",
+            "gzipped",
+            "remarks",
+            "topology"
+        ]
+    );
+    assert_eq!(
+        (&report["format"], &report["gzipped"]),
+        (&"OFF".into(), &true.into())
+    );
+    assert_eq!(
+        (&report["topology"]["genus"], &report["topology"]["vertices"]),
+        (&1.into(), &96.into())
+    );
+    let text = folder.done("inspect torus.off.gz").out;
+    assert!(
+        text.starts_with("torus.off.gz: OFF, gzipped\n") && text.contains("genus 1"),
+        "{text}"
+    );
+}
+
+#[test]
+fn non_manifold_meshes_are_signed_and_found_like_others() {
+    // A wall on an inner edge, a lobe at the tip of a corner, and a vertex that no face uses.
+    let (sheet, lobe) = (shapes::rectangle(30, 30, 3.0, 3.0), shapes::tetrahedron());
+    let mut positions = sheet.positions().to_vec();
+    let mut triangles = sheet.triangles().to_vec();
+    let wall = positions.len() as u32;
+    positions.extend([[0.1, 0.05, 1.0], [2.0, 2.0, 1.0]]);
+    let inner = triangles[triangles.len() / 2];
+    triangles.push([inner[0], inner[1], wall]);
+    let corner = positions.len() as u32;
+    positions.extend(
+        lobe.positions()
+            .iter()
+            .skip(1)
+            .map(|p| [p[0] - 9.0, p[1], p[2] + 5.0]),
+    );
+    triangles.extend(
+        lobe.triangles()
+            .iter()
+            .map(|t| t.map(|v| if v == 0 { 0 } else { corner + v - 1 })),
+    );
+    let mesh = shapes::jittered(&TriMesh::new(positions, triangles).unwrap(), 0.2, 4);
+    let folder = Folder::with_signed_model();
+    folder.write_mesh("rough.ply", &mesh, Precision::Double);
+    let topology = &folder.done("inspect rough.ply --json").json()["topology"];
+    assert_eq!(
+        (&topology["manifold"], &topology["non_manifold_edges"]),
+        (&false.into(), &1.into())
+    );
+    assert_eq!(topology["welding"]["unused_vertices"], 1);
+    folder.done("embed rough.ply -o s.ply --key owner.pem --chip-rate 1");
+    let verify =
+        "verify s.ply --original rough.ply --certificate s.ply.cert.json --public-key owner.pub.pem --json";
+    assert_eq!(folder.done(verify).json()["outcome"], "verified");
+}
+
+#[test]
+fn every_command_has_help_with_an_example() {
+    let folder = Folder::empty();
+    for command in ["keygen", "embed", "verify", "inspect", "spectrum"] {
+        let text = folder.done(&format!("{command} --help")).out;
+        assert!(text.contains(&format!("Usage: sigmark {command}")), "{text}");
+        assert!(
+            text.contains(&format!("Example:\n  sigmark {command} ")),
+            "{text}"
+        );
+        assert!(text.contains("--json prints: "), "{text}");
+        assert!(text.lines().all(|line| line.chars().count() <= 100), "{text}");
+    }
+    assert!(folder.done("--help").out.contains("sigmark keygen -o owner.pem"));
+    assert!(folder.done("--version").out.starts_with("sigmark "));
+    let nothing = folder.run("");
+    assert_eq!(nothing.code, Some(2));
+    assert!(
+        nothing.out.is_empty() && nothing.err.contains("A first session:"),
+        "{}",
+        nothing.err
+    );
+}
+
+#[test]
+fn a_reader_that_goes_away_is_no_error() {
+    let folder = Folder::with_signed_model();
+    for line in [
+        "inspect model.ply",
+        "inspect model.ply --json",
+        "--help",
+        "spectrum model.ply -k 2",
+    ] {
+        let (reader, writer) = std::io::pipe().unwrap();
+        drop(reader);
+        let mut command = folder.command(line.split_whitespace());
+        let output = command
+            .stdout(writer)
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap()
+            .wait_with_output()
+            .unwrap();
+        assert_eq!(
+            (output.status.code(), output.stderr.as_slice()),
+            (Some(0), &b""[..]),
+            "{line}"
+        );
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_report_that_nobody_could_get_is_an_error() {
+    let folder = Folder::with_signed_model();
+    let full = || std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+    let mut command = folder.command(["inspect", "model.ply"]);
+    let run = command
+        .stdout(full())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap()
+        .wait_with_output()
+        .unwrap();
+    assert_eq!(run.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&run.stderr).starts_with("sigmark: the report can't be written"));
+    // With standard error full as well, the exit code still says it.
+    let run = folder
+        .command(["inspect", "model.ply"])
+        .stdout(full())
+        .stderr(full())
+        .status()
+        .unwrap();
+    assert_eq!(run.code(), Some(2));
+}
+
+#[test]
+fn names_and_messages_from_outside_do_not_steer_the_terminal() {
+    let folder = Folder::with_signed_model();
+    let embed = [
+        "embed",
+        "model.ply",
+        "-o",
+        "s.ply",
+        "--key",
+        "owner.pem",
+        "--chip-rate",
+        "1",
+        "--message",
+        "a\x1b[2Jb\nc",
+    ];
+    assert_eq!(finish(folder.command(embed)).code, Some(0));
+    let line = "verify s.ply --original model.ply --certificate s.ply.cert.json --public-key owner.pub.pem";
+    let text = folder.done(line).out;
+    assert!(
+        text.contains("a\u{fffd}[2Jb\u{fffd}c") && !text.contains('\x1b'),
+        "{text}"
+    );
+    assert_eq!(
+        folder.done(&format!("{line} --json")).json()["message"],
+        "a\x1b[2Jb\nc"
+    );
+    folder.refused_as(
+        "inspect …",
+        folder.command(["inspect", "no\nsuch\x07file.obj"]),
+        &["no\u{fffd}such\u{fffd}file.obj"],
+    );
+}
