@@ -103,14 +103,14 @@ pub(crate) fn recursive_bisection(
 }
 
 /// Targets and limits of a bisection after which the slack that is left still suffices for the bisections below:
-/// each of the ⌈log2 k⌉ levels may use an equal factor of it (Schlag et al. 2016).
+/// each of the ⌈log2 k⌉ levels may use an equal share of it (after Schlag et al. 2016).
 fn halves(graph: &Graph, balance: &Balance, half: usize) -> ([f64; 2], [i64; 2]) {
     let total = graph.total_vertex_weight() as f64;
     let sum = |values: &[f64]| values.iter().sum::<f64>();
     let wanted = sum(&balance.targets).max(f64::MIN_POSITIVE);
-    let depth = (balance.parts() as f64).log2().ceil();
+    let depth = f64::from(balance.parts().next_power_of_two().trailing_zeros());
     let allowed = balance.limits.iter().sum::<i64>() as f64;
-    let slack = (allowed / total.max(1.0)).max(1.0).powf(1.0 / depth);
+    let slack = 1.0 + (allowed / total.max(1.0) - 1.0).max(0.0) / depth;
     let targets = [&balance.targets[..half], &balance.targets[half..]].map(|t| sum(t) / wanted * total);
     let limits = [0, 1].map(|s| ((slack * targets[s]).floor() as i64).max(targets[s].ceil() as i64));
     (targets, limits)

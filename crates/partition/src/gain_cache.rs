@@ -142,3 +142,62 @@ impl GainCache {
             .push((vertex as u32, std::mem::replace(&mut self.ties[vertex], ties)));
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Graph;
+    use crate::rng::Rng;
+
+    fn random_graph(rng: &mut Rng) -> Graph {
+        let edges: Vec<_> = (0..90)
+            .map(|_| {
+                (
+                    rng.below(30) as u32,
+                    rng.below(30) as u32,
+                    1 + rng.below(5) as i32,
+                )
+            })
+            .collect();
+        Graph::from_edges(30, &edges).unwrap()
+    }
+
+    #[test]
+    fn ties_kept_up_to_date_equal_ties_found_afresh_also_after_moves_are_taken_back() {
+        let mut rng = Rng::new(3);
+        for _ in 0..200 {
+            let graph = random_graph(&mut rng);
+            let limits = [1000; 4];
+            let part = (0..30).map(|_| rng.below(4) as u32).collect();
+            let mut state = KWay::new(&graph, part, &limits);
+            let mut cache = GainCache::new(30);
+            let check = |cache: &mut GainCache, state: &mut KWay<'_>| {
+                for v in 0..30 {
+                    let (kept, fresh) = (cache.of(state, v), state.ties(v));
+                    assert_eq!((kept.internal, kept.external), (fresh.internal, fresh.external));
+                    assert_eq!(kept.to == NONE, fresh.to == NONE);
+                }
+            };
+            for _ in 0..15 {
+                cache.of(&mut state, rng.below(30));
+            }
+            let (time, before) = (cache.now(), state.part.clone());
+            let mut journal = Vec::new();
+            for _ in 0..10 {
+                let (v, to) = (rng.below(30), rng.below(4) as u32);
+                if state.part[v] != to && !journal.iter().any(|&(u, _)| u == v) {
+                    journal.push((v, state.part[v]));
+                    cache.apply(&mut state, v, to);
+                }
+            }
+            check(&mut cache, &mut state);
+            cache.restore(time);
+            journal
+                .into_iter()
+                .rev()
+                .for_each(|(v, from)| state.apply(v, from));
+            assert_eq!(state.part, before);
+            check(&mut cache, &mut state);
+        }
+    }
+}

@@ -41,3 +41,17 @@ fn ones(words: &[u64]) -> impl Iterator<Item = usize> + '_ {
             .map(move |w| i * 64 + w.trailing_zeros() as usize)
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Ordering, column_counts};
+
+    #[test]
+    fn trees_are_eliminated_without_fill() {
+        let edges: Vec<_> = (1..150u32).map(|v| ((v - 1) / 2, v, 1)).collect();
+        let tree = Graph::from_edges(150, &edges).unwrap();
+        let ordering = Ordering::from_order(min_degree(&tree)).unwrap();
+        assert_eq!(column_counts(&tree, &ordering).iter().sum::<u64>(), 150 + 149);
+    }
+}

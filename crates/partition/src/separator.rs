@@ -296,3 +296,28 @@ impl Pass<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_edge_joins_the_sides_of_a_separated_grid_and_the_separator_is_a_short_line() {
+        let at = |x: u32, y: u32| y * 50 + x;
+        let right = (0..49).flat_map(|x| (0..30).map(move |y| (at(x, y), at(x + 1, y), 1)));
+        let up = (0..50).flat_map(|x| (0..29).map(move |y| (at(x, y), at(x, y + 1), 1)));
+        let graph = Graph::from_edges(1500, &right.chain(up).collect::<Vec<_>>()).unwrap();
+        let result = separate(&graph, 4, &mut Rng::new(5));
+        for v in 0..1500 {
+            let sides = graph.neighbours(v).iter().map(|&u| result.side[u as usize]);
+            assert!(
+                sides
+                    .into_iter()
+                    .all(|side| side == SEPARATOR || result.side[v] == SEPARATOR || result.side[v] == side)
+            );
+        }
+        let count = |side: u8| result.side.iter().filter(|&&s| s == side).count() as i64;
+        assert_eq!(result.weight, [count(0), count(1), count(SEPARATOR)]);
+        assert!(result.weight[2] <= 32 && result.weight[0].max(result.weight[1]) <= 900);
+    }
+}
