@@ -8,7 +8,7 @@
 use std::ops::Range;
 
 use faer::reborrow::Reborrow;
-use faer::{Mat, MatMut};
+use faer::{Mat, MatMut, MatRef};
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
 
@@ -39,26 +39,33 @@ pub(crate) fn in_one_cluster(lower: f64, upper: f64) -> bool {
     upper - lower <= CLUSTER_GAP * upper
 }
 
-/// Replaces the orthonormal basis of one eigenspace, #V by k, by its canonical one.
-pub(crate) fn canonicalise(mut basis: MatMut<'_, f64>) -> Result<(), SpectrumError> {
-    let (n, k) = (basis.nrows(), basis.ncols());
-    let references = references(n, k);
-    let overlap = dense::product(basis.rb().transpose(), references.as_ref());
-    let rotated = dense::product(basis.rb(), dense::polar(overlap.as_ref())?.as_ref());
-    basis.copy_from(&rotated);
-    Ok(())
-}
+/// Fixed white noise, one column after another as clusters need them: column j is the same for every cluster.
+pub(crate) struct References(Mat<f64>);
 
-/// k columns of white noise: column j is the same whatever k is.
-fn references(n: usize, k: usize) -> Mat<f64> {
-    let mut columns = Mat::zeros(n, k);
-    for j in 0..k {
-        let mut noise = Noise::new(REFERENCE_SEED, j as u64);
-        for i in 0..n {
-            columns[(i, j)] = noise.next();
-        }
+impl References {
+    /// For `n` vertices.
+    pub(crate) fn new(n: usize) -> Self {
+        Self(Mat::zeros(n, 0))
     }
-    columns
+
+    /// The first `k` columns.
+    fn first(&mut self, k: usize) -> MatRef<'_, f64> {
+        while self.0.ncols() < k {
+            let mut noise = Noise::new(REFERENCE_SEED, self.0.ncols() as u64);
+            self.0
+                .resize_with(self.0.nrows(), self.0.ncols() + 1, |_, _| noise.next());
+        }
+        self.0.as_ref().subcols(0, k)
+    }
+
+    /// Replaces the orthonormal basis of one eigenspace, #V by k, by its canonical one.
+    pub(crate) fn canonicalise(&mut self, mut basis: MatMut<'_, f64>) -> Result<(), SpectrumError> {
+        let references = self.first(basis.ncols());
+        let overlap = dense::product(basis.rb().transpose(), references);
+        let rotated = dense::product(basis.rb(), dense::polar(overlap.as_ref())?.as_ref());
+        basis.copy_from(&rotated);
+        Ok(())
+    }
 }
 
 const REFERENCE_SEED: u64 = 0x4d61_6e69_666f_6c64;

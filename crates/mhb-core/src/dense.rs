@@ -83,3 +83,11 @@ pub(crate) fn gram(x: MatRef<'_, f64>) -> Mat<f64> {
     }
     g
 }
+
+/// Column k of a column-major matrix.
+pub(crate) fn column<'a>(x: MatRef<'a, f64>, k: usize) -> &'a [f64] {
+    x.col(k)
+        .try_as_col_major()
+        .expect("columns are contiguous")
+        .as_slice()
+}

@@ -1,4 +1,4 @@
-use faer::{Mat, MatMut, MatRef};
+use faer::Mat;
 
 use crate::{Laplacian, SpectrumError};
 
@@ -62,6 +62,33 @@ impl Operator {
         Ok(operator)
     }
 
+    /// The same operator with vertices renumbered: new vertex i is old vertex `forward[i]`, `inverse` undoes it.
+    pub(crate) fn permuted(&self, forward: &[u32], inverse: &[u32]) -> Self {
+        let mut permuted = Self {
+            column_starts: vec![0],
+            rows: Vec::with_capacity(self.rows.len()),
+            values: Vec::with_capacity(self.values.len()),
+            diagonal: Vec::with_capacity(self.size()),
+            root_mass: forward.iter().map(|&old| self.root_mass[old as usize]).collect(),
+            total_mass: self.total_mass,
+        };
+        let mut column = Vec::new();
+        for (j, &old) in forward.iter().enumerate() {
+            column.clear();
+            column.extend(self.column(old as usize).map(|(i, value)| (inverse[i], value)));
+            column.sort_unstable_by_key(|&(i, _)| i);
+            for &(i, value) in &column {
+                if i as usize == j {
+                    permuted.diagonal.push(permuted.rows.len() as u32);
+                }
+                permuted.rows.push(i);
+                permuted.values.push(value);
+            }
+            permuted.column_starts.push(permuted.rows.len() as u32);
+        }
+        permuted
+    }
+
     /// #V.
     pub(crate) fn size(&self) -> usize {
         self.root_mass.len()
@@ -101,16 +128,6 @@ impl Operator {
             .iter()
             .zip(&self.values[range])
             .map(|(&i, &value)| (i as usize, value))
-    }
-
-    /// Y = A X.
-    pub(crate) fn apply(&self, x: MatRef<'_, f64>, mut y: MatMut<'_, f64>) {
-        for k in 0..x.ncols() {
-            let x = x.col(k);
-            for j in 0..self.size() {
-                y[(j, k)] = self.column(j).map(|(i, value)| value * x[i]).sum();
-            }
-        }
     }
 
     /// An upper bound of the eigenvalues: the largest absolute row sum.

@@ -2,13 +2,14 @@ use std::ops::Range;
 
 use faer::{Mat, MatRef};
 use mesh::TriMesh;
+use rayon::prelude::*;
 
-use crate::canonical::{canonicalise, clusters};
+use crate::canonical::{References, clusters};
 use crate::kernel::kernel;
 use crate::observer::{Observer, Phase, Unobserved};
 use crate::operator::Operator;
 use crate::solver::{self, Progress};
-use crate::{Laplacian, SpectrumError};
+use crate::{Laplacian, SpectrumError, dense};
 
 /// What to compute, and how.
 #[derive(Clone, Debug, PartialEq)]
@@ -102,18 +103,20 @@ impl Spectrum {
         observer: &dyn Observer,
     ) -> Result<Self, SpectrumError> {
         check(options, laplacian.mass().len())?;
-        let operator = Operator::new(laplacian)?;
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(options.threads.max(1))
+            .build()
+            .map_err(|e| SpectrumError::Threads {
+                threads: options.threads,
+                reason: e.to_string(),
+            })?;
         let progress = Progress::new(observer);
-        let kernel = kernel(&operator);
-        let solution = solver::lowest(&operator, kernel.as_ref(), options, &progress)?;
-        finish(
-            laplacian,
-            &operator,
-            kernel.as_ref(),
-            solution,
-            options,
-            &progress,
-        )
+        pool.install(|| {
+            let operator = Operator::new(laplacian)?;
+            let kernel = kernel(&operator);
+            let solution = solver::lowest(&operator, kernel.as_ref(), options, &progress)?;
+            finish(laplacian, &operator, kernel.ncols(), solution, options, &progress)
+        })
     }
 
     /// m.
@@ -185,7 +188,7 @@ fn check(options: &SpectrumOptions, vertices: usize) -> Result<(), SpectrumError
 fn finish(
     laplacian: &Laplacian,
     operator: &Operator,
-    kernel: MatRef<'_, f64>,
+    zeros: usize,
     solution: solver::Solution,
     options: &SpectrumOptions,
     progress: &Progress<'_>,
@@ -196,12 +199,12 @@ fn finish(
         counts,
         complete,
     } = solution;
-    let zeros = kernel.ncols();
     let mut clusters = clusters(&eigenvalues);
+    let mut references = References::new(operator.size());
     for cluster in &clusters {
         if cluster.end > zeros && cluster.start < options.count {
             let start = cluster.start.max(zeros);
-            canonicalise(vectors.as_mut().subcols_mut(start, cluster.end - start))?;
+            references.canonicalise(vectors.as_mut().subcols_mut(start, cluster.end - start))?;
         }
     }
     let count = options.count;
@@ -209,12 +212,15 @@ fn finish(
     let residuals = residuals(operator, vectors.as_ref(), &eigenvalues[..count]);
     progress.report(Phase::Finishing, 0.9)?;
     let area = operator.total_mass();
-    for k in 0..count {
-        let column = vectors.col_as_slice_mut(k);
-        for (y, root) in column.iter_mut().zip(operator.root_mass()) {
-            *y /= root * area.sqrt();
-        }
-    }
+    let unscale: Vec<f64> = operator
+        .root_mass()
+        .iter()
+        .map(|root| 1.0 / (root * area.sqrt()))
+        .collect();
+    let columns: Vec<_> = vectors.col_iter_mut().collect();
+    columns.into_par_iter().for_each(|column| {
+        column.iter_mut().zip(&unscale).for_each(|(y, s)| *y *= s);
+    });
     clusters.retain(|c| c.start < count);
     if let Some(last) = clusters.last_mut() {
         last.end = last.end.min(count);
@@ -236,14 +242,11 @@ fn finish(
 
 /// ‖A y − λ y‖ / max(λ, 1) of each column.
 fn residuals(operator: &Operator, vectors: MatRef<'_, f64>, eigenvalues: &[f64]) -> Vec<f64> {
-    let mut image = Mat::zeros(operator.size(), 1);
     let residual = |(k, &lambda): (usize, &f64)| {
-        let y = vectors.subcols(k, 1);
-        operator.apply(y, image.as_mut());
-        let square: f64 = (0..operator.size())
-            .map(|i| (image[(i, 0)] - lambda * y[(i, 0)]).powi(2))
-            .sum();
+        let y = dense::column(vectors, k);
+        let difference = |j: usize| operator.column(j).map(|(i, a)| a * y[i]).sum::<f64>() - lambda * y[j];
+        let square: f64 = (0..operator.size()).map(|j| difference(j).powi(2)).sum();
         square.sqrt() / lambda.max(1.0)
     };
-    eigenvalues.iter().enumerate().map(residual).collect()
+    eigenvalues.par_iter().enumerate().map(residual).collect()
 }

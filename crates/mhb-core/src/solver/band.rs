@@ -5,96 +5,150 @@
 //! With r = T y − θ y, the vector T y / θ = y + r / θ costs no solve and has the residual
 //! ‖(A − λ) (y + r/θ)‖ = ‖r‖ / θ² exactly: that is what is compared with the tolerance.
 
-use faer::reborrow::{Reborrow, ReborrowMut};
-use faer::{Mat, MatMut, MatRef};
+use faer::{Mat, MatRef};
 
 use super::factor::Factor;
+use super::tall::{LANES, Tall, add, inner};
 use crate::canonical::Noise;
 use crate::{SpectrumError, dense};
 
-/// A part of the spectrum, with the number of eigenvalues that inertia proves to be in it.
+/// A part of the spectrum around a shift.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Band {
     pub(crate) lower: f64,
     pub(crate) upper: f64,
-    pub(crate) count: usize,
+    /// How many eigenvalues are in it: as inertia proves, or about.
+    pub(crate) count: Count,
 }
 
-/// Converged pairs, ascending.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Count {
+    /// Proven: the search goes on until all are found.
+    Exactly(usize),
+    /// Expected: the search ends when no more show up, and the caller checks.
+    About(usize),
+}
+
+/// Converged pairs, in any order.
 pub(crate) struct Pairs {
     pub(crate) values: Vec<f64>,
-    pub(crate) vectors: Mat<f64>,
+    /// #V by count, of unit length, orthogonal within the tolerance.
+    pub(crate) vectors: Tall,
+    /// Residual ‖A y − λ y‖ of each.
+    pub(crate) residuals: Vec<f64>,
 }
+
+/// Memory that one search after another uses again.
+pub(crate) struct Workspace {
+    basis: Tall,
+}
+
+impl Default for Workspace {
+    fn default() -> Self {
+        Self {
+            basis: Tall::zeros(0, 0),
+        }
+    }
+}
+
+/// Overlaps with the basis below this, relative to what T made of a unit vector, are rounding, and left alone.
+const NEGLIGIBLE: f64 = 1e-13;
 
 /// Restarts before a band is given up.
 const ROUNDS: u64 = 12;
 
-/// All pairs of `band` orthogonal to `deflated`, an orthonormal set of known eigenvectors.
+/// A pair beyond the band's end that has converged to this residual shows that the search has gone past the end.
+const WITNESS: f64 = 1e-3;
+
+/// The pairs of `band` orthogonal to `deflated`, an orthonormal set of known eigenvectors.
 pub(crate) fn solve(
-    factor: &Factor<'_>,
+    factor: &Factor,
     band: Band,
-    deflated: MatRef<'_, f64>,
+    deflated: &Tall,
     block: usize,
     tolerance: f64,
+    workspace: &mut Workspace,
 ) -> Result<Pairs, SpectrumError> {
-    let n = deflated.nrows();
-    let known = deflated.ncols();
-    let mut locked = Mat::zeros(n, known + band.count);
-    locked.as_mut().subcols_mut(0, known).copy_from(deflated);
-    let mut values = Vec::new();
+    let mut search = Search {
+        factor,
+        band,
+        expected: 0,
+        exact: false,
+        tolerance,
+        locked: deflated,
+    };
+    let exactly = match band.count {
+        Count::About(expected) => {
+            search.expected = expected;
+            return search.run(block, 0, workspace);
+        }
+        Count::Exactly(count) => count,
+    };
+    search.exact = true;
+    let mut locked = deflated.clone();
+    let mut found = Pairs::none(deflated.rows());
     for round in 0..ROUNDS {
-        if values.len() == band.count {
+        if found.values.len() >= exactly {
             break;
         }
-        let missing = band.count - values.len();
-        let taken = known + values.len();
-        let width = block.min(n - taken).max(1);
-        let search = Search {
-            factor,
-            band,
-            missing,
-            tolerance,
-            locked: locked.as_ref().subcols(0, taken),
-        };
-        let found = search.run(width, round)?;
-        // More pairs than exist mean that the count or a Ritz value at the band's edge is not to be trusted.
-        if found.values.len() > missing {
-            return Err(incomplete(band, values.len() + found.values.len()));
+        let missing = exactly - found.values.len();
+        let mut new = Search {
+            expected: missing,
+            locked: &locked,
+            ..search
         }
-        locked
-            .as_mut()
-            .subcols_mut(taken, found.values.len())
-            .copy_from(found.vectors.as_ref());
-        values.extend(found.values);
+        .run(block, round, workspace)?;
+        let count = new.values.len();
+        orthogonalise(locked.rows(), new.vectors.all_mut(), locked.all());
+        orthonormalise_one_by_one(&mut new.vectors, count, &[locked.all()], 0.0);
+        locked.append(&new.vectors);
+        found.take(&new);
     }
-    if values.len() != band.count {
-        return Err(incomplete(band, values.len()));
+    // More pairs than exist mean that the count or a Ritz value at the band's edge is not to be trusted.
+    if found.values.len() != exactly {
+        let (lower, upper) = (band.lower, band.upper);
+        return Err(SpectrumError::Incomplete {
+            lower,
+            upper,
+            found: found.values.len(),
+            expected: exactly,
+        });
     }
-    let mut order: Vec<usize> = (0..values.len()).collect();
-    order.sort_by(|&a, &b| values[a].total_cmp(&values[b]));
-    let vectors = Mat::from_fn(n, values.len(), |i, k| locked[(i, known + order[k])]);
-    Ok(Pairs {
-        values: order.iter().map(|&k| values[k]).collect(),
-        vectors,
-    })
+    Ok(found)
 }
 
-fn incomplete(band: Band, found: usize) -> SpectrumError {
-    SpectrumError::Incomplete {
-        lower: band.lower,
-        upper: band.upper,
-        found,
-        expected: band.count,
+impl Pairs {
+    fn none(rows: usize) -> Self {
+        Self {
+            values: Vec::new(),
+            vectors: Tall::zeros(rows, 0),
+            residuals: Vec::new(),
+        }
+    }
+
+    /// Adds others.
+    fn take(&mut self, others: &Pairs) {
+        for (k, (&value, &residual)) in others.values.iter().zip(&others.residuals).enumerate() {
+            if self.values.len() == self.vectors.columns() {
+                self.vectors.append(&Tall::zeros(others.vectors.rows(), 1));
+            }
+            let target = self.vectors.column_mut(self.values.len());
+            target.zip(others.vectors.column(k)).for_each(|(t, s)| *t = s);
+            self.values.push(value);
+            self.residuals.push(residual);
+        }
     }
 }
 
 /// One Krylov space, from a random start orthogonal to what is locked.
+#[derive(Clone, Copy)]
 struct Search<'a> {
-    factor: &'a Factor<'a>,
+    factor: &'a Factor,
     band: Band,
-    missing: usize,
+    expected: usize,
+    exact: bool,
     tolerance: f64,
-    locked: MatRef<'a, f64>,
+    locked: &'a Tall,
 }
 
 /// Ritz pairs of the shifted inverse in a Krylov space of dimension d.
@@ -104,156 +158,254 @@ struct Ritz {
     coordinates: Mat<f64>,
     /// r of each pair in the last, still unused block of the basis, `width` by d.
     remainder: Mat<f64>,
-    /// Which pairs lie in the band and have converged.
-    converged: Vec<usize>,
+    /// ‖r‖ / θ².
+    residuals: Vec<f64>,
 }
 
 impl Search<'_> {
-    fn run(&self, width: usize, round: u64) -> Result<Pairs, SpectrumError> {
-        let n = self.locked.nrows();
-        let room = n - self.locked.ncols();
-        let limit = (3 * self.missing + 24 * width).min(room);
-        let mut basis = Mat::zeros(n, limit + width);
+    /// Grows the space until the band's pairs have converged, or to its limit.
+    fn run(&self, block: usize, round: u64, workspace: &mut Workspace) -> Result<Pairs, SpectrumError> {
+        let rows = self.locked.rows();
+        let width = block.next_multiple_of(LANES);
+        let room = rows.saturating_sub(self.locked.columns() + width);
+        let limit = (4 * self.expected + 24 * width).min(room) / width * width;
+        let basis = &mut workspace.basis;
+        if basis.rows() != rows || basis.columns() < limit + width {
+            *basis = Tall::zeros(rows, limit + width);
+        }
         let mut projected = Mat::zeros(limit + width, limit + width);
-        self.start(basis.as_mut().subcols_mut(0, width), round);
-        let mut size = 0;
+        self.start(&mut basis.all_mut()[..rows * width], round);
+        let (mut size, mut next_check) = (0, 5 * self.expected / 2);
         loop {
-            let (done, rest) = basis.as_mut().split_at_col_mut(size + width);
-            let mut next = rest.subcols_mut(0, width);
-            next.copy_from(done.rb().subcols(size, width));
-            self.factor.solve(next.rb_mut());
-            let mut coefficients = orthogonalise(next.rb_mut(), done.rb());
-            coefficients += orthogonalise(next.rb_mut(), done.rb());
-            orthogonalise(next.rb_mut(), self.locked);
-            let remainder = orthonormalise(next.rb_mut(), &[done.rb(), self.locked]);
-            let previous = size;
-            size += width;
+            let (done, next) = basis.split_at_mut(size + width);
+            let next = &mut next[..rows * width];
+            next.copy_from_slice(&done[rows * size..]);
+            self.factor.solve(next);
+            let scale = mean_length(rows, next);
+            // T is symmetric, so in exact arithmetic only the last two blocks overlap with the new one: they go first,
+            // and what rounding leaves is removed against all.
+            let near = size.saturating_sub(width);
+            let leading = orthogonalise(rows, next, &done[rows * near..]);
+            let mut coefficients = inner(rows, done, next);
+            subtract(rows, next, done, coefficients.as_ref(), NEGLIGIBLE * scale);
+            let mut recent = coefficients.as_mut().subrows_mut(near, size + width - near);
+            recent += &leading;
+            orthogonalise(rows, next, self.locked.all());
+            let remainder = orthonormalise(rows, next, &[done, self.locked.all()], scale);
             projected
                 .as_mut()
-                .submatrix_mut(0, previous, size, width)
+                .submatrix_mut(0, size, size + width, width)
                 .copy_from(coefficients.as_ref());
-            projected
-                .as_mut()
-                .submatrix_mut(size, previous, width, width)
-                .copy_from(remainder.as_ref());
+            size += width;
             let full = size + width > limit;
-            if size >= self.missing || full {
-                let ritz = self.ritz(projected.as_ref(), size, width)?;
-                if ritz.converged.len() >= self.missing || full {
-                    return Ok(self.extract(&ritz, basis.as_ref(), size, width));
+            if size >= next_check || full {
+                let ritz = Ritz::new(projected.as_ref().submatrix(0, 0, size, size), remainder.as_ref())?;
+                let open = self.open(&ritz);
+                if open == 0 || full {
+                    return Ok(self.extract(&ritz, rows, basis.blocks(0, size + width)));
                 }
+                next_check = size + (3 * open / 2).max(width);
             }
         }
     }
 
     /// Noise, smoothed by one solve, orthogonal to the locked vectors.
-    fn start(&self, mut x: MatMut<'_, f64>, round: u64) {
+    fn start(&self, x: &mut [f64], round: u64) {
+        let rows = self.locked.rows();
         let mut noise = Noise::new(START_SEED, round);
-        for j in 0..x.ncols() {
-            for i in 0..x.nrows() {
-                x[(i, j)] = noise.next();
-            }
+        x.iter_mut().for_each(|entry| *entry = noise.next());
+        self.factor.solve(x);
+        let scale = mean_length(rows, x);
+        orthogonalise(rows, x, self.locked.all());
+        orthogonalise(rows, x, self.locked.all());
+        orthonormalise(rows, x, &[self.locked.all()], scale);
+    }
+
+    fn lambda(&self, theta: f64) -> f64 {
+        self.factor.shift() + 1.0 / theta
+    }
+
+    fn inside(&self, lambda: f64) -> bool {
+        lambda >= self.band.lower && lambda < self.band.upper
+    }
+
+    fn converged(&self, ritz: &Ritz, k: usize) -> bool {
+        ritz.residuals[k] <= self.tolerance * self.lambda(ritz.theta[k]).max(1.0)
+    }
+
+    /// How many pairs of the band are known to be still missing or inaccurate: 0 ends the search.
+    fn open(&self, ritz: &Ritz) -> usize {
+        let lambda = |k: usize| self.lambda(ritz.theta[k]);
+        let inside = || (0..ritz.theta.len()).filter(|&k| self.inside(lambda(k)));
+        let converged = inside().filter(|&k| self.converged(ritz, k)).count();
+        if self.exact {
+            return self.expected.saturating_sub(converged);
         }
-        self.factor.solve(x.rb_mut());
-        orthogonalise(x.rb_mut(), self.locked);
-        orthogonalise(x.rb_mut(), self.locked);
-        orthonormalise(x, &[self.locked]);
+        let witness = |beyond: &dyn Fn(f64) -> bool| {
+            (0..ritz.theta.len())
+                .any(|k| beyond(lambda(k)) && ritz.residuals[k] <= WITNESS * lambda(k).max(1.0))
+        };
+        let passed_below = self.band.lower < 0.0 || witness(&|l| l < self.band.lower && l > 0.0);
+        let passed_above = witness(&|l| l >= self.band.upper);
+        let pending = inside().count() - converged;
+        if passed_below && passed_above {
+            pending
+        } else {
+            pending.max(1)
+        }
     }
 
-    fn ritz(&self, projected: MatRef<'_, f64>, size: usize, width: usize) -> Result<Ritz, SpectrumError> {
-        // The upper half holds coefficients against the whole basis; the lower half only those of the last block.
-        let symmetric = Mat::from_fn(size, size, |i, j| projected[(i.min(j), i.max(j))]);
-        let (theta, coordinates) = dense::symmetric_eigen(symmetric.as_ref())?;
-        let last = projected.submatrix(size, size - width, width, width);
-        let remainder = dense::product(last, coordinates.as_ref().subrows(size - width, width));
-        let converged = (0..size)
-            .filter(|&k| {
-                let lambda = self.factor.shift() + 1.0 / theta[k];
-                let residual = remainder.col(k).norm_l2() / (theta[k] * theta[k]);
-                lambda >= self.band.lower
-                    && lambda < self.band.upper
-                    && residual <= self.tolerance * lambda.abs().max(1.0)
-            })
+    /// The vectors y + r/θ of the pairs in the band that have converged.
+    fn extract(&self, ritz: &Ritz, rows: usize, basis: &[f64]) -> Pairs {
+        let size = ritz.theta.len();
+        let chosen: Vec<usize> = (0..size)
+            .filter(|&k| self.inside(self.lambda(ritz.theta[k])) && self.converged(ritz, k))
             .collect();
-        Ok(Ritz {
-            theta,
-            coordinates,
-            remainder,
-            converged,
-        })
-    }
-
-    /// The vectors y + r/θ of the converged pairs.
-    fn extract(&self, ritz: &Ritz, basis: MatRef<'_, f64>, size: usize, width: usize) -> Pairs {
-        let count = ritz.converged.len();
-        let coordinates = Mat::from_fn(size + width, count, |i, c| {
-            let k = ritz.converged[c];
+        let mut vectors = Tall::zeros(rows, chosen.len());
+        let mut coordinates = Mat::from_fn(basis.len() / rows, vectors.columns(), |i, c| {
+            let Some(&k) = chosen.get(c) else { return 0.0 };
             if i < size {
                 ritz.coordinates[(i, k)]
             } else {
                 ritz.remainder[(i - size, k)] / ritz.theta[k]
             }
         });
-        let mut vectors = dense::product(basis.subcols(0, size + width), coordinates.as_ref());
-        orthonormalise(vectors.as_mut(), &[]);
-        let values = ritz
-            .converged
-            .iter()
-            .map(|&k| self.factor.shift() + 1.0 / ritz.theta[k])
+        for c in 0..chosen.len() {
+            let norm = coordinates.col(c).norm_l2();
+            coordinates
+                .col_as_slice_mut(c)
+                .iter_mut()
+                .for_each(|x| *x /= norm);
+        }
+        add(rows, vectors.all_mut(), basis, coordinates.as_ref());
+        Pairs {
+            values: chosen.iter().map(|&k| self.lambda(ritz.theta[k])).collect(),
+            vectors,
+            residuals: chosen.iter().map(|&k| ritz.residuals[k]).collect(),
+        }
+    }
+}
+
+impl Ritz {
+    /// Of `projected` = Vᵀ T V, whose upper half is read, with T V = V Vᵀ T V + Q R in the last columns, R = `last`.
+    fn new(projected: MatRef<'_, f64>, last: MatRef<'_, f64>) -> Result<Self, SpectrumError> {
+        let (size, width) = (projected.nrows(), last.ncols());
+        let symmetric = Mat::from_fn(size, size, |i, j| projected[(i.min(j), i.max(j))]);
+        let (theta, coordinates) = dense::symmetric_eigen(symmetric.as_ref())?;
+        let remainder = dense::product(last, coordinates.as_ref().subrows(size - width, width));
+        let residuals = (0..size)
+            .map(|k| remainder.col(k).norm_l2() / (theta[k] * theta[k]))
             .collect();
-        Pairs { values, vectors }
+        Ok(Self {
+            theta,
+            coordinates,
+            remainder,
+            residuals,
+        })
     }
 }
 
 const START_SEED: u64 = 0x6b72_796c_6f76;
 
 /// X ← X − V Vᵀ X; returns Vᵀ X.
-fn orthogonalise(x: MatMut<'_, f64>, v: MatRef<'_, f64>) -> Mat<f64> {
-    if v.ncols() == 0 {
-        return Mat::zeros(0, x.ncols());
-    }
-    let coefficients = dense::product(v.transpose(), x.rb());
-    dense::add_product(x, -1.0, v, coefficients.as_ref());
+fn orthogonalise(rows: usize, x: &mut [f64], v: &[f64]) -> Mat<f64> {
+    let coefficients = inner(rows, v, x);
+    add(rows, x, v, (-1.0 * &coefficients).as_ref());
     coefficients
+}
+
+/// X ← X − V C, without the blocks of V whose coefficients are all at most `negligible`.
+fn subtract(rows: usize, x: &mut [f64], v: &[f64], c: MatRef<'_, f64>, negligible: f64) {
+    for (k, block) in v.chunks_exact(rows * LANES).enumerate() {
+        let c = c.subrows(k * LANES, LANES);
+        if c.norm_max() > negligible {
+            add(rows, x, block, (-1.0 * c).as_ref());
+        }
+    }
+}
+
+/// Root of the mean squared length of the columns.
+fn mean_length(rows: usize, x: &[f64]) -> f64 {
+    (x.iter().map(|entry| entry * entry).sum::<f64>() * rows as f64 / x.len() as f64).sqrt()
 }
 
 /// Orthonormalises the columns of X, which are orthogonal to the `others`, among themselves: X = Q R, returns R.
 ///
-/// Gram–Schmidt, column by column, each twice. A column that depends on those before it is replaced by noise orthogonal
-/// to all, with a zero on R's diagonal: the Krylov space has closed, and goes on in a new direction.
-fn orthonormalise(mut x: MatMut<'_, f64>, others: &[MatRef<'_, f64>]) -> Mat<f64> {
-    let width = x.ncols();
-    let mut r = Mat::zeros(width, width);
-    for k in 0..width {
-        let (done, mut column) = x.rb_mut().subcols_mut(0, k + 1).split_at_col_mut(k);
-        let before = column.norm_l2();
-        for _ in 0..2 {
-            let c = orthogonalise(column.rb_mut(), done.rb());
-            for i in 0..k {
-                r[(i, k)] += c[(i, 0)];
-            }
-        }
-        let mut norm = column.norm_l2();
-        r[(k, k)] = norm;
-        if norm <= 1e-13 * before {
-            r[(k, k)] = 0.0;
-            let mut noise = Noise::new(FRESH_SEED, k as u64);
-            for i in 0..column.nrows() {
-                column[(i, 0)] = noise.next();
-            }
-        }
-        // After cancellation, what is left may have lost its orthogonality to the others.
-        if norm <= 1e-3 * before {
-            for _ in 0..2 {
-                for other in others.iter().chain([&done.rb()]) {
-                    orthogonalise(column.rb_mut(), *other);
-                }
-            }
-            norm = column.norm_l2();
-        }
-        faer::zip!(column).for_each(|faer::unzip!(entry)| *entry /= norm);
+/// From the eigenvectors U and eigenvalues Λ of XᵀX: Q = X U Λ^-1/2, R = Λ^1/2 Uᵀ, twice. Where X is too close to
+/// dependent for that, column by column. `scale` is the size that X had before the others were taken out of it.
+fn orthonormalise(rows: usize, x: &mut [f64], others: &[&[f64]], scale: f64) -> Mat<f64> {
+    let width = x.len() / rows;
+    let mut r = Mat::identity(width, width);
+    for floor in [(1e-6 * scale).powi(2), 0.0] {
+        let eigen = dense::symmetric_eigen(inner(rows, x, x).as_ref());
+        let Some((values, vectors)) = eigen.ok().filter(|(values, _)| well_conditioned(values, floor)) else {
+            let mut columns = Tall::zeros(rows, width);
+            columns.all_mut().copy_from_slice(x);
+            let last = orthonormalise_one_by_one(&mut columns, width, others, scale);
+            x.copy_from_slice(columns.all());
+            return dense::product(last.as_ref(), r.as_ref());
+        };
+        let scaled = Mat::from_fn(width, width, |i, j| vectors[(i, j)] / values[j].sqrt());
+        let factor = Mat::from_fn(width, width, |i, j| values[i].sqrt() * vectors[(j, i)]);
+        let mut q = vec![0.0; x.len()];
+        add(rows, &mut q, x, scaled.as_ref());
+        x.copy_from_slice(&q);
+        r = dense::product(factor.as_ref(), r.as_ref());
     }
     r
 }
 
-const FRESH_SEED: u64 = 0x6672_6573_68;
+/// Whether a Gram matrix with these ascending eigenvalues leaves half of the digits.
+fn well_conditioned(values: &[f64], floor: f64) -> bool {
+    values
+        .first()
+        .zip(values.last())
+        .is_some_and(|(least, largest)| *least > floor.max(1e-8 * largest))
+}
+
+/// [`orthonormalise`] by Gram–Schmidt, column by column, each twice; R is upper triangular. A column that depends on
+/// those before it is replaced by noise orthogonal to all, with a zero on R's diagonal: the Krylov space has closed, and
+/// goes on in a new direction.
+fn orthonormalise_one_by_one(x: &mut Tall, count: usize, others: &[&[f64]], scale: f64) -> Mat<f64> {
+    let rows = x.rows();
+    let mut r = Mat::zeros(x.columns(), x.columns());
+    for k in 0..count {
+        let mut column = Tall::zeros(rows, 1);
+        column.column_mut(0).zip(x.column(k)).for_each(|(t, s)| *t = s);
+        x.column_mut(k).for_each(|entry| *entry = 0.0);
+        let before = norm(&column).max(scale);
+        for _ in 0..2 {
+            let c = orthogonalise(rows, column.all_mut(), x.all());
+            for i in 0..k {
+                r[(i, k)] += c[(i, 0)];
+            }
+        }
+        r[(k, k)] = norm(&column);
+        let left = r[(k, k)];
+        if left <= 1e-13 * before {
+            r[(k, k)] = 0.0;
+            let mut noise = Noise::new(FRESH_SEED, k as u64);
+            column.column_mut(0).for_each(|entry| *entry = noise.next());
+        }
+        // After cancellation, what is left may have lost its orthogonality to the others.
+        if left <= 1e-3 * before {
+            for _ in 0..2 {
+                for other in others {
+                    orthogonalise(rows, column.all_mut(), other);
+                }
+                orthogonalise(rows, column.all_mut(), x.all());
+            }
+        }
+        let norm = norm(&column);
+        x.column_mut(k)
+            .zip(column.column(0))
+            .for_each(|(t, s)| *t = s / norm);
+    }
+    r
+}
+
+fn norm(column: &Tall) -> f64 {
+    column.column(0).map(|x| x * x).sum::<f64>().sqrt()
+}
+
+const FRESH_SEED: u64 = 0x0066_7265_7368;

@@ -1,18 +1,21 @@
 //! The lowest eigenpairs of a standard sparse symmetric problem.
 
 mod band;
+mod bands;
 mod factor;
+mod joint;
+mod packed;
 mod slicing;
+mod tall;
 
 use std::ops::ControlFlow;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 use faer::{Mat, MatRef};
-use rayon::prelude::*;
 
-use self::band::{Band, Pairs};
+use self::bands::{Bands, Certified};
 use self::factor::Analysis;
-use self::slicing::{Cut, slice};
+use self::slicing::Cut;
+use self::tall::Tall;
 use crate::canonical::in_one_cluster;
 use crate::observer::{Observer, Phase};
 use crate::operator::Operator;
@@ -48,7 +51,7 @@ impl<'a> Progress<'a> {
     }
 }
 
-/// The lowest pairs of A, whose kernel is known.
+/// The lowest pairs of A, whose kernel is known. Runs in the caller's thread pool.
 pub(crate) fn lowest(
     operator: &Operator,
     kernel: MatRef<'_, f64>,
@@ -59,17 +62,11 @@ pub(crate) fn lowest(
         progress.report(Phase::Solving, 0.0)?;
         return densely(operator, kernel, options.count);
     }
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(options.threads.max(1))
-        .build()
-        .map_err(|e| SpectrumError::Threads {
-            threads: options.threads,
-            reason: e.to_string(),
-        })?;
-    pool.install(|| by_bands(operator, kernel, options, progress))
+    by_bands(operator, kernel, options, progress)
 }
 
-/// Cuts the spectrum into bands by counting eigenvalues, solves each around a shift of its own, and joins them.
+/// Solves bands around shifts of their own, checks their number against the inertia at the shifts, mends where it
+/// differs, and joins them.
 fn by_bands(
     operator: &Operator,
     kernel: MatRef<'_, f64>,
@@ -78,119 +75,50 @@ fn by_bands(
 ) -> Result<Solution, SpectrumError> {
     progress.report(Phase::Ordering, 0.0)?;
     let analysis = Analysis::new(operator)?;
+    let mut reordered = Tall::zeros(kernel.nrows(), kernel.ncols());
+    for k in 0..kernel.ncols() {
+        let values = analysis.forward().iter().map(|&old| kernel[(old as usize, k)]);
+        reordered.column_mut(k).zip(values).for_each(|(t, s)| *t = s);
+    }
     let zeros = kernel.ncols();
-    let mut cuts = vec![Cut {
+    let bands = Bands {
+        analysis: &analysis,
+        kernel: &reordered,
+        zeros,
+        options,
+        progress,
+    };
+    let mut bottom = Cut {
         shift: -1.0,
         below: 0,
-    }];
-    let mut eigenvalues = vec![0.0; zeros];
-    let mut parts = vec![kernel.to_owned()];
+    };
+    let mut certified = Certified::none();
     let mut wanted = options.count;
-    loop {
+    let eigenvalues = loop {
         progress.report(Phase::Slicing, 0.0)?;
-        let bottom = *cuts.last().unwrap_or(&Cut {
-            shift: -1.0,
-            below: 0,
-        });
-        let new = slice(&analysis, bottom, wanted, options.band)?;
-        let bands: Vec<Band> = std::iter::once(&bottom)
-            .chain(&new)
-            .zip(&new)
-            .map(|(a, b)| Band {
-                lower: a.shift,
-                upper: b.shift,
-                count: b.below - a.below.max(zeros),
-            })
-            .collect();
-        cuts.extend(new);
-        for pairs in solve_bands(&analysis, &bands, kernel, options, progress)? {
-            eigenvalues.extend(pairs.values);
-            parts.push(pairs.vectors);
-        }
+        let top = slicing::top(&analysis, bottom, wanted, options.band)?;
+        progress.report(Phase::Solving, 0.0)?;
+        bands.solve(bottom, top, &mut certified)?;
+        bottom = top;
+        let mut eigenvalues = vec![0.0; zeros];
+        eigenvalues.extend(certified.pairs.iter().map(|pair| pair.value));
         wanted = whole_cluster(&eigenvalues, options.count) + 1;
         if wanted <= eigenvalues.len() || eigenvalues.len() == operator.size() {
-            break;
+            break eigenvalues;
         }
-    }
+    };
     progress.report(Phase::Finishing, 0.0)?;
-    let counts = cuts.split_off(1);
-    let complete = agree(&counts, &eigenvalues);
+    let complete = agree(&certified.cuts, &eigenvalues);
     let kept = whole_cluster(&eigenvalues, options.count);
-    let mut vectors = join(&parts, operator.size(), kept);
-    orthonormalise_jointly(&mut vectors);
-    let zeros = zeros.min(kept);
-    vectors
-        .as_mut()
-        .subcols_mut(0, zeros)
-        .copy_from(kernel.subcols(0, zeros));
-    eigenvalues.truncate(kept);
+    let eigenvalues = eigenvalues[..kept].to_vec();
+    let counts = std::mem::take(&mut certified.cuts);
+    let vectors = joint::join(kernel, certified, kept, analysis.forward());
     Ok(Solution {
         eigenvalues,
         vectors,
         counts,
         complete,
     })
-}
-
-fn solve_bands(
-    analysis: &Analysis<'_>,
-    bands: &[Band],
-    kernel: MatRef<'_, f64>,
-    options: &SpectrumOptions,
-    progress: &Progress<'_>,
-) -> Result<Vec<Pairs>, SpectrumError> {
-    let done = AtomicUsize::new(0);
-    let nothing = Mat::zeros(kernel.nrows(), 0);
-    bands
-        .par_iter()
-        .map(|band| {
-            let (lower, width) = (band.lower.max(0.0), band.upper - band.lower.max(0.0));
-            let factor = analysis.factorise_near(lower + 0.5 * width, 0.013 * width)?;
-            let deflated = if band.lower < 0.0 {
-                kernel
-            } else {
-                nothing.as_ref()
-            };
-            let pairs = band::solve(&factor, *band, deflated, options.block, options.tolerance)?;
-            let finished = done.fetch_add(1, Ordering::Relaxed) + 1;
-            progress.report(Phase::Solving, finished as f64 / bands.len() as f64)?;
-            Ok(pairs)
-        })
-        .collect()
-}
-
-/// The first `kept` columns of the parts side by side.
-fn join(parts: &[Mat<f64>], size: usize, kept: usize) -> Mat<f64> {
-    let mut joined = Mat::zeros(size, kept);
-    let mut start = 0;
-    for part in parts {
-        let width = part.ncols().min(kept - start);
-        joined
-            .as_mut()
-            .subcols_mut(start, width)
-            .copy_from(part.as_ref().subcols(0, width));
-        start += width;
-    }
-    joined
-}
-
-/// X ← X (XᵀX)^-1/2 by Newton's iteration X ← X (3 I − XᵀX) / 2: the nearest orthonormal set, which favours no band.
-fn orthonormalise_jointly(x: &mut Mat<f64>) {
-    for _ in 0..8 {
-        let mut correction = dense::gram(x.as_ref());
-        let mut defect: f64 = 0.0;
-        for j in 0..correction.ncols() {
-            for i in 0..correction.nrows() {
-                let unit = f64::from(u8::from(i == j));
-                defect = defect.max((correction[(i, j)] - unit).abs());
-                correction[(i, j)] = 1.5 * unit - 0.5 * correction[(i, j)];
-            }
-        }
-        if defect < 1e-13 {
-            return;
-        }
-        *x = dense::product(x.as_ref(), correction.as_ref());
-    }
 }
 
 /// All pairs by a dense eigenproblem, in which the kernel is moved to the far end of the spectrum.

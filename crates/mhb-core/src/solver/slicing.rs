@@ -1,5 +1,7 @@
 //! Cuts of the spectrum, placed by counting eigenvalues.
 
+use std::f64::consts::PI;
+
 use rayon::prelude::*;
 
 use super::factor::Analysis;
@@ -12,37 +14,7 @@ pub(crate) struct Cut {
     pub(crate) below: usize,
 }
 
-/// Cuts above `bottom`, ascending, about `band` eigenvalues apart, the last with more than `wanted` eigenvalues below
-/// (or all).
-pub(crate) fn slice(
-    analysis: &Analysis<'_>,
-    bottom: Cut,
-    wanted: usize,
-    band: usize,
-) -> Result<Vec<Cut>, SpectrumError> {
-    let mut cuts = vec![bottom, top(analysis, bottom, wanted, band)?];
-    loop {
-        let shifts: Vec<(f64, f64)> = cuts
-            .windows(2)
-            .flat_map(|pair| between(pair[0], pair[1], band))
-            .collect();
-        if shifts.is_empty() {
-            break;
-        }
-        let new: Result<Vec<Cut>, _> = shifts
-            .par_iter()
-            .map(|&(shift, step)| count(analysis, shift, step))
-            .collect();
-        cuts.extend(new?);
-        cuts.sort_by(|a, b| a.shift.total_cmp(&b.shift));
-    }
-    cuts.remove(0);
-    // A band without eigenvalues needs no solve.
-    cuts.dedup_by(|b, a| a.below == b.below);
-    Ok(cuts)
-}
-
-fn count(analysis: &Analysis<'_>, shift: f64, step: f64) -> Result<Cut, SpectrumError> {
+fn count(analysis: &Analysis, shift: f64, step: f64) -> Result<Cut, SpectrumError> {
     let factor = analysis.factorise_near(shift, step)?;
     Ok(Cut {
         shift: factor.shift(),
@@ -51,7 +23,12 @@ fn count(analysis: &Analysis<'_>, shift: f64, step: f64) -> Result<Cut, Spectrum
 }
 
 /// A cut with `wanted` + 1 to `wanted` + `band` / 2 eigenvalues below it, if no cluster prevents that.
-fn top(analysis: &Analysis<'_>, bottom: Cut, wanted: usize, band: usize) -> Result<Cut, SpectrumError> {
+pub(crate) fn top(
+    analysis: &Analysis,
+    bottom: Cut,
+    wanted: usize,
+    band: usize,
+) -> Result<Cut, SpectrumError> {
     let size = analysis.operator().size();
     let target = wanted + (band / 6).max(2);
     let everything = Cut {
@@ -69,15 +46,14 @@ fn top(analysis: &Analysis<'_>, bottom: Cut, wanted: usize, band: usize) -> Resu
         everything,
     );
     // Weyl's law for a surface of area 1.
-    let mut shift = 4.0 * std::f64::consts::PI * target as f64;
+    let mut shift = 4.0 * PI * target as f64;
     loop {
         if !(shift > lower.shift && shift < upper.shift) {
             shift = 0.5 * (lower.shift + upper.shift);
         }
         let cut = count(analysis, shift, 1e-3 * shift)?;
-        if cut.below > wanted
-            && (cut.below <= wanted + band / 2 || upper.shift - lower.shift < 1e-4 * upper.shift)
-        {
+        let narrow = upper.shift - lower.shift < 1e-4 * upper.shift;
+        if cut.below > wanted && (cut.below <= wanted + band / 2 || narrow) {
             return Ok(cut);
         }
         if cut.below <= wanted {
@@ -94,18 +70,40 @@ fn top(analysis: &Analysis<'_>, bottom: Cut, wanted: usize, band: usize) -> Resu
     }
 }
 
+/// Cuts from `bottom` to `top`, both included, with about `band` eigenvalues between neighbours.
+pub(crate) fn subdivide(
+    analysis: &Analysis,
+    bottom: Cut,
+    top: Cut,
+    band: usize,
+) -> Result<Vec<Cut>, SpectrumError> {
+    let mut cuts = vec![bottom, top];
+    loop {
+        let shifts: Vec<(f64, f64)> = cuts
+            .windows(2)
+            .flat_map(|pair| inner(pair[0], pair[1], band))
+            .collect();
+        if shifts.is_empty() {
+            return Ok(cuts);
+        }
+        let new: Result<Vec<Cut>, _> = shifts
+            .par_iter()
+            .map(|&(shift, step)| count(analysis, shift, step))
+            .collect();
+        cuts.extend(new?);
+        cuts.sort_by(|a, b| a.shift.total_cmp(&b.shift));
+    }
+}
+
 /// Evenly spaced shifts that split an interval with too many eigenvalues, each with a step to move it by if need be.
-fn between(a: Cut, b: Cut, band: usize) -> Vec<(f64, f64)> {
+fn inner(a: Cut, b: Cut, band: usize) -> Vec<(f64, f64)> {
     let (lower, count) = (a.shift.max(0.0), b.below - a.below);
     let width = b.shift - lower;
-    let parts = if 2 * count > 3 * band {
+    let parts = if 2 * count > 3 * band && width > 1e-3 * b.shift {
         count.div_ceil(band)
     } else {
         1
     };
-    if width < 1e-3 * b.shift {
-        return Vec::new();
-    }
     (1..parts)
         .map(|k| {
             (
