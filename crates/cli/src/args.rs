@@ -114,7 +114,7 @@ Reads and writes OBJ, PLY, STL and OFF, also gzipped. A locked key's passphrase 
 environment variable SIGMARK_PASSPHRASE.
 
 --json prints: output, certificate (file names), scheme, bits, chip_rate, functions (manifold harmonics of a patch), \
-patches, unmarked_vertices, alpha, distortion_rms (fraction of the diagonal), read_back (0 to 1), seconds (of each stage).")]
+patches, unmarked_vertices, alpha, distortion_rms (fraction of the diagonal), seconds (of each stage).")]
 pub(crate) struct Embed {
     /// The mesh to sign
     pub(crate) model: PathBuf,

@@ -341,6 +341,9 @@ fn meshes_that_can_carry_no_signature_are_refused_with_the_reason() {
     for (line, words) in table {
         folder.refused(line, words);
     }
+    // A suspect with the original's triangles, but all on a line, lies nowhere on the original.
+    let line = VERIFY.replacen("signed.ply", "thin.ply", 1);
+    folder.refused(&line, &["thin.ply", "on one line", "rotation is undetermined"]);
     // None of them is so bad that nothing can be said about it.
     for name in ["triangle.obj", "thin.ply", "large.ply", "tiny.ply", "far.ply"] {
         folder.done(&format!("inspect {name}"));
@@ -535,7 +538,7 @@ fn files_that_may_not_be_read_are_named_with_the_remedy() {
         ("owner.pub.pem", VERIFY.to_owned()),
         ("model.ply", "inspect model.ply".to_owned()),
     ] {
-        std::fs::set_permissions(folder.path(name), std::fs::Permissions::from_mode(0)).unwrap();
+        std::fs::set_permissions(folder.path(name), std::fs::Permissions::from_mode(0o000)).unwrap();
         if std::fs::read(folder.path(name)).is_err() {
             let run = folder.run(&line);
             assert_eq!(run.code, Some(2));
@@ -598,7 +601,7 @@ fn edited(value: &Value) -> Value {
     match value {
         Value::Number(number) => match number.as_u64() {
             Some(whole) => (whole + 1).into(),
-            None => number.as_f64().map(|x| x.next_up()).into(),
+            None => number.as_f64().map(f64::next_up).into(),
         },
         Value::String(text) => match text.as_str() {
             "ecdsa-p256-sha256" => "ecdsa-p256-sha1".into(),

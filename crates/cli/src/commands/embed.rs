@@ -1,7 +1,8 @@
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
-use serde_json::json;
+use mesh::Asset;
+use serde_json::{Value, json};
 use sigmark::{
     Embedder, Signed,
     signature::{Scheme, SigningKey},
@@ -22,17 +23,31 @@ pub(crate) fn run(arguments: &Embed) -> Result<Answer> {
         .clone()
         .unwrap_or_else(|| files::with_suffix(&arguments.output, ".cert.json"));
     check_outputs(arguments, &certificate_path)?;
+    // Before there is a progress bar, which would run over a question for the passphrase.
+    let key = keys::read_private(&arguments.key)?;
+    let embedder = embedder(arguments, &key)?;
+
     let progress = Progress::new();
     progress.begin("reading", "reading");
     let asset = files::open_mesh(&arguments.model)?;
     asset.check_name(&arguments.output)?;
-    let key = keys::read_private(&arguments.key)?;
-    let embedder = embedder(arguments, &key)?;
-
     let signed = embedder
         .embed_observed(asset.mesh(), &progress)
         .with_context(|| arguments.model.display().to_string())?;
     progress.begin("writing", "writing");
+    write(arguments, &certificate_path, &asset, &signed)?;
+    let seconds = progress.finish();
+
+    if arguments.json {
+        report::json(&object(arguments, &signed, &certificate_path, &seconds))?;
+    } else {
+        report::lines(&summary(arguments, &signed, &certificate_path, &seconds))?;
+    }
+    Ok(Answer::Yes)
+}
+
+/// Writes the signed mesh and the certificate, if the whole signature can be read back from the one as the file holds it.
+fn write(arguments: &Embed, certificate: &Path, asset: &Asset, signed: &Signed) -> Result<()> {
     let marked = asset.with_positions(signed.positions())?;
     // What counts is what the file holds: its precision may be coarser than the mark.
     let read_back = signed.read_back(marked.mesh().positions());
@@ -44,43 +59,32 @@ pub(crate) fn run(arguments: &Embed) -> Result<Answer> {
             100.0 * read_back
         );
     }
-    let certificate = signed.certificate().to_json()?;
-    let (mesh_file, certificate_file) = (marked.to_bytes(), certificate.as_bytes());
-    let outputs = [
-        (&arguments.output, &*mesh_file),
-        (&certificate_path, certificate_file),
-    ];
+    let (mesh, json) = (marked.to_bytes(), signed.certificate().to_json()?);
+    let outputs = [(&*arguments.output, &*mesh), (certificate, json.as_bytes())];
     let outputs = outputs.map(|(path, bytes)| Output {
         path,
         bytes,
         private: false,
     });
-    files::write_together(&outputs, arguments.force)?;
-    let seconds = progress.finish();
+    files::write_together(&outputs, arguments.force)
+}
 
-    let (bits, patches) = (
-        signed.signature().scheme().bits(),
-        signed.original().bases().len(),
-    );
-    if arguments.json {
-        report::json(&json!({
-            "output": arguments.output,
-            "certificate": certificate_path,
-            "scheme": signed.signature().scheme(),
-            "bits": bits,
-            "chip_rate": arguments.chip_rate,
-            "functions": signed.original().layout().functions(),
-            "patches": patches,
-            "unmarked_vertices": signed.original().unmarked_vertices(),
-            "alpha": signed.alpha(),
-            "distortion_rms": signed.distortion_rms(),
-            "read_back": read_back,
-            "seconds": report::seconds_json(&seconds),
-        }))?;
-        return Ok(Answer::Yes);
-    }
-    report::lines(&summary(arguments, &signed, &certificate_path, &seconds))?;
-    Ok(Answer::Yes)
+/// What `--json` prints.
+fn object(arguments: &Embed, signed: &Signed, certificate: &Path, seconds: &[(&'static str, f64)]) -> Value {
+    let scheme = signed.signature().scheme();
+    json!({
+        "output": arguments.output,
+        "certificate": certificate,
+        "scheme": scheme,
+        "bits": scheme.bits(),
+        "chip_rate": arguments.chip_rate,
+        "functions": signed.original().layout().functions(),
+        "patches": signed.original().bases().len(),
+        "unmarked_vertices": signed.original().unmarked_vertices(),
+        "alpha": signed.alpha(),
+        "distortion_rms": signed.distortion_rms(),
+        "seconds": report::seconds_json(seconds),
+    })
 }
 
 /// Both files can be written, and replace nothing that is read.

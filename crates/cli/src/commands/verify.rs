@@ -1,7 +1,7 @@
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use serde_json::json;
+use serde_json::{Value, json};
 use sigmark::{Certificate, GeometryDigest, Outcome, SigmarkError, Verdict, Verifier};
 
 use crate::{
@@ -39,29 +39,34 @@ pub(crate) fn run(arguments: &Verify) -> Result<Answer> {
     let seconds = progress.finish();
 
     if arguments.json {
-        report::json(&json!({
-            "outcome": outcome_name(verdict.outcome),
-            "extraction_rate": verdict.extraction_rate,
-            "p_value": verdict.p_value,
-            "correlation": verdict.correlation,
-            "bits": verdict.bits,
-            "bit_errors": verdict.bit_errors,
-            "overlap": verdict.overlap,
-            "residual": verdict.residual,
-            "transform": verdict.transform.map(|transform| transform.to_matrix()),
-            "mirrored": verdict.transform.map(|transform| transform.mirrors()),
-            "attack_model": null,
-            "remark": verdict.remark,
-            "message": certificate.message(),
-            "public_key": public_key.fingerprint(),
-            "seconds": report::seconds_json(&seconds),
-        }))?;
+        report::json(&object(&verdict, &certificate, &seconds))?;
     } else {
         report::lines(&summary(arguments, &verdict, &certificate, &seconds))?;
     }
     Ok(match verdict.outcome {
         Outcome::Verified | Outcome::Detected { .. } => Answer::Yes,
         Outcome::NotFound { .. } => Answer::No,
+    })
+}
+
+/// What `--json` prints.
+fn object(verdict: &Verdict, certificate: &Certificate, seconds: &[(&'static str, f64)]) -> Value {
+    json!({
+        "outcome": outcome_name(verdict.outcome),
+        "extraction_rate": verdict.extraction_rate,
+        "p_value": verdict.p_value,
+        "correlation": verdict.correlation,
+        "bits": verdict.bits,
+        "bit_errors": verdict.bit_errors,
+        "overlap": verdict.overlap,
+        "residual": verdict.residual,
+        "transform": verdict.transform.map(|transform| transform.to_matrix()),
+        "mirrored": verdict.transform.map(|transform| transform.mirrors()),
+        "attack_model": null,
+        "remark": verdict.remark,
+        "message": certificate.message(),
+        "public_key": certificate.public_key().fingerprint(),
+        "seconds": report::seconds_json(seconds),
     })
 }
 
