@@ -3,7 +3,7 @@
 //! As 4-points congruent sets (Aiger, Mitra, Cohen-Or 2008), with two points and their normals in place of four points (Drost et al. 2010). Under
 //! similarities a pair p, q with normals m, n and direction d = (q − p)/|q − p| keeps m·d, n·d and m·n, and the sign of
 //! m·(d × n) unless it is mirrored. A pair in the suspect and a pair in the original that agree in these fix a similarity, scale included. All pairs
-//! of sites in the original are filed under their three numbers; bases are the pairs in the suspect with the fewest
+//! of sites in the original are filed under the three angles; bases are the pairs in the suspect with the fewest
 //! partners. What is left of the original is all in the suspect, so any base will do, and two good sites are
 //! enough where four points would need four.
 
@@ -12,31 +12,38 @@ use crate::threads;
 use crate::vector::{Mat3, Vec3, add, apply, cross, dot, norm, product, scaled, squared, sub, transposed};
 use mesh::Similarity;
 
-/// Sites on each surface.
-const SITES: usize = 400;
+/// Sites on the original, close enough together that every site of a suspect has one nearby.
+const SITES: usize = 1_000;
+
+/// Sites on the suspect.
+const SUSPECT_SITES: usize = 300;
 
 /// Samples that agree on a site's normal lie within this fraction of the diagonal.
 const NEIGHBOURHOOD: f64 = 0.03;
 
-/// Bases that are tried, out of so many pairs of the suspect.
-const BASES: usize = 80;
+/// Pairs of the suspect that bases are chosen from, and guesses made from them.
 const PAIRS: usize = 4_000;
+const GUESSES: usize = 100_000;
 
 /// The points of a base are at least this fraction of the suspect's diagonal apart.
-const WIDE: f64 = 0.3;
+const WIDE: f64 = 0.5;
 
 /// The least |m·(d × n)|: below, a pair does not fix its frame well.
 const TWISTED: f64 = 0.25;
 
-/// Bins for each of the three cosines.
+/// Bins for each of the three angles.
 const BINS: usize = 16;
+
+/// Partners agree in each angle to this many radians.
+const ALIKE: f64 = 0.14;
 
 /// A guess must bring sites this near, as a fraction of the moved suspect's diagonal.
 const NEAR: f64 = 0.08;
 
-/// Sites that are looked at first, and the mean score below which a guess is dropped after them.
-const FIRST_LOOK: usize = 12;
-const FIRST_LEAST: f64 = 0.25;
+/// Sites that all guesses are scored by at first, guesses that are scored again, and sites for that.
+const FIRST_LOOK: usize = 10;
+const SECOND_LOOKS: usize = 2_000;
+const SECOND_LOOK: usize = 100;
 
 /// A point of a surface with the mean normal around it.
 #[derive(Clone, Copy)]
@@ -50,14 +57,15 @@ struct Site {
 struct Pair {
     first: Site,
     second: Site,
-    cosines: Vec3,
+    /// Between first normal and direction, second normal and direction, and both normals.
+    angles: Vec3,
     twist: f64,
 }
 
 /// The `count` best guesses. Runs in the current pool.
 pub(crate) fn guesses(original: &Sampled, suspect: &Sampled, count: usize) -> Vec<Similarity> {
-    let index = Index::of(&sites(original));
-    let sites = sites(suspect);
+    let index = Index::of(sites(original, SITES));
+    let sites = sites(suspect, SUSPECT_SITES);
     let mut bases: Vec<(usize, Pair)> = Vec::new();
     for (i, j) in spread_pairs(sites.len()) {
         // The suspect may be inside out: its normals count with both signs.
@@ -69,34 +77,39 @@ pub(crate) fn guesses(original: &Sampled, suspect: &Sampled, count: usize) -> Ve
             let pair = Pair::of(first, second).filter(|pair| pair.twist.abs() > TWISTED);
             let wide = squared(sub(second.point, first.point)) > (WIDE * suspect.diagonal).powi(2);
             if let Some(pair) = pair.filter(|_| wide) {
-                bases.push((index.count(&pair), pair));
+                bases.push((index.partners(&pair).count(), pair));
             }
         }
     }
     bases.retain(|(partners, _)| *partners > 0);
     bases.sort_by_key(|(partners, _)| *partners);
-    bases.truncate(BASES);
     let candidates: Vec<Similarity> = bases
         .iter()
-        .flat_map(|(_, base)| index.partners(base).map(move |partner| onto(base, partner)))
+        .flat_map(|(_, base)| index.partners(base).map(move |partner| onto(base, &partner)))
         .filter(|guess| plausible(guess, original, suspect))
+        .take(GUESSES)
         .collect();
-    let scores = threads::map(candidates.len(), |i| {
-        score(original, &sites, &candidates[i], suspect.diagonal)
+    let glanced = ranked(candidates, |guess| {
+        score(original, &sites, guess, suspect.diagonal, FIRST_LOOK)
     });
-    let mut order: Vec<usize> = (0..candidates.len()).filter(|&i| scores[i] > 0.0).collect();
+    let promising = glanced.into_iter().take(SECOND_LOOKS).collect();
+    let looked = ranked(promising, |guess| {
+        score(original, &sites, guess, suspect.diagonal, SECOND_LOOK)
+    });
+    distinct(looked.into_iter(), suspect, original.diagonal, count)
+}
+
+/// Guesses by descending score.
+fn ranked(guesses: Vec<Similarity>, score: impl Fn(&Similarity) -> f64 + Sync + Send) -> Vec<Similarity> {
+    let scores = threads::map(guesses.len(), |i| score(&guesses[i]));
+    let mut order: Vec<usize> = (0..guesses.len()).collect();
     order.sort_by(|&i, &j| scores[j].total_cmp(&scores[i]));
-    distinct(
-        order.into_iter().map(|i| candidates[i]),
-        suspect,
-        original.diagonal,
-        count,
-    )
+    order.into_iter().map(|i| guesses[i]).collect()
 }
 
 /// Sites with their normals, without those where the surface bends too much to have one.
-fn sites(of: &Sampled) -> Vec<Site> {
-    let picked: Vec<usize> = of.some(SITES).collect();
+fn sites(of: &Sampled, count: usize) -> Vec<Site> {
+    let picked: Vec<usize> = of.some(count).collect();
     let radius = (NEIGHBOURHOOD * of.diagonal).powi(2);
     let normal = |i: usize| of.normals[of.triangles[i] as usize];
     let sites = threads::map(picked.len(), |k| {
@@ -133,10 +146,11 @@ impl Pair {
         }
         let d = scaled(difference, 1.0 / length);
         let (m, n) = (first.normal, second.normal);
+        let angle = |a: Vec3, b: Vec3| dot(a, b).clamp(-1.0, 1.0).acos();
         Some(Self {
             first,
             second,
-            cosines: [dot(m, d), dot(n, d), dot(m, n)],
+            angles: [angle(m, d), angle(n, d), angle(m, n)],
             twist: dot(m, cross(d, n)),
         })
     }
@@ -171,24 +185,26 @@ fn plausible(guess: &Similarity, original: &Sampled, suspect: &Sampled) -> bool 
     (0.15..1.1).contains(&(guess.scale * suspect.diagonal / original.diagonal))
 }
 
-/// The pairs of the original's sites, filed under their cosines.
+/// The pairs of the original's sites, filed under their angles.
 struct Index {
-    pairs: Vec<Pair>,
+    sites: Vec<Site>,
+    pairs: Vec<[u16; 2]>,
     starts: Vec<usize>,
 }
 
 impl Index {
-    fn of(sites: &[Site]) -> Self {
-        let mut filed: Vec<(usize, Pair)> = Vec::new();
+    fn of(sites: Vec<Site>) -> Self {
+        let mut filed: Vec<(usize, [u16; 2])> = Vec::new();
         for (i, &first) in sites.iter().enumerate() {
             for (j, &second) in sites.iter().enumerate() {
                 let pair = if i == j { None } else { Pair::of(first, second) };
                 if let Some(pair) = pair.filter(|pair| pair.twist.abs() > 0.5 * TWISTED) {
-                    filed.push((bin(pair.cosines), pair));
+                    let [a, b, c] = pair.angles.map(bin);
+                    filed.push(((a * BINS + b) * BINS + c, [i as u16, j as u16]));
                 }
             }
         }
-        filed.sort_by_key(|(bin, _)| *bin);
+        filed.sort_unstable();
         let mut starts = vec![0; BINS * BINS * BINS + 1];
         for (bin, _) in &filed {
             starts[bin + 1] += 1;
@@ -197,40 +213,39 @@ impl Index {
             starts[bin] += starts[bin - 1];
         }
         Self {
+            sites,
             pairs: filed.into_iter().map(|(_, pair)| pair).collect(),
             starts,
         }
     }
 
-    /// How many pairs lie in the bin of another.
-    fn count(&self, pair: &Pair) -> usize {
-        self.partners(pair).count()
-    }
-
-    fn partners(&self, pair: &Pair) -> impl Iterator<Item = &Pair> {
-        let bin = bin(pair.cosines);
-        self.pairs[self.starts[bin]..self.starts[bin + 1]].iter()
+    /// The pairs whose angles are like those of another.
+    fn partners<'a>(&'a self, base: &'a Pair) -> impl Iterator<Item = Pair> + 'a {
+        let [a, b, c] = base.angles.map(|angle| bin(angle - ALIKE)..=bin(angle + ALIKE));
+        let bins = a.flat_map(move |a| {
+            let c = c.clone();
+            b.clone()
+                .flat_map(move |b| c.clone().map(move |c| (a * BINS + b) * BINS + c))
+        });
+        let filed = bins.flat_map(|bin| &self.pairs[self.starts[bin]..self.starts[bin + 1]]);
+        let pairs =
+            filed.filter_map(|&[i, j]| Pair::of(self.sites[usize::from(i)], self.sites[usize::from(j)]));
+        pairs.filter(|pair| (0..3).all(|k| (pair.angles[k] - base.angles[k]).abs() <= ALIKE))
     }
 }
 
-fn bin(cosines: Vec3) -> usize {
-    // Equal steps of the angle.
-    let of =
-        |c: f64| ((c.clamp(-1.0, 1.0).acos() / std::f64::consts::PI * BINS as f64) as usize).min(BINS - 1);
-    (of(cosines[0]) * BINS + of(cosines[1])) * BINS + of(cosines[2])
+fn bin(angle: f64) -> usize {
+    // A negative angle saturates to bin 0.
+    ((angle / std::f64::consts::PI * BINS as f64) as usize).min(BINS - 1)
 }
 
-/// The mean over sites of 1 − (distance / limit)², where the surface faces the same way or the opposite way throughout; 0 when the
-/// first sites already speak against the guess.
-fn score(original: &Sampled, sites: &[Site], guess: &Similarity, diagonal: f64) -> f64 {
+/// The mean over about `count` sites of |cos| (1 − (distance / limit)²), cos being that of the angle between the normals, over the sites that
+/// face the original's way or over those that face the opposite way, whichever is more.
+fn score(original: &Sampled, sites: &[Site], guess: &Similarity, diagonal: f64, count: usize) -> f64 {
     let limit = NEAR * guess.scale * diagonal;
     let mut sums = [0.0_f64; 2];
-    let step = (sites.len() / 100).max(1);
-    let picked = sites.iter().step_by(step);
-    for (seen, site) in picked.clone().enumerate() {
-        if seen == FIRST_LOOK && sums[0].max(sums[1]) < FIRST_LEAST * FIRST_LOOK as f64 {
-            return 0.0;
-        }
+    let picked = sites.iter().step_by((sites.len() / count).max(1));
+    for site in picked.clone() {
         if let Some(nearest) = original.surface.nearest_within(guess.apply(site.point), limit) {
             let normal = apply(&guess.rotation, site.normal);
             let cosine = dot(normal, original.normals[nearest.triangle as usize]);
