@@ -4,13 +4,19 @@ use crate::kway::KWay;
 use crate::rng::Rng;
 use crate::{greedy, rebalance};
 
-/// Makes every part connected where the graph allows it, then restores balance and shortens the border by moves that
-/// keep it so. A component of the graph that holds the main piece of no part goes as a whole to the roomiest part.
-pub(crate) fn make_contiguous(state: &mut KWay<'_>, rng: &mut Rng) {
+/// Makes every part connected where the graph allows it, whatever becomes of the balance: stray pieces join a
+/// neighbouring part. A component of the graph that holds the main piece of no part goes as a whole to the roomiest
+/// part.
+pub(crate) fn join_stray_pieces(state: &mut KWay<'_>) {
     let pieces = Pieces::of(state);
     if pieces.weight.len() > pieces.main_count() {
         join_strays(state, pieces);
     }
+}
+
+/// Joins stray pieces, then restores balance and shortens the border by moves that keep parts connected.
+pub(crate) fn make_contiguous(state: &mut KWay<'_>, rng: &mut Rng) {
+    join_stray_pieces(state);
     let mut guard = Guard::new(state.graph.vertex_count());
     for _ in 0..MAX_ROUNDS {
         let before = state.excess();

@@ -5,7 +5,7 @@
 use crate::Graph;
 use crate::bisect::{BisectionSearch, recursive_bisection};
 use crate::coarsen::{Level, coarsen, prolong, restrict};
-use crate::contiguity::{fill_empty_parts, make_contiguous};
+use crate::contiguity::{fill_empty_parts, join_stray_pieces, make_contiguous};
 use crate::kway::{KWay, cut};
 use crate::local_search::{self, LocalSearch};
 use crate::options::{Balance, Effort, Method, Options};
@@ -110,13 +110,23 @@ pub(crate) fn partition(graph: &Graph, balance: &Balance, options: &Options, tea
             solver.refine_up(graph, &[], part, &mut rng.fork(1))
         }
     };
+    let part = if options.contiguous {
+        solver.connect(graph, part, &rng.fork(2))
+    } else {
+        part
+    };
     let mut state = KWay::new(graph, part, &balance.limits);
     fill_empty_parts(&mut state);
     if options.contiguous {
-        make_contiguous(&mut state, &mut rng.fork(2));
+        make_contiguous(&mut state, &mut rng.fork(3));
     }
     state.part
 }
+
+/// Cycles spent on restoring the balance that joining stray pieces has upset.
+const REPAIRS: u64 = 3;
+/// An excess below this fraction of all weight is left to single moves.
+const FRINGE: i64 = 1000;
 
 impl Solver<'_> {
     fn direct(&self, graph: &Graph, rng: &Rng) -> Vec<u32> {
@@ -134,6 +144,21 @@ impl Solver<'_> {
             best = self.better(graph, best, next);
         }
         best
+    }
+
+    /// Joins stray pieces. Where that upsets the balance much, moving single vertices would fray the borders: another
+    /// multilevel cycle restores it on coarse graphs.
+    fn connect(&self, graph: &Graph, mut part: Vec<u32>, rng: &Rng) -> Vec<u32> {
+        for i in 0..REPAIRS {
+            let mut state = KWay::new(graph, part, &self.balance.limits);
+            join_stray_pieces(&mut state);
+            part = state.part.clone();
+            if FRINGE * state.excess() <= graph.total_vertex_weight() {
+                break;
+            }
+            part = self.cycle(graph, &[&part], &mut rng.fork(i));
+        }
+        part
     }
 
     /// Several partitions of a small graph, the best combined with the others.

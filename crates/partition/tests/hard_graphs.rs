@@ -1,4 +1,5 @@
 //! Extremes: empty, edgeless, disconnected, stars, cliques, long paths, uneven weights and numbers out of range.
+#![allow(clippy::unwrap_used)] // helpers outside of #[test] functions
 
 use partition::{Effort, Graph, Method, Options, OrderingOptions, PartitionError};
 use partition::{column_counts, nested_dissection, partition, read_metis};

@@ -1,4 +1,5 @@
 //! What holds for every graph, against brute force where graphs are small enough.
+#![allow(clippy::unwrap_used)] // helpers outside of #[test] functions
 
 use partition::{Effort, Graph, Method, Options, OrderingOptions, Partition, column_counts};
 use partition::{nested_dissection, partition, read_metis, write_metis};
