@@ -1,0 +1,252 @@
+//! A suspect in any pose is brought back onto its original, and anything else is told apart from it.
+
+use mesh::{Edges, Similarity, TriMesh, shapes};
+use registration::{AlignOptions, Alignment, Basis, RegistrationError, Stage, align, align_until};
+use std::ops::ControlFlow;
+
+/// A pose unlike the original's: turned by about 150°, a hundredth of the size, ten diagonals away.
+fn away() -> Similarity {
+    let turn = Similarity::from_quaternion([0.25, 0.4, -0.8, 0.3]);
+    Similarity {
+        scale: 0.01,
+        translation: [0.2, -0.1, 0.15],
+        ..turn
+    }
+}
+
+/// How far the alignment misses the true pose: RMS over the vertices, as a fraction of the original's diagonal.
+fn miss(found: &Alignment, original: &TriMesh, suspect: &TriMesh, moved: &Similarity) -> f64 {
+    let back = moved.inverse();
+    let apart = suspect.positions().iter().map(|&p| {
+        let (x, y) = (found.transform.apply(p), back.apply(p));
+        (0..3).map(|i| (x[i] - y[i]).powi(2)).sum::<f64>()
+    });
+    (apart.sum::<f64>() / suspect.vertex_count() as f64).sqrt() / original.bounding_box().diagonal()
+}
+
+/// Aligns a moved copy of `suspect` with `original`.
+fn aligned(original: &TriMesh, suspect: &TriMesh) -> (Alignment, f64) {
+    let moved = shapes::moved(suspect, &away());
+    let found = align(original, &moved, &AlignOptions::default()).unwrap();
+    let miss = miss(&found, original, &moved, &away());
+    (found, miss)
+}
+
+/// Every triangle in four, by the middles of its edges: the same surface with other vertices.
+fn divided(mesh: &TriMesh) -> TriMesh {
+    let edges = Edges::of(mesh);
+    let mut positions = mesh.positions().to_vec();
+    for &[a, b] in edges.vertices() {
+        let (p, q) = (mesh.positions()[a as usize], mesh.positions()[b as usize]);
+        positions.push(std::array::from_fn(|i| 0.5 * (p[i] + q[i])));
+    }
+    let mut triangles = Vec::new();
+    for (&[a, b, c], sides) in mesh.triangles().iter().zip(edges.of_triangle()) {
+        let [x, y, z] = sides.map(|e| mesh.vertex_count() as u32 + e);
+        triangles.extend([[a, x, z], [b, y, x], [c, z, y], [x, y, z]]);
+    }
+    TriMesh::new(positions, triangles).unwrap()
+}
+
+/// The triangles whose corners all lie below a slanted plane that leaves `share` of the vertices, renumbered.
+fn cut(mesh: &TriMesh, share: f64) -> TriMesh {
+    let height = |p: &[f64; 3]| p[0] + 0.4 * p[1] - 0.2 * p[2];
+    let mut heights: Vec<f64> = mesh.positions().iter().map(height).collect();
+    heights.sort_by(f64::total_cmp);
+    let bound = heights[(share * heights.len() as f64) as usize];
+    let left = mesh.triangles().iter().enumerate();
+    let left = left.filter(|(t, _)| mesh.corners(*t).iter().all(|p| height(p) < bound));
+    let open = TriMesh::new(mesh.positions().to_vec(), left.map(|(_, t)| *t).collect()).unwrap();
+    mesh::Welded::new(open.positions(), open.triangles())
+        .unwrap()
+        .mesh()
+        .clone()
+}
+
+#[test]
+fn a_moved_and_shuffled_copy_is_brought_back_to_rounding_by_its_vertices() {
+    let original = shapes::bumpy_block(2, 6, 1);
+    let (found, miss) = aligned(&original, &shapes::shuffled(&original, 2));
+    assert_eq!((found.basis, found.aligned), (Basis::Connectivity, true));
+    assert!(miss < 1e-13 && found.residual < 1e-13, "{miss}");
+    assert_eq!((found.overlap, found.coverage), (1.0, 1.0));
+}
+
+#[test]
+fn a_cut_copy_is_brought_back_to_rounding_by_the_vertices_that_are_left() {
+    let original = shapes::bumpy_torus(60, 40, 3);
+    for share in [0.5, 0.25] {
+        let suspect = shapes::mirrored(&shapes::shuffled(&cut(&original, share), 2));
+        let moved = shapes::moved(&suspect, &away());
+        let found = align(&original, &moved, &AlignOptions::default()).unwrap();
+        assert_eq!((found.basis, found.aligned), (Basis::Surroundings, true));
+        assert!(
+            found.transform.mirrors() && found.residual < 1e-12,
+            "{}",
+            found.residual
+        );
+        assert!((found.coverage - share).abs() < 0.1, "{}", found.coverage);
+    }
+}
+
+#[test]
+fn noise_does_not_shrink_the_suspect() {
+    let original = shapes::bumpy_sphere(4, 1);
+    let (found, miss) = aligned(&original, &shapes::jittered(&original, 0.3, 9));
+    assert_eq!((found.basis, found.aligned), (Basis::Connectivity, true));
+    assert!(
+        (found.transform.scale * 0.01 - 1.0).abs() < 3e-4 && miss < 3e-4,
+        "{miss}"
+    );
+}
+
+#[test]
+fn the_same_surface_with_other_vertices_is_brought_back_to_rounding() {
+    let shapes = [
+        shapes::bumpy_sphere(3, 1),
+        shapes::bumpy_torus(24, 16, 2),
+        shapes::bumpy_block(1, 4, 3),
+    ];
+    for (i, original) in shapes.iter().enumerate() {
+        let mut suspect = divided(original);
+        if i == 1 {
+            suspect = mesh::shapes::inside_out(&suspect);
+        }
+        let (found, miss) = aligned(original, &suspect);
+        assert_eq!((found.basis, found.aligned), (Basis::Surface, true));
+        assert!(miss < 1e-12, "{miss}");
+    }
+}
+
+#[test]
+fn half_of_the_surface_with_other_vertices_is_brought_back_to_rounding() {
+    let original = shapes::bumpy_block(2, 4, 3);
+    let (found, miss) = aligned(&original, &divided(&cut(&original, 0.5)));
+    assert_eq!((found.basis, found.aligned), (Basis::Surface, true));
+    assert!(miss < 1e-12, "{miss}");
+}
+
+#[test]
+fn another_net_on_the_same_shape_is_aligned() {
+    let original = shapes::bumped(&shapes::icosphere(4), 0.3, 7);
+    let finer = shapes::bumped(&shapes::icosphere(5), 0.3, 7);
+    let (found, miss) = aligned(&original, &finer);
+    assert!(found.aligned && found.overlap > 0.99 && miss < 1e-3, "{miss}");
+    let (mirrored, _) = aligned(&original, &shapes::mirrored(&finer));
+    assert!(mirrored.aligned && mirrored.overlap > 0.99 && mirrored.transform.mirrors());
+}
+
+#[test]
+fn another_model_does_not_align() {
+    let original = shapes::bumpy_block(2, 4, 3);
+    for suspect in [
+        shapes::bumpy_sphere(3, 1),
+        shapes::bumpy_torus(24, 16, 2),
+        shapes::cube(1.0),
+    ] {
+        let (found, _) = aligned(&original, &suspect);
+        assert!(!found.aligned && found.overlap < 0.9, "{}", found.overlap);
+    }
+}
+
+#[test]
+fn a_symmetric_shape_has_alternatives() {
+    let original = shapes::cube(1.0);
+    let (found, _) = aligned(&original, &divided(&divided(&original)));
+    assert!(found.aligned && found.residual < 1e-12, "{}", found.residual);
+    assert!(!found.alternatives.is_empty());
+}
+
+#[test]
+fn degenerate_suspects_get_defined_answers() {
+    let original = shapes::bumpy_sphere(2, 1);
+    let triangle = TriMesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], vec![[0, 1, 2]]).unwrap();
+    let far = shapes::translated(&shapes::scaled(&shapes::icosphere(2), 1000.0), [1e6, 0.0, 0.0]);
+    for suspect in [
+        triangle,
+        shapes::rectangle(4, 4, 1.0, 2.0),
+        far,
+        shapes::soup(50, 1),
+    ] {
+        let found = align(&original, &suspect, &AlignOptions::default()).unwrap();
+        assert!(found.transform.scale > 0.0 && found.transform.scale.is_finite());
+        assert!((0.0..=1.0).contains(&found.overlap) && (0.0..=1.0).contains(&found.coverage));
+    }
+    let line = vec![[0.0; 3], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]];
+    let line = TriMesh::new(line, vec![[0, 1, 2]]).unwrap();
+    let nothing = align(&original, &line, &AlignOptions::default());
+    assert_eq!(nothing, Err(RegistrationError::NoSurface { mesh: "suspect" }));
+    let nothing = align(&line, &original, &AlignOptions::default());
+    assert_eq!(nothing, Err(RegistrationError::NoSurface { mesh: "original" }));
+}
+
+#[test]
+fn threads_change_nothing() {
+    let original = shapes::bumpy_torus(24, 16, 2);
+    let suspect = shapes::moved(&divided(&original), &away());
+    let with = |threads| {
+        align(
+            &original,
+            &suspect,
+            &AlignOptions {
+                threads,
+                ..Default::default()
+            },
+        )
+        .unwrap()
+    };
+    assert_eq!(with(1), with(3));
+}
+
+#[test]
+fn the_search_can_be_watched_and_stopped() {
+    let (original, suspect) = (
+        shapes::bumpy_torus(24, 16, 2),
+        divided(&shapes::bumpy_torus(24, 16, 2)),
+    );
+    let mut stages = Vec::new();
+    let mut watch = |stage| {
+        stages.push(stage);
+        ControlFlow::Continue(())
+    };
+    align_until(&original, &suspect, &AlignOptions::default(), &mut watch).unwrap();
+    assert_eq!(stages[..2], [Stage::Connectivity, Stage::Preparation]);
+    assert_eq!(stages.last(), Some(&Stage::Refinement));
+    for allowed in 0..4 {
+        let mut heard = 0;
+        let mut watch = |_| {
+            heard += 1;
+            if heard > allowed {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(())
+            }
+        };
+        let stopped = align_until(&original, &suspect, &AlignOptions::default(), &mut watch);
+        assert_eq!(stopped, Err(RegistrationError::Stopped));
+    }
+}
+
+#[test]
+fn options_out_of_range_are_named() {
+    let ball = shapes::icosphere(0);
+    for options in [
+        AlignOptions {
+            tolerance: 0.0,
+            ..Default::default()
+        },
+        AlignOptions {
+            tolerance: f64::NAN,
+            ..Default::default()
+        },
+        AlignOptions {
+            least_overlap: 1.5,
+            ..Default::default()
+        },
+    ] {
+        assert!(matches!(
+            align(&ball, &ball, &options),
+            Err(RegistrationError::Option { .. })
+        ));
+    }
+}
