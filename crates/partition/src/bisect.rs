@@ -31,7 +31,7 @@ pub(crate) fn bisect(
     team: &Team,
     rng: &Rng,
 ) -> Bisection {
-    let cycle = |i: u64| bisect_once(graph, targets, limits, search, &mut rng.fork(1000 + i));
+    let cycle = |i: u64| bisect_once(graph, targets, limits, search, team, &mut rng.fork(1000 + i));
     let cycles = team.map(search.cycles.max(1), cycle);
     let best = cycles
         .into_iter()
@@ -44,9 +44,10 @@ fn bisect_once(
     targets: [f64; 2],
     limits: [i64; 2],
     search: &BisectionSearch,
+    team: &Team,
     rng: &mut Rng,
 ) -> Bisection {
-    let levels = coarsen(graph, COARSEST, &[], rng);
+    let levels = coarsen(graph, COARSEST, &[], team, rng);
     let coarsest = levels.last().map_or(graph, |level| &level.graph);
     let mut state = best_grown(coarsest, targets[0], limits, search.tries, rng);
     for depth in (0..levels.len()).rev() {

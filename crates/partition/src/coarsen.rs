@@ -4,6 +4,7 @@ use crate::Graph;
 use crate::contract::{contract, number_pairs};
 use crate::matching::heavy_edge_matching;
 use crate::rng::Rng;
+use crate::team::Team;
 
 /// A level that keeps more than this share of its vertices is the last.
 const MIN_SHRINK: f64 = 0.95;
@@ -19,7 +20,7 @@ pub(crate) struct Level {
 /// Coarsens until at most `size` vertices are left or nothing shrinks any more. Edges that one of the partitions `kept`
 /// cuts are never contracted, so that each of them is a partition of the coarsest graph too. The first level stands
 /// below `graph` itself.
-pub(crate) fn coarsen(graph: &Graph, size: usize, kept: &[&[u32]], rng: &mut Rng) -> Vec<Level> {
+pub(crate) fn coarsen(graph: &Graph, size: usize, kept: &[&[u32]], team: &Team, rng: &mut Rng) -> Vec<Level> {
     let max_weight = (1.5 * graph.total_vertex_weight() as f64 / size.max(1) as f64).ceil() as i64;
     let mut levels: Vec<Level> = Vec::new();
     let mut kept: Vec<Vec<u32>> = kept.iter().map(|part| part.to_vec()).collect();
@@ -28,7 +29,7 @@ pub(crate) fn coarsen(graph: &Graph, size: usize, kept: &[&[u32]], rng: &mut Rng
         if fine.vertex_count() <= size {
             return levels;
         }
-        let partner = heavy_edge_matching(fine, max_weight, &kept, rng);
+        let partner = heavy_edge_matching(fine, max_weight, &kept, team, rng);
         let (coarse_of, count) = number_pairs(&partner);
         if count as f64 > MIN_SHRINK * fine.vertex_count() as f64 {
             return levels;
@@ -36,7 +37,7 @@ pub(crate) fn coarsen(graph: &Graph, size: usize, kept: &[&[u32]], rng: &mut Rng
         for part in &mut kept {
             *part = restrict(part, &coarse_of, count);
         }
-        let graph = contract(fine, &partner, &coarse_of, count);
+        let graph = contract(fine, &partner, &coarse_of, count, team);
         levels.push(Level { graph, coarse_of });
     }
 }
@@ -78,8 +79,9 @@ mod tests {
     #[test]
     fn every_level_is_a_valid_graph_of_the_same_weight_on_which_cuts_keep_their_size() {
         let graph = torus(40);
+        let team = Team::new(1).unwrap();
         let mut rng = Rng::new(1);
-        let levels = coarsen(&graph, 50, &[], &mut rng);
+        let levels = coarsen(&graph, 50, &[], &team, &mut rng);
         assert!(levels.len() >= 4 && levels[levels.len() - 1].graph.vertex_count() <= 60);
         for depth in 0..levels.len() {
             let fine = if depth == 0 {
@@ -108,9 +110,10 @@ mod tests {
     #[test]
     fn cut_edges_of_kept_partitions_are_never_contracted() {
         let graph = torus(30);
+        let team = Team::new(1).unwrap();
         let stripes: Vec<u32> = (0..900).map(|v| v % 30 / 10).collect();
         let layers: Vec<u32> = (0..900).map(|v| v / 450).collect();
-        let levels = coarsen(&graph, 20, &[&stripes, &layers], &mut Rng::new(2));
+        let levels = coarsen(&graph, 20, &[&stripes, &layers], &team, &mut Rng::new(2));
         for part in [stripes, layers] {
             let mut carried = part.clone();
             for level in &levels {
@@ -127,8 +130,9 @@ mod tests {
     #[test]
     fn stars_coarsen_by_two_hops() {
         let edges: Vec<_> = (1..=4000).map(|leaf| (0, leaf, 1)).collect();
+        let team = Team::new(1).unwrap();
         let star = Graph::from_edges(4001, &edges).unwrap();
-        let levels = coarsen(&star, 100, &[], &mut Rng::new(0));
+        let levels = coarsen(&star, 100, &[], &team, &mut Rng::new(0));
         assert!(
             levels
                 .last()

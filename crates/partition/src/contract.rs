@@ -1,6 +1,7 @@
 //! Contraction of a matching: pairs become vertices, parallel edges become one with the sum of their weights.
 
 use crate::Graph;
+use crate::team::Team;
 
 /// Coarse vertex of each vertex, numbered in the order of the first of each pair: neighbours stay close in memory.
 pub(crate) fn number_pairs(partner: &[u32]) -> (Vec<u32>, usize) {
@@ -18,17 +19,48 @@ pub(crate) fn number_pairs(partner: &[u32]) -> (Vec<u32>, usize) {
     (coarse_of, count as usize)
 }
 
-/// The coarse graph. A marker per coarse vertex says where its entry stands in the row being written, so that every
-/// edge costs one look-up; edges inside a pair gather in the row's first entry, which is dropped in the end.
-pub(crate) fn contract(graph: &Graph, partner: &[u32], coarse_of: &[u32], count: usize) -> Graph {
-    let mut offsets = Vec::with_capacity(count + 1);
-    let mut vertex_weights = Vec::with_capacity(count);
-    let mut neighbours: Vec<u32> = Vec::with_capacity(graph.neighbours.len() + 1);
-    let mut edge_weights: Vec<i32> = Vec::with_capacity(graph.neighbours.len() + 1);
+/// The coarse graph. Threads write the rows of ranges of vertices, which are then joined.
+pub(crate) fn contract(
+    graph: &Graph,
+    partner: &[u32],
+    coarse_of: &[u32],
+    count: usize,
+    team: &Team,
+) -> Graph {
+    let ranges = if graph.vertex_count() < PARALLEL {
+        1
+    } else {
+        team.size()
+    };
+    let bound = |i: u64| graph.vertex_count() * i as usize / ranges;
+    let rows = team.map(ranges as u64, |i| {
+        contract_rows(graph, partner, coarse_of, count, bound(i)..bound(i + 1))
+    });
+    join_rows(rows)
+}
+
+/// Smaller graphs are not worth joining.
+const PARALLEL: usize = 50_000;
+
+/// The rows of the pairs whose first vertex lies in `range`. A marker per coarse vertex says where its entry stands in
+/// the row being written, so that every edge costs one look-up; edges inside a pair gather in the row's first entry,
+/// which is dropped in the end.
+fn contract_rows(
+    graph: &Graph,
+    partner: &[u32],
+    coarse_of: &[u32],
+    count: usize,
+    range: std::ops::Range<usize>,
+) -> Graph {
+    let entries = graph.offsets[range.end] - graph.offsets[range.start];
+    let mut offsets = Vec::with_capacity(range.len() + 1);
+    let mut vertex_weights = Vec::with_capacity(range.len());
+    let mut neighbours: Vec<u32> = Vec::with_capacity(entries + 1);
+    let mut edge_weights: Vec<i32> = Vec::with_capacity(entries + 1);
     // One past the entry's position, so that 0 means "not met".
     let mut place = vec![0u32; count];
     offsets.push(0);
-    for v in 0..graph.vertex_count() {
+    for v in range {
         let other = partner[v] as usize;
         if other < v {
             continue;
@@ -71,4 +103,24 @@ pub(crate) fn contract(graph: &Graph, partner: &[u32], coarse_of: &[u32], count:
         vertex_weights,
         edge_weights,
     }
+}
+
+/// The rows of all ranges, in order.
+fn join_rows(rows: Vec<Graph>) -> Graph {
+    let mut rows = rows.into_iter();
+    let mut all = rows.next().unwrap_or_else(|| Graph {
+        offsets: vec![0],
+        neighbours: Vec::new(),
+        vertex_weights: Vec::new(),
+        edge_weights: Vec::new(),
+    });
+    for part in rows {
+        let before = all.neighbours.len();
+        all.offsets
+            .extend(part.offsets[1..].iter().map(|offset| before + offset));
+        all.neighbours.extend(part.neighbours);
+        all.vertex_weights.extend(part.vertex_weights);
+        all.edge_weights.extend(part.edge_weights);
+    }
+    all
 }

@@ -6,7 +6,10 @@
 
 use crate::Graph;
 use crate::rng::Rng;
+use crate::team::Team;
 
+/// Vertices that are matched by one thread.
+const BLOCK: usize = 1 << 16;
 /// Vertices of one window of the random order.
 const WINDOW: usize = 4096;
 /// Two-hop matching starts when more than one in `STALL` vertices stays alone.
@@ -15,43 +18,38 @@ const NONE: u32 = u32::MAX;
 
 /// Partner of each vertex (itself when alone). No pair weighs more than `max_weight`, and none lies across a border
 /// of one of the partitions `kept`.
+///
+/// Large graphs are matched inside blocks of consecutive vertices first, in parallel; the blocks do not depend on the
+/// number of threads. What is left over is matched freely then.
 pub(crate) fn heavy_edge_matching(
     graph: &Graph,
     max_weight: i64,
     kept: &[Vec<u32>],
+    team: &Team,
     rng: &mut Rng,
 ) -> Vec<u32> {
     let count = graph.vertex_count();
     let mut partner = vec![NONE; count];
-    let mut alone = Vec::new();
     let fits = |v: usize, u: usize| {
         i64::from(graph.vertex_weights[v]) + i64::from(graph.vertex_weights[u]) <= max_weight
             && kept.iter().all(|part| part[v] == part[u])
     };
-    for v in visiting_order(graph, rng) {
-        let v = v as usize;
-        if partner[v] != NONE {
-            continue;
-        }
-        // The rating of the best so far is squared weight over vertex weight, kept as a fraction.
-        let (mut best, mut best_squared, mut best_weight) = (NONE, 0.0f32, 1.0f32);
-        for (u, weight) in graph.edges(v) {
-            if partner[u] == NONE && fits(v, u) {
-                let squared = weight as f32 * weight as f32;
-                let partner_weight = graph.vertex_weights[u].max(1) as f32;
-                if squared * best_weight > best_squared * partner_weight {
-                    (best, best_squared, best_weight) = (u as u32, squared, partner_weight);
-                }
-            }
-        }
-        if best == NONE {
-            alone.push(v as u32);
-        } else {
-            partner[v] = best;
-            partner[best as usize] = v as u32;
-        }
+    if count > BLOCK {
+        let source = rng.fork(0);
+        team.for_chunks(&mut partner, BLOCK, |i, block| {
+            let first = i * BLOCK;
+            let vertices = (first as u32..(first + block.len()) as u32).collect();
+            let order = visiting_order(graph, vertices, &mut source.fork(i as u64));
+            match_heaviest(graph, &order, first, block, &fits);
+        });
     }
-    alone.retain(|&v| partner[v as usize] == NONE);
+    let left = (0..count as u32)
+        .filter(|&v| partner[v as usize] == NONE)
+        .collect();
+    match_heaviest(graph, &visiting_order(graph, left, rng), 0, &mut partner, &fits);
+    let alone: Vec<u32> = (0..count as u32)
+        .filter(|&v| partner[v as usize] == NONE)
+        .collect();
     if alone.len() > count / STALL {
         match_two_hop(graph, &alone, &fits, &mut partner);
     }
@@ -61,6 +59,37 @@ pub(crate) fn heavy_edge_matching(
         }
     }
     partner
+}
+
+/// Gives each vertex of `order` the best free neighbour among the vertices `first..` that `partner` covers.
+fn match_heaviest(
+    graph: &Graph,
+    order: &[u32],
+    first: usize,
+    partner: &mut [u32],
+    fits: &impl Fn(usize, usize) -> bool,
+) {
+    for &v in order {
+        let v = v as usize;
+        if partner[v - first] != NONE {
+            continue;
+        }
+        // The rating of the best so far is squared weight over vertex weight, kept as a fraction.
+        let (mut best, mut best_squared, mut best_weight) = (NONE, 0.0f32, 1.0f32);
+        for (u, weight) in graph.edges(v) {
+            if partner.get(u.wrapping_sub(first)) == Some(&NONE) && fits(v, u) {
+                let squared = weight as f32 * weight as f32;
+                let partner_weight = graph.vertex_weights[u].max(1) as f32;
+                if squared * best_weight > best_squared * partner_weight {
+                    (best, best_squared, best_weight) = (u as u32, squared, partner_weight);
+                }
+            }
+        }
+        if best != NONE {
+            partner[v - first] = best;
+            partner[best as usize - first] = v as u32;
+        }
+    }
 }
 
 /// Pairs lone vertices whose heaviest edges lead to the same neighbour, and isolated vertices with each other.
@@ -81,24 +110,22 @@ fn match_two_hop(graph: &Graph, alone: &[u32], fits: &impl Fn(usize, usize) -> b
     }
 }
 
-/// All vertices, sorted by degree up to the average degree, random within windows.
-fn visiting_order(graph: &Graph, rng: &mut Rng) -> Vec<u32> {
-    let count = graph.vertex_count();
-    let mut shuffled: Vec<u32> = (0..count as u32).collect();
-    for window in shuffled.chunks_mut(WINDOW) {
+/// The vertices, sorted by degree up to the average degree, random within windows.
+fn visiting_order(graph: &Graph, mut vertices: Vec<u32>, rng: &mut Rng) -> Vec<u32> {
+    for window in vertices.chunks_mut(WINDOW) {
         rng.shuffle(window);
     }
-    let average = graph.neighbours.len() / count.max(1) + 1;
+    let average = graph.neighbours.len() / graph.vertex_count().max(1) + 1;
     let key = |v: u32| graph.degree(v as usize).min(average);
     let mut start = vec![0usize; average + 2];
-    for &v in &shuffled {
+    for &v in &vertices {
         start[key(v) + 1] += 1;
     }
     for d in 0..=average {
         start[d + 1] += start[d];
     }
-    let mut order = vec![0; count];
-    for &v in &shuffled {
+    let mut order = vec![0; vertices.len()];
+    for &v in &vertices {
         let at = &mut start[key(v)];
         order[*at] = v;
         *at += 1;

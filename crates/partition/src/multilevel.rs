@@ -130,7 +130,7 @@ const FRINGE: i64 = 1000;
 
 impl Solver<'_> {
     fn direct(&self, graph: &Graph, rng: &Rng) -> Vec<u32> {
-        let levels = coarsen(graph, self.plan.middle, &[], &mut rng.fork(3));
+        let levels = coarsen(graph, self.plan.middle, &[], self.team, &mut rng.fork(3));
         let middle = levels.last().map_or(graph, |level| &level.graph);
         let mut best = self.best_candidate(middle, &rng.fork(4));
         if self.contiguous && !levels.is_empty() {
@@ -180,7 +180,7 @@ impl Solver<'_> {
     /// is contracted. With two of them the search can exchange whole regions.
     fn cycle(&self, graph: &Graph, kept: &[&[u32]], rng: &mut Rng) -> Vec<u32> {
         let size = (self.plan.coarsest_per_part * self.balance.parts()).max(100);
-        let levels = coarsen(graph, size, kept, rng);
+        let levels = coarsen(graph, size, kept, self.team, rng);
         let coarsest = levels.last().map_or(graph, |level| &level.graph);
         let part = match kept.first() {
             None => recursive_bisection(

@@ -97,7 +97,7 @@ impl Dissection<'_> {
         if graph.neighbours.is_empty() {
             return (0..graph.vertex_count() as u32).collect();
         }
-        let separation = separate(graph, self.options.tries, &mut rng.fork(0));
+        let separation = separate(graph, self.options.tries, self.team, &mut rng.fork(0));
         if separation.weight[0] == 0 || separation.weight[1] == 0 {
             return by_degree(graph);
         }

@@ -10,6 +10,7 @@ use crate::coarsen::{Level, coarsen, prolong};
 use crate::fm2::Bisection;
 use crate::initial::best_grown;
 use crate::rng::Rng;
+use crate::team::Team;
 
 /// The mark of the separator among the sides 0 and 1.
 pub(crate) const SEPARATOR: u8 = 2;
@@ -33,19 +34,21 @@ pub(crate) struct Separation {
 }
 
 /// A light separator of a graph: the lightest of several found on a graph of middling size, refined up to the graph.
-pub(crate) fn separate(graph: &Graph, tries: usize, rng: &mut Rng) -> Separation {
-    let levels = coarsen(graph, MIDDLE, &[], rng);
+pub(crate) fn separate(graph: &Graph, tries: usize, team: &Team, rng: &mut Rng) -> Separation {
+    let levels = coarsen(graph, MIDDLE, &[], team, rng);
     let middle = levels.last().map_or(graph, |level| &level.graph);
     let limit = (MAX_SHARE * graph.total_vertex_weight() as f64) as i64;
-    let attempts: Vec<Separation> = (0..tries.max(1)).map(|_| cycle(middle, limit, rng)).collect();
+    let attempts: Vec<Separation> = (0..tries.max(1))
+        .map(|_| cycle(middle, limit, team, rng))
+        .collect();
     let lightest = attempts.into_iter().min_by_key(|s| s.standing(limit));
     let best = lightest.unwrap_or_else(|| Separation::beside(middle, &Bisection::one_sided(middle)));
     refine_up(graph, &levels, best, limit, rng)
 }
 
 /// One multilevel cycle from scratch.
-fn cycle(graph: &Graph, limit: i64, rng: &mut Rng) -> Separation {
-    let levels = coarsen(graph, COARSEST, &[], rng);
+fn cycle(graph: &Graph, limit: i64, team: &Team, rng: &mut Rng) -> Separation {
+    let levels = coarsen(graph, COARSEST, &[], team, rng);
     let coarsest = levels.last().map_or(graph, |level| &level.graph);
     let total = graph.total_vertex_weight();
     let halves = best_grown(coarsest, total as f64 / 2.0, [total * 11 / 20; 2], GROWN, rng);
@@ -307,7 +310,7 @@ mod tests {
         let right = (0..49).flat_map(|x| (0..30).map(move |y| (at(x, y), at(x + 1, y), 1)));
         let up = (0..50).flat_map(|x| (0..29).map(move |y| (at(x, y), at(x, y + 1), 1)));
         let graph = Graph::from_edges(1500, &right.chain(up).collect::<Vec<_>>()).unwrap();
-        let result = separate(&graph, 4, &mut Rng::new(5));
+        let result = separate(&graph, 4, &Team::new(1).unwrap(), &mut Rng::new(5));
         for v in 0..1500 {
             let sides = graph.neighbours(v).iter().map(|&u| result.side[u as usize]);
             assert!(

@@ -38,4 +38,31 @@ impl Team {
             Some(pool) => pool.install(|| (0..count).into_par_iter().map(task).collect()),
         }
     }
+
+    /// Runs `task` on consecutive chunks of `items`, with the index of each.
+    pub(crate) fn for_chunks<T: Send>(
+        &self,
+        items: &mut [T],
+        size: usize,
+        task: impl Fn(usize, &mut [T]) + Sync + Send,
+    ) {
+        match &self.0 {
+            None => items
+                .chunks_mut(size)
+                .enumerate()
+                .for_each(|(i, chunk)| task(i, chunk)),
+            Some(pool) => {
+                pool.install(|| {
+                    items
+                        .par_chunks_mut(size)
+                        .enumerate()
+                        .for_each(|(i, chunk)| task(i, chunk))
+                });
+            }
+        }
+    }
+
+    pub(crate) fn size(&self) -> usize {
+        self.0.as_ref().map_or(1, rayon::ThreadPool::current_num_threads)
+    }
 }
