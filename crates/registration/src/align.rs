@@ -235,6 +235,9 @@ const ROTATIONS: usize = 576;
 const REFINED: usize = 32;
 const FINALISTS: usize = 4;
 
+/// Guesses that score less than this fraction of the best at a glance are dropped.
+const WORTH_A_LOOK: f64 = 0.7;
+
 /// A share of overlap at which no other guess is needed.
 const CONVINCING: f64 = 0.97;
 
@@ -288,6 +291,8 @@ impl Pair<'_> {
         at: &mut dyn FnMut(Stage) -> Result<(), RegistrationError>,
     ) -> Result<Ranked, RegistrationError> {
         let mut glanced = self.refined(guesses, GLANCE, at)?;
+        let best = glanced.first().map_or(0.0, |(score, _)| *score);
+        glanced.retain(|(score, _)| *score >= WORTH_A_LOOK * best);
         glanced.truncate(FINALISTS);
         self.refined(glanced.into_iter().map(|(_, guess)| guess).collect(), LOOK, at)
     }

@@ -27,7 +27,7 @@ fn miss(found: &Alignment, original: &TriMesh, suspect: &TriMesh, moved: &Simila
 /// Aligns a moved copy of `suspect` with `original`.
 fn aligned(original: &TriMesh, suspect: &TriMesh) -> (Alignment, f64) {
     let moved = shapes::moved(suspect, &away());
-    let found = align(original, &moved, &AlignOptions::default()).unwrap();
+    let found = align(original, &moved, &AlignOptions::default()).expect("both have a surface");
     let miss = miss(&found, original, &moved, &away());
     (found, miss)
 }
@@ -45,7 +45,7 @@ fn divided(mesh: &TriMesh) -> TriMesh {
         let [x, y, z] = sides.map(|e| mesh.vertex_count() as u32 + e);
         triangles.extend([[a, x, z], [b, y, x], [c, z, y], [x, y, z]]);
     }
-    TriMesh::new(positions, triangles).unwrap()
+    TriMesh::new(positions, triangles).expect("a valid mesh")
 }
 
 /// The triangles whose corners all lie below a slanted plane that leaves `share` of the vertices, renumbered.
@@ -56,9 +56,10 @@ fn cut(mesh: &TriMesh, share: f64) -> TriMesh {
     let bound = heights[(share * heights.len() as f64) as usize];
     let left = mesh.triangles().iter().enumerate();
     let left = left.filter(|(t, _)| mesh.corners(*t).iter().all(|p| height(p) < bound));
-    let open = TriMesh::new(mesh.positions().to_vec(), left.map(|(_, t)| *t).collect()).unwrap();
+    let open =
+        TriMesh::new(mesh.positions().to_vec(), left.map(|(_, t)| *t).collect()).expect("a valid mesh");
     mesh::Welded::new(open.positions(), open.triangles())
-        .unwrap()
+        .expect("a valid mesh")
         .mesh()
         .clone()
 }
