@@ -2,6 +2,7 @@ use mesh::TriMesh;
 use sprs::{CsMat, TriMat};
 
 use crate::SpectrumError;
+use crate::intrinsic::tufted_delaunay;
 use crate::triangle::{Triangle, edge_lengths};
 
 /// Slack that mollification leaves in the triangle inequality, as a fraction of the mean edge length.
@@ -17,7 +18,47 @@ pub struct Laplacian {
     mollified: usize,
 }
 
+/// Which Laplacian a mesh is given.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum LaplacianKind {
+    /// Cotangent weights of the mesh's own triangles, as in the paper. See [`Laplacian::cotangent`].
+    #[default]
+    Cotangent,
+    /// Cotangent weights of the intrinsic Delaunay triangulation. See [`Laplacian::intrinsic`].
+    Intrinsic,
+}
+
 impl Laplacian {
+    /// The Laplacian of the given kind.
+    ///
+    /// # Errors
+    /// [`SpectrumError::Area`] if the surface has none.
+    pub fn of(mesh: &TriMesh, kind: LaplacianKind) -> Result<Self, SpectrumError> {
+        match kind {
+            LaplacianKind::Cotangent => Self::cotangent(mesh),
+            LaplacianKind::Intrinsic => Self::intrinsic(mesh),
+        }
+    }
+
+    /// Finite elements on the intrinsic Delaunay triangulation of the tufted cover (Sharp and Crane 2020).
+    ///
+    /// The same surface, better triangles: no weight between neighbours is negative, whatever the mesh's triangles
+    /// look like, and non-manifold edges have a meaning. On a Delaunay mesh without degenerate triangles it equals
+    /// [`cotangent`](Self::cotangent); elsewhere eigenvalues differ by the error of discretisation. Degenerate meshes have
+    /// all edges lengthened by some 1e-5 of the mean edge.
+    ///
+    /// # Errors
+    /// [`SpectrumError::Area`] if the surface has none.
+    pub fn intrinsic(mesh: &TriMesh) -> Result<Self, SpectrumError> {
+        measure(mesh)?;
+        let (corners, triangles) = tufted_delaunay(mesh);
+        Ok(Self {
+            stiffness: assemble_stiffness(mesh.vertex_count(), &corners, &triangles),
+            mass: assemble_lumped_mass(mesh.vertex_count(), &corners, &triangles),
+            mollified: 0,
+        })
+    }
+
     /// Linear finite elements: cotangent stiffness S = −Q (eq. 3) and lumped mass D (eq. 4).
     ///
     /// A triangle whose height is below 1e-10 of its longest edge has no cotangents; its edges alone are lengthened by
@@ -80,7 +121,7 @@ impl Laplacian {
         &self.mass
     }
 
-    /// How many degenerate triangles had to be mollified; 0 for a clean mesh.
+    /// How many degenerate triangles of cotangent weights had to be mollified; 0 for a clean mesh.
     pub fn mollified(&self) -> usize {
         self.mollified
     }

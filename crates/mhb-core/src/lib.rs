@@ -22,6 +22,7 @@
 mod canonical;
 mod dense;
 mod error;
+mod intrinsic;
 mod kernel;
 mod laplacian;
 mod observer;
@@ -32,6 +33,6 @@ mod transform;
 mod triangle;
 
 pub use error::SpectrumError;
-pub use laplacian::{Laplacian, full_mass, lumped_mass, stiffness};
+pub use laplacian::{Laplacian, LaplacianKind, full_mass, lumped_mass, stiffness};
 pub use observer::{Observer, Phase, Unobserved};
 pub use spectrum::{Certificate, Spectrum, SpectrumOptions};

@@ -9,13 +9,15 @@ use crate::kernel::kernel;
 use crate::observer::{Observer, Phase, Unobserved};
 use crate::operator::Operator;
 use crate::solver::{self, Progress};
-use crate::{Laplacian, SpectrumError, dense};
+use crate::{Laplacian, LaplacianKind, SpectrumError, dense};
 
 /// What to compute, and how.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SpectrumOptions {
     /// How many of the lowest pairs: m.
     pub count: usize,
+    /// Which Laplacian of the mesh.
+    pub laplacian: LaplacianKind,
     /// Largest relative residual ‖S h − λ D h‖ / λ (in the norm of D⁻¹, for h of D-norm 1) that counts as converged.
     pub tolerance: f64,
     /// Threads to compute with; the result does not depend on it.
@@ -30,10 +32,11 @@ impl Default for SpectrumOptions {
     fn default() -> Self {
         Self {
             count: 325,
+            laplacian: LaplacianKind::Cotangent,
             tolerance: 1e-10,
             threads: 1,
             block: 8,
-            band: 48,
+            band: 84,
         }
     }
 }
@@ -60,7 +63,7 @@ pub struct Certificate {
 }
 
 impl Spectrum {
-    /// The spectrum of a mesh with cotangent stiffness and lumped mass, in the mesh's unit: eigenvalues scale as 1/s².
+    /// The spectrum of a mesh with the Laplacian of the options (cotangent) and lumped mass, in the mesh's unit: eigenvalues scale as 1/s².
     ///
     /// # Errors
     /// See [`SpectrumError`]: what is wrong with the options or the mesh, and where.
@@ -80,7 +83,7 @@ impl Spectrum {
         check(options, mesh.vertex_count())?;
         let progress = Progress::new(observer);
         progress.report(Phase::Assembly, 0.0)?;
-        let laplacian = Laplacian::cotangent(mesh)?;
+        let laplacian = Laplacian::of(mesh, options.laplacian)?;
         progress.report(Phase::Assembly, 1.0)?;
         Self::of_laplacian_observed(&laplacian, options, observer)
     }

@@ -12,8 +12,8 @@ const DEGENERATE: f64 = 1e-10;
 impl Triangle {
     /// cot α = u·v / |u × v| for the edges u, v that leave the corner. `None` for a degenerate triangle.
     pub(crate) fn from_corners(corners: [[f64; 3]; 3]) -> Option<Self> {
-        let edge = |i: usize, j: usize| std::array::from_fn(|axis| corners[j][axis] - corners[i][axis]);
-        let [ab, bc, ca] = [edge(0, 1), edge(1, 2), edge(2, 0)];
+        let [a, b, c] = corners;
+        let [ab, bc, ca] = [difference(b, a), difference(c, b), difference(a, c)];
         let twice_area = norm(cross(ab, bc));
         let longest = [ab, bc, ca].map(|e| dot(e, e)).into_iter().fold(0.0, f64::max);
         (twice_area > DEGENERATE * longest && twice_area.is_normal()).then(|| Self {
@@ -42,6 +42,14 @@ impl Triangle {
         }
     }
 
+    /// Half the area and half the cotangents: this triangle's part where it is counted twice.
+    pub(crate) fn halved(self) -> Self {
+        Self {
+            area: self.area / 2.0,
+            cotangents: self.cotangents.map(|c| c / 2.0),
+        }
+    }
+
     /// Lengthens the edges of a degenerate triangle by the least equal amount that leaves a slack of `delta` in the
     /// triangle inequality (intrinsic mollification, Sharp and Crane 2020, section 4.5, one triangle at a time).
     pub(crate) fn mollified(corners: [[f64; 3]; 3], delta: f64) -> Self {
@@ -56,15 +64,20 @@ impl Triangle {
 pub(crate) fn edge_lengths(corners: [[f64; 3]; 3]) -> [f64; 3] {
     std::array::from_fn(|i| {
         let [p, q] = [corners[(i + 1) % 3], corners[(i + 2) % 3]];
-        norm(std::array::from_fn(|axis| q[axis] - p[axis]))
+        norm(difference(q, p))
     })
 }
 
-fn dot(u: [f64; 3], v: [f64; 3]) -> f64 {
+/// p − q.
+pub(crate) fn difference(p: [f64; 3], q: [f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|axis| p[axis] - q[axis])
+}
+
+pub(crate) fn dot(u: [f64; 3], v: [f64; 3]) -> f64 {
     u[0] * v[0] + u[1] * v[1] + u[2] * v[2]
 }
 
-fn cross(u: [f64; 3], v: [f64; 3]) -> [f64; 3] {
+pub(crate) fn cross(u: [f64; 3], v: [f64; 3]) -> [f64; 3] {
     [
         u[1] * v[2] - u[2] * v[1],
         u[2] * v[0] - u[0] * v[2],
@@ -72,7 +85,7 @@ fn cross(u: [f64; 3], v: [f64; 3]) -> [f64; 3] {
     ]
 }
 
-fn norm(u: [f64; 3]) -> f64 {
+pub(crate) fn norm(u: [f64; 3]) -> f64 {
     dot(u, u).sqrt()
 }
 

@@ -14,7 +14,7 @@ fn options(count: usize) -> SpectrumOptions {
 }
 
 fn spectrum(mesh: &TriMesh, count: usize) -> Spectrum {
-    Spectrum::compute(mesh, &options(count)).unwrap()
+    Spectrum::compute(mesh, &options(count)).expect("the mesh has a spectrum")
 }
 
 /// Largest relative error of eigenvalues 1, 2, … against the exact ones.
@@ -106,7 +106,7 @@ fn flat_torus(nx: usize, ny: usize, a: f64, b: f64) -> Laplacian {
             }
         }
     }
-    Laplacian::new(entries.to_csr(), vec![dx * dy; n]).unwrap()
+    Laplacian::new(entries.to_csr(), vec![dx * dy; n]).expect("a Laplacian")
 }
 
 #[test]

@@ -93,7 +93,7 @@ fn by_bands(
         below: 0,
     };
     let mut certified = Certified::none();
-    let mut wanted = options.count;
+    let mut wanted = options.count.max(zeros);
     let eigenvalues = loop {
         progress.report(Phase::Slicing, 0.0)?;
         let top = slicing::top(&analysis, bottom, wanted, options.band)?;
@@ -102,7 +102,7 @@ fn by_bands(
         bottom = top;
         let mut eigenvalues = vec![0.0; zeros];
         eigenvalues.extend(certified.pairs.iter().map(|pair| pair.value));
-        wanted = whole_cluster(&eigenvalues, options.count) + 1;
+        wanted = whole_cluster(&eigenvalues, options.count.max(zeros)) + 1;
         if wanted <= eigenvalues.len() || eigenvalues.len() == operator.size() {
             break eigenvalues;
         }
