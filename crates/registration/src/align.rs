@@ -1,7 +1,7 @@
 //! From a suspect in unknown pose to the similarity that brings it back.
 
 use crate::connectivity::{Correspondence, match_connectivity, match_surroundings};
-use crate::icp::{self, Effort};
+use crate::icp::{self, Effort, Ends};
 use crate::overlap::Overlap;
 use crate::sampled::Sampled;
 use crate::vector::{norm, sub};
@@ -275,13 +275,26 @@ impl Pair<'_> {
         let Some(&(score, best)) = ranked.first() else {
             return Ok(self.judged(Similarity::IDENTITY, Basis::Surface, None, Vec::new()));
         };
-        let mut transform = best;
-        for effort in CARE.iter().filter(|_| score > HOPELESS) {
-            let refined = icp::refine(&self.original, &self.suspect, transform, *effort);
-            transform = refined.unwrap_or(transform);
-        }
+        let transform = if score > HOPELESS {
+            self.cared_for(best)
+        } else {
+            best
+        };
         let alternatives = self.alternatives(&ranked, score, &transform);
         Ok(self.judged(transform, Basis::Surface, None, alternatives))
+    }
+
+    /// Refines the best guess by samples of both surfaces and by the suspect's vertices, and keeps what agrees better.
+    fn cared_for(&self, guess: Similarity) -> Similarity {
+        let refined = |start: Similarity, effort: Effort, ends: Ends| {
+            icp::refine(&self.original, &self.suspect, start, effort, ends)
+        };
+        let start = refined(guess, CARE[0], Ends::Samples).map_or(guess, |refined| refined.transform);
+        let by_samples = refined(start, CARE[1], Ends::Samples);
+        let by_vertices = refined(start, CARE[1], Ends::Vertices);
+        let both = [by_samples, by_vertices].into_iter().flatten();
+        let better = both.min_by(|x, y| x.deviation.total_cmp(&y.deviation));
+        better.map_or(start, |refined| refined.transform)
     }
 
     /// Refines guesses at a glance, and the best of them with a longer look.
@@ -308,7 +321,8 @@ impl Pair<'_> {
         let mut refined = Vec::new();
         for (done, guess) in guesses.into_iter().enumerate() {
             at(Stage::Guesses { done, total })?;
-            refined.extend(icp::refine(&self.original, &self.suspect, guess, effort));
+            let better = icp::refine(&self.original, &self.suspect, guess, effort, Ends::Samples);
+            refined.extend(better.map(|better| better.transform));
         }
         Ok(self.ranked(refined, effort.samples, self.options.tolerance))
     }

@@ -26,6 +26,23 @@ pub(crate) struct Effort {
     pub(crate) gate: f64,
 }
 
+/// Which points are paired with the other surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Ends {
+    /// Samples of both surfaces.
+    Samples,
+    /// The suspect's vertices alone: re-meshing leaves them on the surface, and cuts the corners in between.
+    Vertices,
+}
+
+/// Where a refinement ended.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Refined {
+    pub(crate) transform: Similarity,
+    /// Robust standard deviation of the residuals, as a fraction of the original's diagonal.
+    pub(crate) deviation: f64,
+}
+
 /// Least |cos| between a pair's difference and the normal.
 const ALONG_NORMAL: f64 = 0.7;
 
@@ -46,16 +63,21 @@ pub(crate) fn refine(
     suspect: &Sampled,
     start: Similarity,
     effort: Effort,
-) -> Option<Similarity> {
+    ends: Ends,
+) -> Option<Refined> {
     let mut transform = start;
+    let mut deviation = f64::INFINITY;
     let mut gate = effort.gate * original.diagonal;
     let mut last = f64::INFINITY;
     for step in 0..effort.steps {
-        let rows = rows(original, suspect, &transform, gate, effort.samples);
+        let rows = match ends {
+            Ends::Samples => sample_rows(original, suspect, &transform, gate, effort.samples),
+            Ends::Vertices => vertex_rows(original, suspect, &transform, gate),
+        };
         if rows.len() < FEWEST_PAIRS {
             return None;
         }
-        let deviation = robust_deviation(&rows);
+        deviation = robust_deviation(&rows);
         let change = solve(&rows, deviation.max(1e-15))?;
         let (moved, size) = moved(&transform, &change, original);
         transform = moved;
@@ -70,11 +92,44 @@ pub(crate) fn refine(
         last = size;
         gate = (0.7 * gate).max((6.0 * deviation).max(NARROWEST_GATE) * original.diagonal);
     }
-    Some(transform)
+    Some(Refined { transform, deviation })
 }
 
-/// The rows of the least-squares problem, lengths in units of the original's diagonal.
-fn rows(
+/// The row of a moved suspect point p and a point q of the original with normal n, lengths in units of the original's diagonal.
+fn row(original: &Sampled, p: Vec3, q: Vec3, n: Vec3) -> Option<Row> {
+    let difference = sub(p, q);
+    let (distance, along) = (norm(difference), dot(n, difference));
+    if distance > 1e-9 * original.diagonal && along.abs() < ALONG_NORMAL * distance {
+        return None;
+    }
+    let arm = scaled(sub(p, original.centroid), 1.0 / original.diagonal);
+    let [a, b, c] = cross(arm, n);
+    Some((
+        [a, b, c, n[0], n[1], n[2], dot(n, arm)],
+        along / original.diagonal,
+    ))
+}
+
+/// The row of a moved suspect point and the nearest point of the original.
+fn forward(original: &Sampled, p: Vec3, gate: f64) -> Option<Row> {
+    let nearest = original.surface.nearest_within(p, gate)?;
+    row(
+        original,
+        p,
+        nearest.point,
+        original.normals[nearest.triangle as usize],
+    )
+}
+
+fn vertex_rows(original: &Sampled, suspect: &Sampled, transform: &Similarity, gate: f64) -> Vec<Row> {
+    let row = |i: usize| forward(original, transform.apply(suspect.vertices[i]), gate);
+    threads::map(suspect.vertices.len(), row)
+        .into_iter()
+        .flatten()
+        .collect()
+}
+
+fn sample_rows(
     original: &Sampled,
     suspect: &Sampled,
     transform: &Similarity,
@@ -82,39 +137,20 @@ fn rows(
     samples: usize,
 ) -> Vec<Row> {
     let inverse = transform.inverse();
-    let row = |p: Vec3, q: Vec3, n: Vec3| -> Option<Row> {
-        let difference = sub(p, q);
-        let (distance, along) = (norm(difference), dot(n, difference));
-        if distance > 1e-9 * original.diagonal && along.abs() < ALONG_NORMAL * distance {
-            return None;
-        }
-        let arm = scaled(sub(p, original.centroid), 1.0 / original.diagonal);
-        let [a, b, c] = cross(arm, n);
-        Some((
-            [a, b, c, n[0], n[1], n[2], dot(n, arm)],
-            along / original.diagonal,
-        ))
-    };
     let from_suspect: Vec<usize> = suspect.some(samples).collect();
     let from_original: Vec<usize> = original.some(samples).collect();
-    let forward = threads::map(from_suspect.len(), |i| {
-        let p = transform.apply(suspect.points[from_suspect[i]]);
-        let nearest = original.surface.nearest_within(p, gate)?;
-        row(p, nearest.point, original.normals[nearest.triangle as usize])
+    let there = threads::map(from_suspect.len(), |i| {
+        forward(original, transform.apply(suspect.points[from_suspect[i]]), gate)
     });
-    let backward = threads::map(from_original.len(), |i| {
+    let back = threads::map(from_original.len(), |i| {
         let q = original.points[from_original[i]];
         let nearest = suspect
             .surface
             .nearest_within(inverse.apply(q), gate * inverse.scale)?;
-        let triangle = original.triangles[from_original[i]];
-        row(
-            transform.apply(nearest.point),
-            q,
-            original.normals[triangle as usize],
-        )
+        let normal = original.normals[original.triangles[from_original[i]] as usize];
+        row(original, transform.apply(nearest.point), q, normal)
     });
-    forward.into_iter().chain(backward).flatten().collect()
+    there.into_iter().chain(back).flatten().collect()
 }
 
 /// 1.4826 times the median of |r|: the standard deviation, if the residuals are normal.

@@ -11,6 +11,8 @@ pub(crate) struct Sampled {
     pub(crate) points: Vec<Vec3>,
     /// The triangle of each point.
     pub(crate) triangles: Vec<u32>,
+    /// As many of the mesh's vertices at most, evenly chosen.
+    pub(crate) vertices: Vec<Vec3>,
     pub(crate) diagonal: f64,
     /// Area-weighted centroid.
     pub(crate) centroid: Vec3,
@@ -32,6 +34,9 @@ impl Sampled {
                 covariance[row] = add(covariance[row], scaled(p, p[row] / count as f64));
             }
         }
+        let corners = mesh.triangles().as_flattened();
+        let vertices = corners.iter().step_by((corners.len() / count).max(1));
+        let vertices = vertices.map(|&v| mesh.positions()[v as usize]).collect();
         let diagonal = mesh.bounding_box().diagonal();
         let (surface, normals) = (Surface::new(mesh), triangle_normals(mesh));
         Ok(Self {
@@ -39,6 +44,7 @@ impl Sampled {
             normals,
             points,
             triangles,
+            vertices,
             diagonal,
             centroid,
             covariance,
