@@ -12,7 +12,8 @@ use std::ops::ControlFlow;
 /// How to align.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AlignOptions {
-    /// How near the surfaces must be to count as overlapping, as a fraction of the smaller bounding-box diagonal.
+    /// How near the surfaces must be to count as overlapping, as a fraction of the smaller bounding-box
+    /// diagonal.
     pub tolerance: f64,
     /// The least share of the suspect's area that must overlap for the suspect to count as aligned.
     pub least_overlap: f64,
@@ -82,10 +83,12 @@ pub struct Alignment {
     pub alternatives: Vec<Similarity>,
 }
 
-/// Finds the similarity that takes the suspect to the original, mirrored if need be, without an initial guess.
+/// Finds the similarity that takes the suspect to the original, mirrored if need be, without an initial
+/// guess.
 ///
-/// Vertices that survived are used when there are enough of them; else the surfaces are aligned, from the given pose, from
-/// principal axes and from rotations all around. Another model comes back with `aligned` false and the overlap measured.
+/// Vertices that survived are used when there are enough of them; else the surfaces are aligned, from the
+/// given pose, from principal axes and from rotations all around. Another model comes back with `aligned`
+/// false and the overlap measured.
 ///
 /// # Errors
 /// When a mesh has no area, or an option is out of range.
@@ -284,7 +287,8 @@ impl Pair<'_> {
         Ok(self.judged(transform, Basis::Surface, None, alternatives))
     }
 
-    /// Refines the best guess by samples of both surfaces and by the suspect's vertices, and keeps what agrees better.
+    /// Refines the best guess by samples of both surfaces and by the suspect's vertices, and keeps what
+    /// agrees better.
     fn cared_for(&self, guess: Similarity) -> Similarity {
         let refined = |start: Similarity, effort: Effort, ends: Ends| {
             icp::refine(&self.original, &self.suspect, start, effort, ends)

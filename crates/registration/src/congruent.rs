@@ -1,11 +1,12 @@
 //! Guesses for a suspect of which much is missing and no vertex survived: congruent sets of oriented points.
 //!
-//! As 4-points congruent sets (Aiger, Mitra, Cohen-Or 2008), with two points and their normals in place of four points (Drost et al. 2010). Under
-//! similarities a pair p, q with normals m, n and direction d = (q − p)/|q − p| keeps m·d, n·d and m·n, and the sign of
-//! m·(d × n) unless it is mirrored. A pair in the suspect and a pair in the original that agree in these fix a similarity, scale included. All pairs
-//! of sites in the original are filed under the three angles; bases are the pairs in the suspect with the fewest
-//! partners. What is left of the original is all in the suspect, so any base will do, and two good sites are
-//! enough where four points would need four.
+//! As 4-points congruent sets (Aiger, Mitra, Cohen-Or 2008), with two points and their normals in place of
+//! four points (Drost et al. 2010). Under similarities a pair p, q with normals m, n and direction d = (q −
+//! p)/|q − p| keeps m·d, n·d and m·n, and the sign of m·(d × n) unless it is mirrored. A pair in the suspect
+//! and a pair in the original that agree in these fix a similarity, scale included. All pairs of sites in the
+//! original are filed under the three angles; bases are the pairs in the suspect with the fewest partners.
+//! What is left of the original is all in the suspect, so any base will do, and two good sites are enough
+//! where four points would need four.
 
 use crate::sampled::Sampled;
 use crate::threads;
@@ -129,7 +130,8 @@ fn sites(of: &Sampled, count: usize) -> Vec<Site> {
 /// Pairs i, j of 0..n, all of them or an even choice of [`PAIRS`].
 fn spread_pairs(n: usize) -> impl Iterator<Item = (usize, usize)> {
     let all = n * n;
-    // A step with no common divisor with most numbers, near the golden section of the whole, visits pairs far apart.
+    // A step with no common divisor with most numbers, near the golden section of the whole, visits pairs far
+    // apart.
     let step = ((all as f64 * 0.618_033_988_749_895) as usize) | 1;
     (0..all.min(PAIRS))
         .map(move |k| (k * step) % all)
@@ -155,8 +157,8 @@ impl Pair {
         })
     }
 
-    /// An orthonormal frame that moves with the pair: along it, along what its normals have in common across it, and the third
-    /// direction, on the side that the twist gives.
+    /// An orthonormal frame that moves with the pair: along it, along what its normals have in common across
+    /// it, and the third direction, on the side that the twist gives.
     fn frame(&self) -> Mat3 {
         let unit = |v: Vec3| scaled(v, 1.0 / norm(v).max(f64::MIN_POSITIVE));
         let d = unit(sub(self.second.point, self.first.point));
@@ -239,8 +241,9 @@ fn bin(angle: f64) -> usize {
     ((angle / std::f64::consts::PI * BINS as f64) as usize).min(BINS - 1)
 }
 
-/// The mean over about `count` sites of |cos| (1 − (distance / limit)²), cos being that of the angle between the normals, over the sites that
-/// face the original's way or over those that face the opposite way, whichever is more.
+/// The mean over about `count` sites of |cos| (1 − (distance / limit)²), cos being that of the angle between
+/// the normals, over the sites that face the original's way or over those that face the opposite way,
+/// whichever is more.
 fn score(original: &Sampled, sites: &[Site], guess: &Similarity, diagonal: f64, count: usize) -> f64 {
     let limit = NEAR * guess.scale * diagonal;
     let mut sums = [0.0_f64; 2];

@@ -1,4 +1,5 @@
-//! Which vertex of a suspect is which vertex of the original, when the suspect kept the original's connectivity.
+//! Which vertex of a suspect is which vertex of the original, when the suspect kept the original's
+//! connectivity.
 
 mod colours;
 mod graph;
@@ -14,8 +15,8 @@ use mesh::TriMesh;
 /// Which suspect vertex each original vertex became.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Correspondence {
-    /// The suspect's vertex for each vertex of the original, #V; none where that part of the original was not found,
-    /// and for vertices that no triangle uses. No suspect vertex appears twice.
+    /// The suspect's vertex for each vertex of the original, #V; none where that part of the original was not
+    /// found, and for vertices that no triangle uses. No suspect vertex appears twice.
     pub suspect_of: Vec<Option<u32>>,
 }
 
@@ -35,7 +36,8 @@ impl Correspondence {
 
     /// The least-squares similarity that takes the suspect's vertices to their partners in the original.
     ///
-    /// Squares are summed in the suspect's frame, where its noise is, so that noise does not shrink the scale.
+    /// Squares are summed in the suspect's frame, where its noise is, so that noise does not shrink the
+    /// scale.
     ///
     /// # Errors
     /// When the matched vertices do not determine one: see [`fit_similarity`].
@@ -51,8 +53,8 @@ impl Correspondence {
 
     /// As [`Self::fit`], with Welsch's weights exp(−r²/2m²), where m is the median of the distances r.
     ///
-    /// Vertices that an attack left nearly in place count for more than those that it moved far, as smoothing moves
-    /// those where the surface bends. The residual returned is weighted alike.
+    /// Vertices that an attack left nearly in place count for more than those that it moved far, as smoothing
+    /// moves those where the surface bends. The residual returned is weighted alike.
     ///
     /// # Errors
     /// As [`Self::fit`].
@@ -134,7 +136,8 @@ pub enum Difference {
         /// #F of the suspect.
         suspect: usize,
     },
-    /// The counts agree, but vertices have other numbers of neighbours, or of neighbours of neighbours, and so on.
+    /// The counts agree, but vertices have other numbers of neighbours, or of neighbours of neighbours, and
+    /// so on.
     #[error(
         "connectivity differs: {vertices} vertices of the original have surroundings that no suspect vertex has left for them"
     )]
@@ -154,10 +157,11 @@ pub enum Difference {
 
 /// Finds the map of vertices that takes the original's triangles to the suspect's.
 ///
-/// Order of vertices, order of faces, rotation of corners and orientation of faces are immaterial, and so is geometry
-/// (noise, smoothing, any transform), as long as the connectivity is unambiguous. A symmetric mesh has several such maps, and so have
-/// equal pieces: then the map whose best similarity, mirrored or not, leaves the smallest residual is chosen.
-/// The result is exact: it maps the triangles of the original one to one onto those of the suspect.
+/// Order of vertices, order of faces, rotation of corners and orientation of faces are immaterial, and so is
+/// geometry (noise, smoothing, any transform), as long as the connectivity is unambiguous. A symmetric mesh
+/// has several such maps, and so have equal pieces: then the map whose best similarity, mirrored or not,
+/// leaves the smallest residual is chosen. The result is exact: it maps the triangles of the original one to
+/// one onto those of the suspect.
 ///
 /// # Errors
 /// Says how the connectivities differ.
@@ -177,7 +181,8 @@ pub fn match_connectivity(original: &TriMesh, suspect: &TriMesh) -> Result<Corre
 
 /// As [`match_connectivity`], but all maps that geometry cannot tell apart, at most `limit`, the best first.
 ///
-/// A map is kept when its residual is at most twice the best one. A regular icosphere has 120 of them, a scan one.
+/// A map is kept when its residual is at most twice the best one. A regular icosphere has 120 of them, a scan
+/// one.
 ///
 /// # Errors
 /// Says how the connectivities differ.
@@ -207,9 +212,11 @@ pub fn match_candidates(
     Ok(maps)
 }
 
-/// As [`match_connectivity`], for a suspect that kept only some connected parts of the original, or gained others.
+/// As [`match_connectivity`], for a suspect that kept only some connected parts of the original, or gained
+/// others.
 ///
-/// Parts are matched whole: a part of the original without a counterpart stays unmatched. Nothing matched is an answer too.
+/// Parts are matched whole: a part of the original without a counterpart stays unmatched. Nothing matched is
+/// an answer too.
 pub fn match_components(original: &TriMesh, suspect: &TriMesh) -> Correspondence {
     let (from, onto) = (Graph::of(original), Graph::of(suspect));
     if let Some(same_order) = identity(&from, &onto) {
@@ -224,10 +231,12 @@ pub fn match_components(original: &TriMesh, suspect: &TriMesh) -> Correspondence
         .unwrap_or(none)
 }
 
-/// As [`match_connectivity`], for a suspect that was cut or altered in places: maps the regions that are left unaltered.
+/// As [`match_connectivity`], for a suspect that was cut or altered in places: maps the regions that are left
+/// unaltered.
 ///
-/// Vertices whose surroundings are unique in both meshes are paired, and pairs grow across shared edges. Nothing proves the result: near
-/// altered places a pair may be wrong, and a re-meshed suspect gives few pairs or none. Fit robustly, and look at the residuals.
+/// Vertices whose surroundings are unique in both meshes are paired, and pairs grow across shared edges.
+/// Nothing proves the result: near altered places a pair may be wrong, and a re-meshed suspect gives few
+/// pairs or none. Fit robustly, and look at the residuals.
 pub fn match_surroundings(original: &TriMesh, suspect: &TriMesh) -> Correspondence {
     surroundings::correspondence(&Graph::of(original), &Graph::of(suspect))
 }

@@ -4,8 +4,9 @@ use crate::sampled::Sampled;
 use crate::vector::{Mat3, Vec3, apply, determinant, product, scaled, sub, svd, transposed};
 use mesh::Similarity;
 
-/// Principal axes onto principal axes, with all eight choices of their directions: four turn, four mirror. Scale and place
-/// come from the second and first moments of area, so these guesses are good when nothing is missing.
+/// Principal axes onto principal axes, with all eight choices of their directions: four turn, four mirror.
+/// Scale and place come from the second and first moments of area, so these guesses are good when nothing is
+/// missing.
 pub(crate) fn principal_axes(original: &Sampled, suspect: &Sampled) -> Vec<Similarity> {
     let (to, from) = (svd(&original.covariance).right, svd(&suspect.covariance).right);
     let mut guesses = Vec::with_capacity(8);
@@ -23,7 +24,8 @@ pub(crate) fn principal_axes(original: &Sampled, suspect: &Sampled) -> Vec<Simil
     guesses
 }
 
-/// `count` rotations spread evenly over all rotations, each also mirrored; scale and place as in [`principal_axes`].
+/// `count` rotations spread evenly over all rotations, each also mirrored; scale and place as in
+/// [`principal_axes`].
 ///
 /// The rotations are Alexa's super-Fibonacci spiral (CVPR 2022).
 pub(crate) fn all_rotations(original: &Sampled, suspect: &Sampled, count: usize) -> Vec<Similarity> {

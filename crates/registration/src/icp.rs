@@ -1,13 +1,16 @@
 //! Fine alignment: iterated closest points on both surfaces, point to plane, with scale.
 //!
-//! With T the transform so far, every sample p of the suspect is paired with the nearest point q of the original, n its triangle's normal, and
-//! every sample q of the original, n its normal, with the nearest point p of the suspect. A step x ↦ c + e^σ R(ω)(x − c) + τ then minimises,
-//! to first order, Σ wᵢ rᵢ² with rᵢ = nᵢ·(T pᵢ − qᵢ) + ω·((T pᵢ − c) × nᵢ) + τ·nᵢ + σ nᵢ·(T pᵢ − c).
-//! Pairs in both directions keep the scale from shrinking where the surfaces overlap in part: a shrunken suspect leaves
-//! samples of the original without partner. Weights are Welsch's, exp(−r²/2ν²) with ν the robust standard deviation, since attacks move a surface most where it bends; pairs
-//! farther apart than a closing gate, and pairs whose difference is not along the normal, as on a border, are left out.
+//! With T the transform so far, every sample p of the suspect is paired with the nearest point q of the
+//! original, n its triangle's normal, and every sample q of the original, n its normal, with the nearest
+//! point p of the suspect. A step x ↦ c + e^σ R(ω)(x − c) + τ then minimises, to first order, Σ wᵢ rᵢ² with
+//! rᵢ = nᵢ·(T pᵢ − qᵢ) + ω·((T pᵢ − c) × nᵢ) + τ·nᵢ + σ nᵢ·(T pᵢ − c). Pairs in both directions keep the
+//! scale from shrinking where the surfaces overlap in part: a shrunken suspect leaves samples of the original
+//! without partner. Weights are Welsch's, exp(−r²/2ν²) with ν the robust standard deviation, since attacks
+//! move a surface most where it bends; pairs farther apart than a closing gate, and pairs whose difference is
+//! not along the normal, as on a border, are left out.
 //!
-//! Where the surfaces agree, r goes to zero and the steps converge quadratically to rounding (Pottmann et al. 2006).
+//! Where the surfaces agree, r goes to zero and the steps converge quadratically to rounding (Pottmann et al.
+//! 2006).
 
 use crate::sampled::Sampled;
 use crate::threads;
@@ -52,7 +55,8 @@ const NARROWEST_GATE: f64 = 1e-4;
 /// Fewer pairs than this are no basis for seven unknowns.
 const FEWEST_PAIRS: usize = 20;
 
-/// Directions in which the surfaces slide on each other almost freely, by their share of the stiffest, are not moved along.
+/// Directions in which the surfaces slide on each other almost freely, by their share of the stiffest, are
+/// not moved along.
 const SLIPPERY: f64 = 1e-11;
 
 type Row = ([f64; 7], f64);
@@ -84,7 +88,8 @@ pub(crate) fn refine(
         if !(transform.scale.is_finite() && transform.scale > 0.0) {
             return None;
         }
-        // A step far smaller than the error of an estimate from so many rows says nothing; nor does one of rounding.
+        // A step far smaller than the error of an estimate from so many rows says nothing; nor does one of
+        // rounding.
         let insignificant = 0.01 * deviation / (rows.len() as f64).sqrt();
         if size < insignificant.max(1e-15) || (step > 4 && size < 1e-12 && size >= 0.5 * last) {
             break;
@@ -95,7 +100,8 @@ pub(crate) fn refine(
     Some(Refined { transform, deviation })
 }
 
-/// The row of a moved suspect point p and a point q of the original with normal n, lengths in units of the original's diagonal.
+/// The row of a moved suspect point p and a point q of the original with normal n, lengths in units of the
+/// original's diagonal.
 fn row(original: &Sampled, p: Vec3, q: Vec3, n: Vec3) -> Option<Row> {
     let difference = sub(p, q);
     let (distance, along) = (norm(difference), dot(n, difference));
@@ -161,7 +167,8 @@ fn robust_deviation(rows: &[Row]) -> f64 {
     1.4826 * *median
 }
 
-/// The weighted least-squares step (ω, τ, σ); it does not move along directions that the rows leave undetermined.
+/// The weighted least-squares step (ω, τ, σ); it does not move along directions that the rows leave
+/// undetermined.
 fn solve(rows: &[Row], spread: f64) -> Option<[f64; 7]> {
     let mut normal = [[0.0; 7]; 7];
     let mut right = [0.0; 7];
@@ -190,7 +197,8 @@ fn solve(rows: &[Row], spread: f64) -> Option<[f64; 7]> {
     step.iter().all(|x| x.is_finite()).then_some(step)
 }
 
-/// The transform after a step, no larger than a fifth of a radian and of the diagonal; with the step's length.
+/// The transform after a step, no larger than a fifth of a radian and of the diagonal; with the step's
+/// length.
 fn moved(transform: &Similarity, step: &[f64; 7], original: &Sampled) -> (Similarity, f64) {
     let size = step.iter().map(|x| x * x).sum::<f64>().sqrt();
     let shorten = if size > 0.2 { 0.2 / size } else { 1.0 };

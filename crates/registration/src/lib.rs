@@ -1,33 +1,55 @@
-//! Brings a suspect mesh back onto its original.
+//! Brings a suspect mesh back onto its original, and samples it at the original's vertices (section 4.4.1 of
+//! the paper).
 //!
-//! Where the suspect kept the original's connectivity, [`match_connectivity`] finds which of its vertices is which, in any
-//! order and whatever happened to the geometry, and [`fit_similarity`] the similarity y = s R x + t between the two that
-//! minimises Σ |yᵢ − (s R xᵢ + t)|² over those pairs.
+//! [`align`] finds the similarity y = s R x + t that takes the suspect to the original, from no initial
+//! guess:
+//!
+//! 1. by vertices that survived, where the suspect kept the original's connectivity, wholly
+//!    ([`match_connectivity`]) or in part ([`match_surroundings`]): the least-squares similarity between
+//!    corresponding points ([`fit_similarity`]);
+//! 2. else by the surfaces: first guesses from the given pose, from principal axes, from rotations all around
+//!    and from congruent pairs of oriented points, each refined by point-to-plane ICP with scale, robust
+//!    weights and trimming.
+//!
+//! [`resample`] then gives for each vertex v with normal n of the original the offset h at which v + h n lies
+//! on the suspect.
 //!
 //! ```
 //! use mesh::{Similarity, shapes};
-//! use registration::{Handedness, match_connectivity};
+//! use registration::{align, resample};
 //!
-//! let original = shapes::icosphere(3);
-//! let moved = Similarity { scale: 0.01, translation: [1.0, 2.0, 3.0], ..Similarity::from_quaternion([1.0, 2.0, 3.0, 4.0]) };
-//! let suspect = original.with_positions(moved.apply_all(original.positions()))?;
+//! let original = shapes::bumpy_torus(24, 16, 1);
+//! let turn = Similarity::from_quaternion([1.0, 2.0, 3.0, 4.0]);
+//! let moved = Similarity { scale: 0.01, translation: [1.0, 2.0, 3.0], ..turn };
+//! let suspect = shapes::shuffled(&shapes::moved(&original, &moved), 5);
 //!
-//! let map = match_connectivity(&original, &suspect)?;
-//! let fit = map.fit(&original, &suspect, Handedness::Either)?;
-//! assert!((fit.transform.scale - 100.0).abs() < 1e-9 && fit.residual < 1e-12);
+//! let found = align(&original, &suspect, &Default::default())?;
+//! assert!(found.aligned && (found.transform.scale - 100.0).abs() < 1e-9);
+//! let seen = resample(&original, &suspect, &found.transform, &Default::default())?;
+//! assert!(seen.offsets.iter().all(|h| h.unwrap().abs() < 1e-12));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
 //! # Conventions
-//! Points are `[x, y, z]` in the unit of their model, vertices and triangles count from 0, and every transform takes the suspect to the
-//! original. Nothing is random unless a seed is given; results do not depend on the machine or the number of threads.
+//! Points are `[x, y, z]` in the unit of their model, vertices and triangles count from 0, and every
+//! transform takes the suspect to the original. Distances that options and results express as fractions are
+//! fractions of a bounding-box diagonal. Nothing is random; results do not depend on the number of threads.
 //!
 //! # Costs
-//! Fitting is linear. Matching is O(n log n) in time for n vertices, 50 000 vertices in about 0.1 s, and takes about 300 bytes a vertex.
+//! Matching vertices is O(n log n), about 0.1 s for 50 000 vertices. Aligning surfaces costs a few seconds,
+//! more for suspects that are cut and altered, most of it in nearest-point queries on fixed numbers of
+//! samples. Memory is about 500 bytes a vertex of each mesh.
 //!
 //! # Sources
-//! Umeyama, *Least-squares estimation of transformation parameters between two point patterns*, PAMI 1991.
-//! Weisfeiler and Leman, *The reduction of a graph to canonical form*, 1968.
+//! - Umeyama, *Least-squares estimation of transformation parameters between two point patterns*, PAMI 1991
+//! - Weisfeiler and Leman, *The reduction of a graph to canonical form*, 1968
+//! - Aiger, Mitra, Cohen-Or, *4-points congruent sets for robust pairwise surface registration*, SIGGRAPH
+//!   2008
+//! - Drost, Ulrich, Navab, Ilic, *Model globally, match locally*, CVPR 2010
+//! - Pottmann, Huang, Yang, Hu, *Geometry and convergence analysis of algorithms for registration of 3D
+//!   shapes*, IJCV 2006
+//! - Zhang, Yao, Deng, *Fast and robust iterative closest point*, PAMI 2021 (Welsch's weights)
+//! - Woop, Benthin, Wald, *Watertight ray/triangle intersection*, JCGT 2013
 
 mod align;
 mod congruent;

@@ -9,15 +9,17 @@ pub(crate) struct Overlap {
     pub(crate) of_suspect: f64,
     /// Share of the original's area that lies within the tolerance of the suspect.
     pub(crate) of_original: f64,
-    /// Root mean square distance of the suspect's samples within the tolerance, as a fraction of the original's diagonal.
+    /// Root mean square distance of the suspect's samples within the tolerance, as a fraction of the
+    /// original's diagonal.
     pub(crate) residual: f64,
-    /// Soft shares, in which a sample counts 1 − (distance / tolerance)², added: the suspect's in full, the original's by a quarter.
+    /// Soft shares, in which a sample counts 1 − (distance / tolerance)², added: the suspect's in full, the
+    /// original's by a quarter.
     pub(crate) score: f64,
 }
 
 impl Overlap {
-    /// The tolerance is a fraction of the smaller of the two diagonals, so that shrinking the suspect to a dot earns nothing.
-    /// Runs in the current pool.
+    /// The tolerance is a fraction of the smaller of the two diagonals, so that shrinking the suspect to a
+    /// dot earns nothing. Runs in the current pool.
     pub(crate) fn measure(
         original: &Sampled,
         suspect: &Sampled,

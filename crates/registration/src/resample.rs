@@ -11,7 +11,8 @@ use mesh::{Similarity, TriMesh};
 pub struct ResampleOptions {
     /// Farthest offset along the normal, as a fraction of the original's bounding-box diagonal.
     pub reach: f64,
-    /// Least cosine between the original's normal and that of the surface that is met. Keeps the far side of thin parts out.
+    /// Least cosine between the original's normal and that of the surface that is met. Keeps the far side of
+    /// thin parts out.
     pub facing: f64,
     /// Threads to use; the result does not depend on it.
     pub threads: usize,
@@ -30,13 +31,15 @@ impl Default for ResampleOptions {
 /// What each vertex of the original sees of the suspect.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Resampled {
-    /// Signed distance along the vertex normal to the suspect, in the original's unit; none where nothing was met.
+    /// Signed distance along the vertex normal to the suspect, in the original's unit; none where nothing was
+    /// met.
     pub offsets: Vec<Option<f64>>,
     /// The suspect's triangle that was met.
     pub triangles: Vec<Option<u32>>,
     /// Whether the suspect's triangles face the other way than the original's.
     pub inside_out: bool,
-    /// Whether the suspect's orientation is consistent enough for [`ResampleOptions::facing`] to have been applied.
+    /// Whether the suspect's orientation is consistent enough for [`ResampleOptions::facing`] to have been
+    /// applied.
     pub oriented: bool,
 }
 
@@ -46,7 +49,8 @@ impl Resampled {
         self.offsets.iter().flatten().count()
     }
 
-    /// The resampled mesh's vertices: v + h n where the suspect was met, and the original's vertex elsewhere, as the paper has it.
+    /// The resampled mesh's vertices: v + h n where the suspect was met, and the original's vertex elsewhere,
+    /// as the paper has it.
     pub fn positions(&self, original: &TriMesh) -> Vec<[f64; 3]> {
         let vertices = original.positions().iter().zip(original.vertex_normals());
         let moved = vertices
@@ -56,11 +60,13 @@ impl Resampled {
     }
 }
 
-/// Shoots a line along the angle-weighted normal of every vertex of the original, both ways, and takes the nearest hit.
+/// Shoots a line along the angle-weighted normal of every vertex of the original, both ways, and takes the
+/// nearest hit.
 ///
-/// `transform` takes the suspect to the original. A hit farther than the reach does not count, nor one whose surface faces another
-/// way (by more than the angle allowed), since that is the other side of a thin part. The suspect may be inside out as a whole; if it faces
-/// no way in particular, as a heap of unoriented triangles does, the facing is not asked. Vertices without a normal see nothing.
+/// `transform` takes the suspect to the original. A hit farther than the reach does not count, nor one whose
+/// surface faces another way (by more than the angle allowed), since that is the other side of a thin part.
+/// The suspect may be inside out as a whole; if it faces no way in particular, as a heap of unoriented
+/// triangles does, the facing is not asked. Vertices without a normal see nothing.
 ///
 /// # Errors
 /// When an option is out of range.

@@ -57,8 +57,9 @@ impl Sampled {
     }
 }
 
-/// Points that stand for equal areas: one in the middle of each `count`-th of the area, in the order of the triangles, at
-/// places within the triangles that follow a low-discrepancy sequence. None when there is no area.
+/// Points that stand for equal areas: one in the middle of each `count`-th of the area, in the order of the
+/// triangles, at places within the triangles that follow a low-discrepancy sequence. None when there is no
+/// area.
 fn sample(mesh: &TriMesh, count: usize) -> Option<(Vec<Vec3>, Vec<u32>)> {
     let size = mesh.bounding_box().diagonal();
     // Scaled so that areas neither overflow nor vanish.

@@ -1,8 +1,9 @@
 //! Nearest points and line hits on a triangle mesh, by a tree of boxes.
 //!
-//! The tree is binary, split by the surface area heuristic in bins (Wald 2007), with f64 boxes and the leaves' corners side by side in memory.
-//! Line hits use the edge functions of Woop, Benthin and Wald (2013), which give a shared edge the same sign from both of its triangles:
-//! a line through a closed surface never slips between two triangles.
+//! The tree is binary, split by the surface area heuristic in bins (Wald 2007), with f64 boxes and the
+//! leaves' corners side by side in memory. Line hits use the edge functions of Woop, Benthin and Wald (2013),
+//! which give a shared edge the same sign from both of its triangles: a line through a closed surface never
+//! slips between two triangles.
 
 use crate::vector::{Vec3, add, cross, dot, norm, scaled, squared, sub};
 use mesh::{BoundingBox, TriMesh};
@@ -36,7 +37,8 @@ pub struct Hit {
     pub triangle: u32,
 }
 
-/// A box of triangles. Leaf: `count` triangles from `first`; inner node (`count` 0): the children `first` and `first + 1`.
+/// A box of triangles. Leaf: `count` triangles from `first`; inner node (`count` 0): the children `first` and
+/// `first + 1`.
 #[derive(Clone, Copy)]
 struct Node {
     min: Vec3,
@@ -132,9 +134,11 @@ impl Surface {
         })
     }
 
-    /// Where the line origin + t · direction, −`limit` ≤ t ≤ `limit`, meets an accepted triangle at the least |t|.
+    /// Where the line origin + t · direction, −`limit` ≤ t ≤ `limit`, meets an accepted triangle at the least
+    /// |t|.
     ///
-    /// Triangles are met from both sides; one that contains the line is not met. `accept` is asked by triangle index.
+    /// Triangles are met from both sides; one that contains the line is not met. `accept` is asked by
+    /// triangle index.
     pub fn hit(
         &self,
         origin: [f64; 3],
@@ -374,7 +378,8 @@ fn distance_to_box(node: &Node, p: Vec3) -> f64 {
     sum
 }
 
-/// The point of a triangle nearest to `p` (Ericson, *Real-Time Collision Detection*, 5.1.5), degenerate triangles included.
+/// The point of a triangle nearest to `p` (Ericson, *Real-Time Collision Detection*, 5.1.5), degenerate
+/// triangles included.
 pub(crate) fn nearest_on_triangle(&[a, b, c]: &[Vec3; 3], p: Vec3) -> Vec3 {
     let (ab, ac, ap) = (sub(b, a), sub(c, a), sub(p, a));
     let (d1, d2) = (dot(ab, ap), dot(ac, ap));

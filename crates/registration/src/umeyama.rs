@@ -36,14 +36,16 @@ pub enum Handedness {
     Either,
 }
 
-/// Fits the proper similarity y = s R x + t that minimises Σ wᵢ |yᵢ − (s R xᵢ + t)|² (Umeyama's eqs. 40 to 43).
+/// Fits the proper similarity y = s R x + t that minimises Σ wᵢ |yᵢ − (s R xᵢ + t)|² (Umeyama's eqs. 40 to
+/// 43).
 ///
-/// `source` and `target` are #P by 3, pair by pair; without `weights` every pair counts alike. Both sets are centred
-/// first, so a small model far from the origin loses no more digits than its coordinates have already lost. O(#P).
+/// `source` and `target` are #P by 3, pair by pair; without `weights` every pair counts alike. Both sets are
+/// centred first, so a small model far from the origin loses no more digits than its coordinates have already
+/// lost. O(#P).
 ///
 /// # Errors
-/// When the slices differ in length, a number is not finite, a weight is negative, or the pairs do not determine
-/// a similarity: fewer than three, or all on one line.
+/// When the slices differ in length, a number is not finite, a weight is negative, or the pairs do not
+/// determine a similarity: fewer than three, or all on one line.
 ///
 /// ```
 /// let source = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
@@ -239,7 +241,8 @@ fn mean(points: &[Vec3], weight: impl Fn(usize) -> f64, total: f64) -> Vec3 {
     add(first, sum)
 }
 
-/// Whether all points of a cloud with this scatter matrix lie on one line, up to the rounding of their coordinates.
+/// Whether all points of a cloud with this scatter matrix lie on one line, up to the rounding of their
+/// coordinates.
 fn is_collinear(scatter: &Mat3, mean: Vec3) -> bool {
     let [largest, second, _] = svd(scatter).values;
     let rounding = 4.0 * f64::EPSILON * mean.iter().fold(0.0_f64, |m, x| m.max(x.abs()));

@@ -60,7 +60,8 @@ pub(crate) struct Svd {
 
 /// One-sided Jacobi (Hestenes): rotates pairs of columns of A until all are orthogonal.
 ///
-/// Converges quadratically, and finds even small singular values to high relative accuracy, where forming AᵀA would not.
+/// Converges quadratically, and finds even small singular values to high relative accuracy, where forming AᵀA
+/// would not.
 pub(crate) fn svd(a: &Mat3) -> Svd {
     let largest = a.iter().flatten().fold(0.0_f64, |m, x| m.max(x.abs()));
     if largest == 0.0 {
@@ -109,7 +110,8 @@ pub(crate) fn svd(a: &Mat3) -> Svd {
 
 pub(crate) const IDENTITY: Mat3 = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
-/// Unit left singular vectors; those of vanishing singular values are chosen to complete an orthonormal basis.
+/// Unit left singular vectors; those of vanishing singular values are chosen to complete an orthonormal
+/// basis.
 fn completed(columns: Mat3, values: Vec3) -> Mat3 {
     let negligible = 4.0 * f64::EPSILON * values[0];
     let first = scaled(columns[0], 1.0 / values[0]);

@@ -14,7 +14,8 @@ fn away() -> Similarity {
     }
 }
 
-/// How far the alignment misses the true pose: RMS over the vertices, as a fraction of the original's diagonal.
+/// How far the alignment misses the true pose: RMS over the vertices, as a fraction of the original's
+/// diagonal.
 fn miss(found: &Alignment, original: &TriMesh, suspect: &TriMesh, moved: &Similarity) -> f64 {
     let back = moved.inverse();
     let apart = suspect.positions().iter().map(|&p| {

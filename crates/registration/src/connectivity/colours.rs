@@ -1,12 +1,14 @@
 //! Colour refinement (Weisfeiler and Leman 1968): vertices with different surroundings get different colours.
 //!
-//! A vertex starts with the numbers of triangles on its edges, and in every round takes in the colours of the pairs of
-//! vertices that complete its triangles. Sums of well-mixed 64-bit numbers stand for multisets, so the colours do not
-//! depend on any order. A collision can only make two vertices look alike that are not; the matching then finds out.
+//! A vertex starts with the numbers of triangles on its edges, and in every round takes in the colours of the
+//! pairs of vertices that complete its triangles. Sums of well-mixed 64-bit numbers stand for multisets, so
+//! the colours do not depend on any order. A collision can only make two vertices look alike that are not;
+//! the matching then finds out.
 
 use super::graph::Graph;
 
-/// After so many rounds a colour describes all that lies within 16 edges: what is still alike is left to the matching.
+/// After so many rounds a colour describes all that lies within 16 edges: what is still alike is left to the
+/// matching.
 const ROUNDS: usize = 16;
 
 /// The colours of two meshes after the same number of rounds.
@@ -152,7 +154,8 @@ impl Refinement {
 /// Makes the colour of a neighbour count for something else than a vertex's own.
 const OTHER: u64 = 0x5851_f42d_4c95_7f2d;
 
-/// The finaliser of SplitMix64: a fixed bijection of 64-bit numbers in which every input bit moves every output bit.
+/// The finaliser of SplitMix64: a fixed bijection of 64-bit numbers in which every input bit moves every
+/// output bit.
 fn mix(x: u64) -> u64 {
     let x = x.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);

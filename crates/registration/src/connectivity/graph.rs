@@ -71,7 +71,8 @@ impl<'a> Graph<'a> {
             .unwrap_or(a)
     }
 
-    /// The triangle on the other side of an edge, and its third corner; none where the edge does not have two triangles.
+    /// The triangle on the other side of an edge, and its third corner; none where the edge does not have two
+    /// triangles.
     pub(super) fn across(&self, triangle: u32, ends: [u32; 2]) -> Option<(u32, u32)> {
         let &[p, q] = self.edges.triangles(self.edge(triangle, ends)) else {
             return None;

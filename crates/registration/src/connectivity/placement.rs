@@ -1,12 +1,13 @@
 //! Chooses between the isomorphisms of symmetric parts and of equal parts by geometry.
 //!
-//! Parts that can be mapped in one way only fix a similarity of suspect to original. Without such a part, every image of
-//! the seed flag of one part, the anchor, is a hypothesis. Under the similarity of a hypothesis every other part takes the free image that
-//! lies nearest. Hypotheses are ranked by the residual of all pairs together.
+//! Parts that can be mapped in one way only fix a similarity of suspect to original. Without such a part,
+//! every image of the seed flag of one part, the anchor, is a hypothesis. Under the similarity of a
+//! hypothesis every other part takes the free image that lies nearest. Hypotheses are ranked by the residual
+//! of all pairs together.
 //!
-//! Work is bounded by [`BUDGET`] in each of three stages. Images of the anchor are compared on growing neighbourhoods of its seed
-//! (successive halving); those that remain by how near they bring the centroids of a sample of the other parts; the best of these
-//! by placing all parts.
+//! Work is bounded by [`BUDGET`] in each of three stages. Images of the anchor are compared on growing
+//! neighbourhoods of its seed (successive halving); those that remain by how near they bring the centroids of
+//! a sample of the other parts; the best of these by placing all parts.
 
 use super::Correspondence;
 use super::colours::{Colouring, Colours};
@@ -111,7 +112,8 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// First steps: all certain parts at once if they fix a similarity, else the most promising images of the anchor.
+    /// First steps: all certain parts at once if they fix a similarity, else the most promising images of the
+    /// anchor.
     fn hypotheses(&mut self) -> Vec<Placed> {
         let mut certain = self.nothing();
         for index in 0..self.parts.len() {
@@ -147,7 +149,8 @@ impl<'a> Search<'a> {
         self.from.used_vertices + if self.parts.len() > 1 { images } else { 0 }
     }
 
-    /// How far a sample of the other parts lies from the nearest of their images, squared, under the similarity of a hypothesis.
+    /// How far a sample of the other parts lies from the nearest of their images, squared, under the
+    /// similarity of a hypothesis.
     fn scatter(&self, start: &Placed) -> f64 {
         let Some(fit) = fit(self.from, self.onto, &start.pairs) else {
             return f64::INFINITY;
@@ -282,7 +285,8 @@ impl<'a> Search<'a> {
     }
 }
 
-/// The connected parts of the original that have triangles, each with a seed of the rarest kind, and the sets of images of seeds.
+/// The connected parts of the original that have triangles, each with a seed of the rarest kind, and the sets
+/// of images of seeds.
 fn parts(from: &Graph<'_>, onto: &Graph<'_>, colours: &Colours) -> (Vec<Part>, Vec<Vec<Flag>>) {
     let mut alike: HashMap<u64, usize> = HashMap::new();
     for &kind in &colours.original.of_part {

@@ -1,8 +1,8 @@
 //! Extends the image of one triangle to an isomorphism of its connected part.
 //!
-//! Where edges have one or two triangles, the image of a triangle fixes the images of its neighbours, so nothing is
-//! left to choose. At non-manifold places the neighbour is the one that colours and images so far allow; if they allow
-//! several, the one nearest under the similarity fitted to the pairs found so far.
+//! Where edges have one or two triangles, the image of a triangle fixes the images of its neighbours, so
+//! nothing is left to choose. At non-manifold places the neighbour is the one that colours and images so far
+//! allow; if they allow several, the one nearest under the similarity fitted to the pairs found so far.
 
 use super::colours::Colours;
 use super::graph::Graph;
@@ -17,7 +17,8 @@ pub(super) struct Flag {
     pub(super) corners: [u32; 3],
 }
 
-/// Images found so far. One allocation serves many attempts: [`Self::clear`] costs what the last attempt touched.
+/// Images found so far. One allocation serves many attempts: [`Self::clear`] costs what the last attempt
+/// touched.
 pub(super) struct Propagation<'a> {
     from: &'a Graph<'a>,
     onto: &'a Graph<'a>,
@@ -59,10 +60,11 @@ impl<'a> Propagation<'a> {
         }
     }
 
-    /// Maps `seed` to `image` and goes on until the part is mapped, `limit` vertices are, or a contradiction shows.
+    /// Maps `seed` to `image` and goes on until the part is mapped, `limit` vertices are, or a contradiction
+    /// shows.
     ///
-    /// Returns whether there was none; the pairs found are in [`Self::pairs`]. A part that is mapped whole is mapped one to one onto
-    /// a part of the suspect, triangles to triangles.
+    /// Returns whether there was none; the pairs found are in [`Self::pairs`]. A part that is mapped whole is
+    /// mapped one to one onto a part of the suspect, triangles to triangles.
     pub(super) fn run(&mut self, seed: Flag, image: Flag, limit: usize) -> bool {
         self.clear();
         let part = self.from.part_of(seed.corners[0]);
@@ -116,7 +118,8 @@ impl<'a> Propagation<'a> {
         true
     }
 
-    /// Records that a triangle becomes another, corner by corner; says whether that agrees with all that is known.
+    /// Records that a triangle becomes another, corner by corner; says whether that agrees with all that is
+    /// known.
     fn assign(&mut self, source: Flag, image: Flag) -> bool {
         let known = self.triangle_image[source.triangle as usize];
         if known != NONE {
@@ -195,7 +198,8 @@ impl<'a> Propagation<'a> {
         nearest.is_some_and(|&nearest| self.assign(source, nearest))
     }
 
-    /// The flags at the suspect vertex `at` that an unmapped triangle may become; equal corners are listed once.
+    /// The flags at the suspect vertex `at` that an unmapped triangle may become; equal corners are listed
+    /// once.
     fn options(&self, source: Flag, at: u32) -> Vec<Flag> {
         let mut options: Vec<Flag> = Vec::new();
         for &t in self
@@ -228,7 +232,8 @@ impl<'a> Propagation<'a> {
     }
 }
 
-/// Comparisons of triangles at stalls after which a part is given up: only a mesh made to be hard needs so many.
+/// Comparisons of triangles at stalls after which a part is given up: only a mesh made to be hard needs so
+/// many.
 const STALL_WORK: usize = 10_000_000;
 
 /// Options between which geometry decides.
@@ -246,7 +251,8 @@ struct Stall {
     fit: Option<Similarity>,
 }
 
-/// The similarity of either hand that takes the suspect's vertices to the original's; none if they do not determine it.
+/// The similarity of either hand that takes the suspect's vertices to the original's; none if they do not
+/// determine it.
 pub(super) fn fit(from: &Graph<'_>, onto: &Graph<'_>, pairs: &[(u32, u32)]) -> Option<crate::Fit> {
     let (target, source): (Vec<_>, Vec<_>) = pairs
         .iter()

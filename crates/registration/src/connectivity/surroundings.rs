@@ -5,13 +5,14 @@ use super::colours::Refinement;
 use super::graph::Graph;
 use std::collections::VecDeque;
 
-/// Colours describe what lies within this many edges: enough for an irregular net, few enough to spare most of a cropped one.
+/// Colours describe what lies within this many edges: enough for an irregular net, few enough to spare most
+/// of a cropped one.
 const FARTHEST: usize = 8;
 
 const NONE: u32 = u32::MAX;
 
-/// Pairs the vertices whose surroundings, out to some distance, are unique in both meshes and alike, then grows these pairs
-/// across shared edges for as long as the triangles of both meshes go on alike.
+/// Pairs the vertices whose surroundings, out to some distance, are unique in both meshes and alike, then
+/// grows these pairs across shared edges for as long as the triangles of both meshes go on alike.
 pub(super) fn correspondence(from: &Graph<'_>, onto: &Graph<'_>) -> Correspondence {
     let mut pairing = Pairing::new(from, onto);
     pairing.sow(&best_seeds(from, onto));
@@ -21,7 +22,8 @@ pub(super) fn correspondence(from: &Graph<'_>, onto: &Graph<'_>) -> Corresponden
     }
 }
 
-/// The image of each vertex of the original, at the distance that gives the most neighbours with neighbouring images.
+/// The image of each vertex of the original, at the distance that gives the most neighbours with neighbouring
+/// images.
 fn best_seeds(from: &Graph<'_>, onto: &Graph<'_>) -> Vec<u32> {
     let (mut here, mut there) = (Refinement::start(from), Refinement::start(onto));
     let mut best = (0, vec![NONE; from.mesh.vertex_count()]);
