@@ -66,7 +66,7 @@ impl Plan {
             Effort::Fast => quick,
             Effort::Default => Self {
                 candidates: few(4, 4, 3, 1),
-                bisection: bisection(few(1, 1, 1, 2), 8),
+                bisection: bisection(if parts > 32 { 3 } else { few(1, 1, 1, 2) }, 8),
                 coarse: search(3, 10, 3),
                 finest: search(2, 5, 3),
                 ..quick

@@ -15,7 +15,7 @@ pub struct OrderingOptions {
     pub seed: u64,
     /// Graphs of at most this many vertices are ordered by minimum degree; at most 1000 is sensible.
     pub leaf_size: usize,
-    /// Separators tried in each step; the lightest is kept.
+    /// Separators tried in each step (half as many on small graphs); the lightest is kept.
     pub tries: usize,
     /// Threads to use, at least 1.
     pub threads: usize,
@@ -83,6 +83,9 @@ pub fn nested_dissection(graph: &Graph, options: &OrderingOptions) -> Result<Ord
     Ok(Ordering { order, position })
 }
 
+/// Smaller graphs get half of the tries: they are many, and their separators fill in little.
+const SMALL: usize = 1000;
+
 struct Dissection<'a> {
     options: &'a OrderingOptions,
     team: &'a Team,
@@ -97,7 +100,11 @@ impl Dissection<'_> {
         if graph.neighbours.is_empty() {
             return (0..graph.vertex_count() as u32).collect();
         }
-        let separation = separate(graph, self.options.tries, self.team, &mut rng.fork(0));
+        let tries = self
+            .options
+            .tries
+            .div_ceil(if graph.vertex_count() < SMALL { 2 } else { 1 });
+        let separation = separate(graph, tries, self.team, &mut rng.fork(0));
         if separation.weight[0] == 0 || separation.weight[1] == 0 {
             return by_degree(graph);
         }

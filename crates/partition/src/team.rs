@@ -56,7 +56,7 @@ impl Team {
                     items
                         .par_chunks_mut(size)
                         .enumerate()
-                        .for_each(|(i, chunk)| task(i, chunk))
+                        .for_each(|(i, chunk)| task(i, chunk));
                 });
             }
         }
