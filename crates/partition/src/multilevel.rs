@@ -53,8 +53,8 @@ impl Plan {
             passes: 4,
         };
         let quick = Self {
-            coarsest_per_part: 60,
-            middle: 1000,
+            coarsest_per_part: 30,
+            middle: 700,
             candidates: 1,
             combinations: 0,
             cycles: 0,
@@ -65,7 +65,7 @@ impl Plan {
         match effort {
             Effort::Fast => quick,
             Effort::Default => Self {
-                candidates: few(4, 4, 3, 1),
+                candidates: few(4, 6, 4, 1),
                 bisection: bisection(if parts > 32 { 3 } else { few(1, 1, 1, 2) }, 8),
                 coarse: search(3, 10, 3),
                 finest: search(2, 5, 3),
@@ -130,7 +130,8 @@ const FRINGE: i64 = 1000;
 
 impl Solver<'_> {
     fn direct(&self, graph: &Graph, rng: &Rng) -> Vec<u32> {
-        let levels = coarsen(graph, self.plan.middle, &[], self.team, &mut rng.fork(3));
+        let middle = self.plan.middle.max(self.coarsest_size());
+        let levels = coarsen(graph, middle, &[], self.team, &mut rng.fork(3));
         let middle = levels.last().map_or(graph, |level| &level.graph);
         let mut best = self.best_candidate(middle, &rng.fork(4));
         if self.contiguous && !levels.is_empty() {
@@ -144,6 +145,10 @@ impl Solver<'_> {
             best = self.better(graph, best, next);
         }
         best
+    }
+
+    fn coarsest_size(&self) -> usize {
+        (self.plan.coarsest_per_part * self.balance.parts()).max(100)
     }
 
     /// Joins stray pieces. Where that upsets the balance much, moving single vertices would fray the borders: another
@@ -179,8 +184,7 @@ impl Solver<'_> {
     /// One multilevel cycle: from scratch, or starting at the first of the partitions `kept`, none of whose cut edges
     /// is contracted. With two of them the search can exchange whole regions.
     fn cycle(&self, graph: &Graph, kept: &[&[u32]], rng: &mut Rng) -> Vec<u32> {
-        let size = (self.plan.coarsest_per_part * self.balance.parts()).max(100);
-        let levels = coarsen(graph, size, kept, self.team, rng);
+        let levels = coarsen(graph, self.coarsest_size(), kept, self.team, rng);
         let coarsest = levels.last().map_or(graph, |level| &level.graph);
         let part = match kept.first() {
             None => recursive_bisection(
