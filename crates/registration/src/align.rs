@@ -1,6 +1,6 @@
 //! From a suspect in unknown pose to the similarity that brings it back.
 
-use crate::connectivity::{Correspondence, match_connectivity, match_surroundings};
+use crate::connectivity::{Correspondence, match_candidates, match_surroundings};
 use crate::icp::{self, Effort, Ends};
 use crate::overlap::Overlap;
 use crate::sampled::Sampled;
@@ -124,8 +124,14 @@ pub fn align_until(
             suspect: Sampled::of(suspect, "suspect", SAMPLES)?,
             options,
         };
-        if let Some((transform, basis, correspondence)) = by_vertices {
-            let found = pair.judged(transform, basis, Some(correspondence), Vec::new());
+        if let Some(ByVertices {
+            transform,
+            basis,
+            correspondence,
+            alternatives,
+        }) = by_vertices
+        {
+            let found = pair.judged(transform, basis, Some(correspondence), alternatives);
             if found.aligned {
                 return Ok(found);
             }
@@ -165,11 +171,31 @@ fn check(options: &AlignOptions) -> Result<(), RegistrationError> {
 /// Fewer surviving vertices than this are taken for chance.
 const FEWEST_SURVIVORS: usize = 30;
 
+/// Maps of symmetric meshes onto themselves that are told apart.
+const MOST_MAPS: usize = 128;
+
+/// What surviving vertices say.
+struct ByVertices {
+    transform: Similarity,
+    basis: Basis,
+    correspondence: Correspondence,
+    alternatives: Vec<Similarity>,
+}
+
 /// The similarity between vertices that survived, if enough did.
-fn by_vertices(original: &TriMesh, suspect: &TriMesh) -> Option<(Similarity, Basis, Correspondence)> {
-    if let Ok(map) = match_connectivity(original, suspect) {
-        let fit = map.fit_robustly(original, suspect, Handedness::Either).ok()?;
-        return Some((fit.transform, Basis::Connectivity, map));
+fn by_vertices(original: &TriMesh, suspect: &TriMesh) -> Option<ByVertices> {
+    let fit = |map: &Correspondence| map.fit_robustly(original, suspect, Handedness::Either);
+    if let Ok(maps) = match_candidates(original, suspect, MOST_MAPS) {
+        let mut maps = maps.into_iter();
+        let correspondence = maps.next()?;
+        let transform = fit(&correspondence).ok()?.transform;
+        let alternatives = maps.filter_map(|map| Some(fit(&map).ok()?.transform)).collect();
+        return Some(ByVertices {
+            transform,
+            basis: Basis::Connectivity,
+            correspondence,
+            alternatives,
+        });
     }
     let mut map = match_surroundings(original, suspect);
     if map.matched() < FEWEST_SURVIVORS {
@@ -201,8 +227,17 @@ fn by_vertices(original: &TriMesh, suspect: &TriMesh) -> Option<(Similarity, Bas
             break;
         }
     }
-    let fit = map.fit_robustly(original, suspect, Handedness::Either).ok()?;
-    (map.matched() >= FEWEST_SURVIVORS).then_some((fit.transform, Basis::Surroundings, map))
+    if map.matched() < FEWEST_SURVIVORS {
+        return None;
+    }
+    let transform = fit(&map).ok()?.transform;
+    let (basis, alternatives) = (Basis::Surroundings, Vec::new());
+    Some(ByVertices {
+        transform,
+        basis,
+        correspondence: map,
+        alternatives,
+    })
 }
 
 /// First look at a guess: few samples, few steps, a wide gate.

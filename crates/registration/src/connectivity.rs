@@ -191,13 +191,13 @@ pub fn match_candidates(
     suspect: &TriMesh,
     limit: usize,
 ) -> Result<Vec<Correspondence>, Difference> {
-    let (from, onto) = (Graph::of(original), Graph::of(suspect));
-    if let Some(same_order) = identity(&from, &onto)
-        && limit <= 1
+    compare_counts(original, suspect)?;
+    if limit <= 1
+        && let Some(same_order) = identity(original, suspect)
     {
         return Ok(vec![same_order]);
     }
-    compare_counts(&from, &onto)?;
+    let (from, onto) = (Graph::of(original), Graph::of(suspect));
     let colours = colours::refine(&from, &onto);
     match colours.unmatched() {
         0 => {}
@@ -218,10 +218,10 @@ pub fn match_candidates(
 /// Parts are matched whole: a part of the original without a counterpart stays unmatched. Nothing matched is
 /// an answer too.
 pub fn match_components(original: &TriMesh, suspect: &TriMesh) -> Correspondence {
-    let (from, onto) = (Graph::of(original), Graph::of(suspect));
-    if let Some(same_order) = identity(&from, &onto) {
+    if let Some(same_order) = identity(original, suspect) {
         return same_order;
     }
+    let (from, onto) = (Graph::of(original), Graph::of(suspect));
     let colours = colours::refine(&from, &onto);
     let none = Correspondence {
         suspect_of: vec![None; original.vertex_count()],
@@ -242,23 +242,41 @@ pub fn match_surroundings(original: &TriMesh, suspect: &TriMesh) -> Corresponden
 }
 
 /// The map of each vertex to itself, if that is right.
-fn identity(from: &Graph<'_>, onto: &Graph<'_>) -> Option<Correspondence> {
-    let same = from.mesh.vertex_count() == onto.mesh.vertex_count()
-        && from.mesh.triangles() == onto.mesh.triangles();
-    let used = |v: u32| (!from.fan(v).is_empty()).then_some(v);
-    same.then(|| Correspondence {
-        suspect_of: (0..from.mesh.vertex_count() as u32).map(used).collect(),
+fn identity(original: &TriMesh, suspect: &TriMesh) -> Option<Correspondence> {
+    let same =
+        original.vertex_count() == suspect.vertex_count() && original.triangles() == suspect.triangles();
+    same.then(|| {
+        let in_use = (0..).zip(in_use(original));
+        Correspondence {
+            suspect_of: in_use.map(|(v, used)| used.then_some(v)).collect(),
+        }
     })
 }
 
-fn compare_counts(from: &Graph<'_>, onto: &Graph<'_>) -> Result<(), Difference> {
-    let (original, suspect) = (from.used_vertices, onto.used_vertices);
-    if original != suspect {
-        return Err(Difference::VertexCount { original, suspect });
+fn compare_counts(original: &TriMesh, suspect: &TriMesh) -> Result<(), Difference> {
+    let used = |mesh| in_use(mesh).into_iter().filter(|&used| used).count();
+    let (here, there) = (used(original), used(suspect));
+    if here != there {
+        return Err(Difference::VertexCount {
+            original: here,
+            suspect: there,
+        });
     }
-    let (original, suspect) = (from.mesh.triangle_count(), onto.mesh.triangle_count());
-    if original != suspect {
-        return Err(Difference::TriangleCount { original, suspect });
+    let (here, there) = (original.triangle_count(), suspect.triangle_count());
+    if here != there {
+        return Err(Difference::TriangleCount {
+            original: here,
+            suspect: there,
+        });
     }
     Ok(())
+}
+
+/// Whether each vertex has a triangle.
+fn in_use(mesh: &TriMesh) -> Vec<bool> {
+    let mut used = vec![false; mesh.vertex_count()];
+    for &v in mesh.triangles().as_flattened() {
+        used[v as usize] = true;
+    }
+    used
 }

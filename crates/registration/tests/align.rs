@@ -157,6 +157,10 @@ fn a_symmetric_shape_has_alternatives() {
     let (found, _) = aligned(&original, &divided(&divided(&original)));
     assert!(found.aligned && found.residual < 1e-12, "{}", found.residual);
     assert!(!found.alternatives.is_empty());
+    let (found, _) = aligned(&original, &original);
+    assert_eq!(found.basis, Basis::Connectivity);
+    // A cube of triangles has fewer symmetries than a cube: the diagonals must match, too.
+    assert!(found.aligned && !found.alternatives.is_empty() && found.residual < 1e-12);
 }
 
 #[test]
