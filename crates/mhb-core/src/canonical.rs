@@ -62,6 +62,14 @@ impl References {
     pub(crate) fn canonicalise(&mut self, mut basis: MatMut<'_, f64>) -> Result<(), SpectrumError> {
         let references = self.first(basis.ncols());
         let overlap = dense::product(basis.rb().transpose(), references);
+        if basis.ncols() == 1 {
+            if overlap[(0, 0)] < 0.0 {
+                dense::contiguous(basis.col_mut(0))
+                    .iter_mut()
+                    .for_each(|y| *y = -*y);
+            }
+            return Ok(());
+        }
         let rotated = dense::product(basis.rb(), dense::polar(overlap.as_ref())?.as_ref());
         basis.copy_from(&rotated);
         Ok(())

@@ -4,9 +4,8 @@ use faer::diag::DiagMut;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::evd::{ComputeEigenvectors, self_adjoint_evd, self_adjoint_evd_scratch};
 use faer::linalg::matmul;
-use faer::linalg::matmul::triangular::{self, BlockStructure};
 use faer::linalg::svd::{ComputeSvdVectors, svd, svd_scratch};
-use faer::{Accum, Mat, MatMut, MatRef, Par};
+use faer::{Accum, ColMut, Mat, MatMut, MatRef, Par};
 
 use crate::SpectrumError;
 
@@ -61,33 +60,18 @@ pub(crate) fn add_product(c: MatMut<'_, f64>, alpha: f64, a: MatRef<'_, f64>, b:
     matmul::matmul(c, Accum::Add, a, b, alpha, Par::Seq);
 }
 
-/// Xᵀ X, of which only the lower half is computed; the upper half is its mirror image.
-pub(crate) fn gram(x: MatRef<'_, f64>) -> Mat<f64> {
-    let k = x.ncols();
-    let mut g = Mat::zeros(k, k);
-    triangular::matmul(
-        g.as_mut(),
-        BlockStructure::TriangularLower,
-        Accum::Replace,
-        x.transpose(),
-        BlockStructure::Rectangular,
-        x,
-        BlockStructure::Rectangular,
-        1.0,
-        Par::Seq,
-    );
-    for j in 0..k {
-        for i in 0..j {
-            g[(i, j)] = g[(j, i)];
-        }
-    }
-    g
-}
-
 /// Column k of a column-major matrix.
 pub(crate) fn column<'a>(x: MatRef<'a, f64>, k: usize) -> &'a [f64] {
     x.col(k)
         .try_as_col_major()
         .expect("columns are contiguous")
         .as_slice()
+}
+
+/// A column of a column-major matrix, to write to.
+pub(crate) fn contiguous<'a>(column: ColMut<'a, f64>) -> &'a mut [f64] {
+    column
+        .try_as_col_major_mut()
+        .expect("columns are contiguous")
+        .as_slice_mut()
 }

@@ -221,7 +221,7 @@ fn finish(
         .map(|root| 1.0 / (root * area.sqrt()))
         .collect();
     let columns: Vec<_> = vectors.col_iter_mut().collect();
-    columns.into_par_iter().for_each(|column| {
+    columns.into_par_iter().map(dense::contiguous).for_each(|column| {
         column.iter_mut().zip(&unscale).for_each(|(y, s)| *y *= s);
     });
     clusters.retain(|c| c.start < count);
@@ -245,11 +245,31 @@ fn finish(
 
 /// ‖A y − λ y‖ / max(λ, 1) of each column.
 fn residuals(operator: &Operator, vectors: MatRef<'_, f64>, eigenvalues: &[f64]) -> Vec<f64> {
-    let residual = |(k, &lambda): (usize, &f64)| {
-        let y = dense::column(vectors, k);
-        let difference = |j: usize| operator.column(j).map(|(i, a)| a * y[i]).sum::<f64>() - lambda * y[j];
-        let square: f64 = (0..operator.size()).map(|j| difference(j).powi(2)).sum();
-        square.sqrt() / lambda.max(1.0)
+    const LANES: usize = 8;
+    let residual = |(chunk, lambdas): (usize, &[f64])| {
+        // Rows of eight columns, so that the entries of A are read once for all of them.
+        let mut rows = vec![[0.0; LANES]; operator.size()];
+        for lane in 0..lambdas.len() {
+            let column = dense::column(vectors, chunk * LANES + lane);
+            rows.iter_mut().zip(column).for_each(|(row, &y)| row[lane] = y);
+        }
+        let mut squares = [0.0; LANES];
+        let lambda: [f64; LANES] = std::array::from_fn(|lane| lambdas.get(lane).copied().unwrap_or(0.0));
+        for (j, own) in rows.iter().enumerate() {
+            let mut difference: [f64; LANES] = std::array::from_fn(|lane| -lambda[lane] * own[lane]);
+            for (i, a) in operator.column(j) {
+                let row = &rows[i];
+                (0..LANES).for_each(|lane| difference[lane] += a * row[lane]);
+            }
+            (0..LANES).for_each(|lane| squares[lane] += difference[lane] * difference[lane]);
+        }
+        (0..lambdas.len())
+            .map(|lane| squares[lane].sqrt() / lambda[lane].max(1.0))
+            .collect::<Vec<_>>()
     };
-    eigenvalues.par_iter().enumerate().map(residual).collect()
+    eigenvalues
+        .par_chunks(LANES)
+        .enumerate()
+        .flat_map(residual)
+        .collect()
 }

@@ -1,20 +1,25 @@
 //! One orthonormal basis out of the bands' vectors.
 
+use faer::reborrow::ReborrowMut;
 use faer::{Mat, MatMut, MatRef};
 use rayon::prelude::*;
 
 use super::bands::Certified;
+use super::tall::LANES;
 use crate::dense;
 
 /// Rows and columns that one task works on; fixed, so that results do not depend on the number of threads.
-const ROWS: usize = 1024;
-const COLUMNS: usize = 128;
+const ROWS: usize = 512;
+const COLUMNS: usize = 32;
 
 /// Vectors whose inner products are below this are orthonormal.
-const ORTHONORMAL: f64 = 1e-13;
+const ORTHONORMAL: f64 = 2e-11;
+
+/// Corrections below this are left out.
+const NEGLIGIBLE: f64 = 1e-13;
 
 /// The first `kept` of the kernel's vectors and the bands', in the mesh's ordering, made orthonormal.
-pub(crate) fn join(kernel: MatRef<'_, f64>, certified: Certified, kept: usize, forward: &[u32]) -> Mat<f64> {
+pub(crate) fn join(kernel: MatRef<'_, f64>, certified: Certified, kept: usize, inverse: &[u32]) -> Mat<f64> {
     let mut joined = Mat::zeros(kernel.nrows(), kept);
     let zeros = kernel.ncols().min(kept);
     joined
@@ -22,16 +27,26 @@ pub(crate) fn join(kernel: MatRef<'_, f64>, certified: Certified, kept: usize, f
         .subcols_mut(0, zeros)
         .copy_from(kernel.subcols(0, zeros));
     let mut residuals = vec![0.0; zeros];
-    for pair in certified.pairs.iter().take(kept - zeros) {
-        let column = joined.col_as_slice_mut(residuals.len());
-        for (&old, y) in forward
-            .iter()
-            .zip(certified.vectors[pair.matrix].column(pair.column))
-        {
-            column[old as usize] = y;
-        }
-        residuals.push(pair.residual);
-    }
+    let pairs = &certified.pairs[..kept - zeros];
+    residuals.extend(pairs.iter().map(|pair| pair.residual));
+    let mut columns: Vec<&mut [f64]> = joined
+        .as_mut()
+        .subcols_mut(zeros, pairs.len())
+        .col_iter_mut()
+        .map(dense::contiguous)
+        .collect();
+    // Vertices in the order of the targets; eight columns at a time share the cache lines that they are read from.
+    columns
+        .par_chunks_mut(LANES)
+        .zip(pairs.par_chunks(LANES))
+        .for_each(|(columns, pairs)| {
+            for (old, &i) in inverse.iter().enumerate() {
+                for (column, pair) in columns.iter_mut().zip(pairs) {
+                    column[old] = certified.vectors[pair.matrix].at(i as usize, pair.column);
+                }
+            }
+        });
+    drop(columns);
     drop(certified);
     orthonormalise(&mut joined, &residuals);
     joined
@@ -47,70 +62,74 @@ fn orthonormalise(x: &mut Mat<f64>, residuals: &[f64]) {
         let mut defect: f64 = 0.0;
         for j in 0..correction.ncols() {
             for i in 0..correction.nrows() {
-                let unit = f64::from(u8::from(i == j));
-                let overlap = correction[(i, j)] - unit;
+                let overlap = correction[(i, j)] - f64::from(u8::from(i == j));
                 defect = defect.max(overlap.abs());
                 let total = residuals[i] + residuals[j];
                 let weight = if total > 0.0 { residuals[j] / total } else { 0.5 };
-                correction[(i, j)] = unit - weight * overlap;
+                correction[(i, j)] = -weight * overlap;
             }
         }
         if defect < ORTHONORMAL {
             return;
         }
-        multiply(x, correction.as_ref());
-        if defect * defect < 0.1 * ORTHONORMAL {
+        add_multiple(x, correction.as_ref());
+        // What is left is of second order: a few columns overlap with the same one.
+        if 8.0 * defect * defect < ORTHONORMAL {
             return;
         }
     }
 }
 
+/// Ranges that cover 0..k.
+fn blocks(k: usize, width: usize) -> impl Iterator<Item = (usize, usize)> {
+    (0..k)
+        .step_by(width)
+        .map(move |start| (start, width.min(k - start)))
+}
+
 /// XᵀX by blocks of columns.
 fn gram(x: MatRef<'_, f64>) -> Mat<f64> {
     let k = x.ncols();
-    let blocks: Vec<_> = (0..k)
-        .step_by(COLUMNS)
-        .map(|start| (start, COLUMNS.min(k - start)))
-        .collect();
-    let pairs: Vec<_> = blocks
-        .iter()
-        .flat_map(|&a| blocks.iter().map(move |&b| (a, b)))
-        .filter(|(a, b)| a >= b)
-        .collect();
-    let products: Vec<Mat<f64>> = pairs
-        .par_iter()
-        .map(|&((i, height), (j, width))| {
-            if i == j {
-                dense::gram(x.subcols(i, height))
-            } else {
-                dense::product(x.subcols(i, height).transpose(), x.subcols(j, width))
-            }
-        })
+    let strips: Vec<Mat<f64>> = blocks(k, 4 * COLUMNS)
+        .collect::<Vec<_>>()
+        .into_par_iter()
+        .map(|(j, width)| dense::product(x.subcols(j, k - j).transpose(), x.subcols(j, width)))
         .collect();
     let mut gram = Mat::zeros(k, k);
-    for (((i, height), (j, width)), product) in pairs.into_iter().zip(&products) {
+    for ((j, width), strip) in blocks(k, 4 * COLUMNS).zip(&strips) {
+        gram.as_mut().submatrix_mut(j, j, k - j, width).copy_from(strip);
         gram.as_mut()
-            .submatrix_mut(i, j, height, width)
-            .copy_from(product);
-        gram.as_mut()
-            .submatrix_mut(j, i, width, height)
-            .copy_from(product.transpose());
+            .submatrix_mut(j, j, width, k - j)
+            .copy_from(strip.transpose());
     }
     gram
 }
 
-/// X ← X C, by blocks of rows.
-fn multiply(x: &mut Mat<f64>, c: MatRef<'_, f64>) {
-    let mut blocks: Vec<MatMut<'_, f64>> = Vec::new();
+/// X ← X + X C, by blocks of rows, without the blocks of C that are negligible.
+fn add_multiple(x: &mut Mat<f64>, c: MatRef<'_, f64>) {
+    let k = x.ncols();
+    let tiles: Vec<_> = blocks(k, COLUMNS)
+        .flat_map(|source| blocks(k, COLUMNS).map(move |target| (source, target)))
+        .filter(|&((i, height), (j, width))| c.submatrix(i, j, height, width).norm_max() > NEGLIGIBLE)
+        .collect();
+    let mut row_blocks: Vec<MatMut<'_, f64>> = Vec::new();
     let mut rest = x.as_mut();
     while rest.nrows() > ROWS {
         let (block, below) = rest.split_at_row_mut(ROWS);
-        blocks.push(block);
+        row_blocks.push(block);
         rest = below;
     }
-    blocks.push(rest);
-    blocks.into_par_iter().for_each(|mut block| {
-        let product = dense::product(block.as_ref(), c);
-        block.copy_from(&product);
+    row_blocks.push(rest);
+    row_blocks.into_par_iter().for_each(|mut block| {
+        let before = block.to_owned();
+        for &((i, height), (j, width)) in &tiles {
+            let coefficients = c.submatrix(i, j, height, width);
+            dense::add_product(
+                block.rb_mut().subcols_mut(j, width),
+                1.0,
+                before.as_ref().subcols(i, height),
+                coefficients,
+            );
+        }
     });
 }

@@ -58,6 +58,11 @@ impl Tall {
         self.data.split_at_mut(self.rows * column)
     }
 
+    /// The value in row i of column k.
+    pub(crate) fn at(&self, i: usize, k: usize) -> f64 {
+        self.data[(k / LANES * self.rows + i) * LANES + k % LANES]
+    }
+
     /// The values of column k.
     pub(crate) fn column(&self, k: usize) -> impl Iterator<Item = f64> + '_ {
         self.blocks(k / LANES * LANES, k / LANES * LANES + LANES)
