@@ -69,8 +69,7 @@ struct Pass<'a> {
     moved: Vec<bool>,
 }
 
-/// Refines until a pass finds nothing; a pass ends `patience` moves after its best state. `boundary` holds candidates
-/// for the first pass; without it all vertices are looked at.
+/// Refines until a pass finds nothing or `passes` are done; a pass ends `patience` moves after its best state.
 pub(crate) fn refine(
     graph: &Graph,
     state: &mut Bisection,

@@ -89,7 +89,8 @@ struct Step {
 /// Dense graphs get less patience, as their moves cost more; the nominal one is for the six neighbours of a mesh.
 fn scaled_patience(state: &KWay<'_>, nominal: usize) -> usize {
     let degree = state.graph.neighbours.len() as f64 / state.graph.vertex_count().max(1) as f64;
-    ((nominal as f64 * 6.0 / degree.max(3.0)).ceil() as usize).max(3)
+    let ratio = 6.0 / degree.max(4.0);
+    ((nominal as f64 * ratio * ratio).ceil() as usize).max(3)
 }
 
 impl Round {

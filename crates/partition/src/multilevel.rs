@@ -73,8 +73,8 @@ impl Plan {
             },
             Effort::High => Self {
                 middle: 20_000,
-                candidates: few(6, 5, 5, 3),
-                combinations: few(5, 4, 4, 2),
+                candidates: few(6, 5, 4, 4),
+                combinations: few(5, 4, 3, 3),
                 cycles: 1,
                 bisection: bisection(2, 8),
                 coarse: search(5, 20, 2),

@@ -1,4 +1,3 @@
-use crate::kway::cut;
 use crate::{Graph, PartitionError};
 
 /// A division of the vertices, with the figures by which it is judged.
@@ -63,13 +62,14 @@ impl Partition {
             .map(ratio)
             .fold(f64::NEG_INFINITY, f64::max);
         let balanced = weights.iter().zip(&balance.limits).all(|(w, limit)| w <= limit);
+        let (communication_volume, cut) = borders(graph, &part_of, balance.parts());
         Self {
-            cut: cut(graph, &part_of),
+            cut,
             weights,
             imbalance: imbalance.max(0.0),
             balanced,
             components: components_of_parts(graph, &part_of, balance.parts()),
-            communication_volume: communication_volume(graph, &part_of, balance.parts()),
+            communication_volume,
             part_of,
         }
     }
@@ -101,17 +101,19 @@ fn components_of_parts(graph: &Graph, part_of: &[u32], parts: usize) -> Vec<usiz
     components
 }
 
-fn communication_volume(graph: &Graph, part_of: &[u32], parts: usize) -> u64 {
+/// The communication volume and the cut.
+fn borders(graph: &Graph, part_of: &[u32], parts: usize) -> (u64, i64) {
     let mut last_seen = vec![u32::MAX; parts];
-    let mut volume = 0;
+    let (mut volume, mut twice_cut) = (0, 0);
     for v in 0..part_of.len() {
         last_seen[part_of[v] as usize] = v as u32;
-        for &u in graph.neighbours(v) {
-            let seen = &mut last_seen[part_of[u as usize] as usize];
-            if std::mem::replace(seen, v as u32) != v as u32 {
-                volume += 1;
+        for (u, weight) in graph.edges(v) {
+            if part_of[u] != part_of[v] {
+                twice_cut += i64::from(weight);
+                let seen = std::mem::replace(&mut last_seen[part_of[u] as usize], v as u32);
+                volume += u64::from(seen != v as u32);
             }
         }
     }
-    volume
+    (volume, twice_cut / 2)
 }

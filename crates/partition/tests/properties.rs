@@ -1,8 +1,8 @@
 //! What holds for every graph, against brute force where graphs are small enough.
 #![allow(clippy::unwrap_used)] // helpers outside of #[test] functions
 
-use partition::{Effort, Graph, Method, Options, OrderingOptions, Partition, column_counts};
-use partition::{nested_dissection, partition, read_metis, write_metis};
+use partition::{Effort, Graph, Method, Options, Ordering, OrderingOptions, Partition};
+use partition::{column_counts, elimination_tree, nested_dissection, partition, read_metis, write_metis};
 use proptest::prelude::*;
 
 /// Graphs of 1 to `most` vertices with random edges and weights; about half of them are made connected.
@@ -167,7 +167,9 @@ proptest! {
         for (i, &v) in ordering.order.iter().enumerate() {
             prop_assert_eq!(ordering.position[v as usize] as usize, i);
         }
-        prop_assert_eq!(column_counts(&graph, &ordering), eliminate(&graph, &ordering.order));
+        let (counts, parents) = eliminate(&graph, &ordering);
+        prop_assert_eq!(column_counts(&graph, &ordering), counts);
+        prop_assert_eq!(elimination_tree(&graph, &ordering), parents);
         let threads = OrderingOptions { threads: 3, ..options };
         prop_assert_eq!(nested_dissection(&graph, &threads).unwrap(), ordering);
     }
@@ -200,8 +202,8 @@ proptest! {
     }
 }
 
-/// Entries of each column of L by elimination on a dense pattern.
-fn eliminate(graph: &Graph, order: &[u32]) -> Vec<u64> {
+/// Entries of each column of L, and the first row below each diagonal, by elimination on a dense pattern.
+fn eliminate(graph: &Graph, ordering: &Ordering) -> (Vec<u64>, Vec<Option<u32>>) {
     let count = graph.vertex_count();
     let mut filled = vec![vec![false; count]; count];
     for v in 0..count {
@@ -211,17 +213,18 @@ fn eliminate(graph: &Graph, order: &[u32]) -> Vec<u64> {
             .for_each(|&u| filled[v][u as usize] = true);
     }
     let mut gone = vec![false; count];
-    let mut counts = Vec::new();
-    for &pivot in order {
+    let (mut counts, mut parents) = (Vec::new(), Vec::new());
+    for &pivot in &ordering.order {
         let pivot = pivot as usize;
         gone[pivot] = true;
         let below: Vec<usize> = (0..count).filter(|&u| filled[pivot][u] && !gone[u]).collect();
         counts.push(below.len() as u64 + 1);
+        parents.push(below.iter().map(|&u| ordering.position[u]).min());
         for &a in &below {
             for &b in below.iter().filter(|&&b| b != a) {
                 filled[a][b] = true;
             }
         }
     }
-    counts
+    (counts, parents)
 }
