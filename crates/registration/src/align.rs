@@ -171,6 +171,9 @@ fn check(options: &AlignOptions) -> Result<(), RegistrationError> {
 /// Fewer surviving vertices than this are taken for chance.
 const FEWEST_SURVIVORS: usize = 30;
 
+/// Pairs farther apart than this many medians are strays.
+const STRAY: f64 = 5.0;
+
 /// Maps of symmetric meshes onto themselves that are told apart.
 const MOST_MAPS: usize = 128;
 
@@ -197,47 +200,34 @@ fn by_vertices(original: &TriMesh, suspect: &TriMesh) -> Option<ByVertices> {
             alternatives,
         });
     }
-    let mut map = match_surroundings(original, suspect);
-    if map.matched() < FEWEST_SURVIVORS {
-        return None;
-    }
-    // Wrong pairs lie far off: leave them out until the rest agree.
-    for _round in 0..10 {
-        let fit = map.fit(original, suspect, Handedness::Either).ok()?;
-        let off = |v: usize, w: u32| {
-            norm(sub(
-                fit.transform.apply(suspect.positions()[w as usize]),
-                original.positions()[v],
-            ))
-        };
-        let pairs = map
-            .suspect_of
-            .iter()
-            .enumerate()
-            .filter_map(|(v, w)| w.map(|w| (v, w)));
-        let mut distances: Vec<f64> = pairs.map(|(v, w)| off(v, w)).collect();
-        let middle = distances.len() / 2;
-        let (_, &mut median, _) = distances.select_nth_unstable_by(middle, f64::total_cmp);
-        let bound = 5.0 * median + 1e-12 * original.bounding_box().diagonal();
-        let before = map.matched();
-        for (v, slot) in map.suspect_of.iter_mut().enumerate() {
-            *slot = slot.filter(|&w| off(v, w) <= bound);
-        }
-        if map.matched() == before {
-            break;
-        }
-    }
-    if map.matched() < FEWEST_SURVIVORS {
-        return None;
-    }
-    let transform = fit(&map).ok()?.transform;
-    let (basis, alternatives) = (Basis::Surroundings, Vec::new());
+    let correspondence = without_strays(match_surroundings(original, suspect), original, suspect)?;
+    let transform = fit(&correspondence).ok()?.transform;
     Some(ByVertices {
         transform,
-        basis,
-        correspondence: map,
-        alternatives,
+        basis: Basis::Surroundings,
+        correspondence,
+        alternatives: Vec::new(),
     })
+}
+
+/// Drops pairs that lie far off the similarity of all, until the rest agree; none when too few are left.
+fn without_strays(mut map: Correspondence, original: &TriMesh, suspect: &TriMesh) -> Option<Correspondence> {
+    let rounding = 1e-12 * original.bounding_box().diagonal();
+    let mut before = usize::MAX;
+    while map.matched() >= FEWEST_SURVIVORS && map.matched() < before {
+        before = map.matched();
+        let to_original = map.fit(original, suspect, Handedness::Either).ok()?.transform;
+        let place = |w: u32| to_original.apply(suspect.positions()[w as usize]);
+        let off = |v: usize, w: u32| norm(sub(place(w), original.positions()[v]));
+        let pairs = map.suspect_of.iter().enumerate();
+        let mut distances: Vec<f64> = pairs.filter_map(|(v, w)| w.map(|w| off(v, w))).collect();
+        let middle = distances.len() / 2;
+        let (_, &mut median, _) = distances.select_nth_unstable_by(middle, f64::total_cmp);
+        for (v, slot) in map.suspect_of.iter_mut().enumerate() {
+            *slot = slot.filter(|&w| off(v, w) <= STRAY * median + rounding);
+        }
+    }
+    (map.matched() >= FEWEST_SURVIVORS).then_some(map)
 }
 
 /// First look at a guess: few samples, few steps, a wide gate.
