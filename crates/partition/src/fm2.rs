@@ -205,11 +205,14 @@ impl Pass<'_> {
             }
             let queue = &mut self.queues[usize::from(self.state.side[u])];
             if queue.contains(u) {
-                self.gain[u] += if self.state.side[u] == side {
-                    -2 * weight
+                let change = if self.state.side[u] == side {
+                    -weight
                 } else {
-                    2 * weight
+                    weight
                 };
+                // In two steps: twice a weight may not fit, gains always do.
+                self.gain[u] += change;
+                self.gain[u] += change;
                 queue.set(u, self.gain[u]);
             } else if self.state.side[u] != side {
                 self.enqueue(u);

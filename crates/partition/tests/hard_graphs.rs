@@ -384,3 +384,27 @@ fn faulty_files_are_refused_with_their_line() {
         (&[4, 5][..], &[7][..])
     );
 }
+
+#[test]
+fn the_heaviest_weights_that_are_allowed_do_not_overflow() {
+    let share = i32::MAX / 20;
+    let edges: Vec<_> = (1..20).map(|v| (v - 1, v, share)).collect();
+    let heavy = Graph::from_edges(20, &edges)
+        .unwrap()
+        .with_vertex_weights(vec![share; 20])
+        .unwrap();
+    for method in [Method::Direct, Method::RecursiveBisection] {
+        let result = partition(&heavy, &Options { method, ..into(4) }).unwrap();
+        assert!(result.balanced);
+        assert_eq!(result.cut, 3 * i64::from(share));
+    }
+    let single = Graph::from_edges(3, &[(0, 1, i32::MAX)]).unwrap();
+    assert_eq!(partition(&single, &into(2)).unwrap().cut, 0);
+}
+
+#[test]
+fn thousands_of_parts_are_balanced_and_none_is_empty() {
+    let graph = grid(100, 100);
+    let result = partition(&graph, &into(3000)).unwrap();
+    assert!(result.balanced && result.weights.iter().all(|&w| w > 0));
+}
