@@ -1,8 +1,11 @@
 //! The tasks of the project, run as `cargo xtask TASK`. Thin orchestration: the work is done by the crates and by `attacks/`.
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
+mod bench;
 mod machine;
 mod meshes;
+mod picture;
+mod pictures;
 mod process;
 mod python;
 mod reproduce;
@@ -38,6 +41,15 @@ enum Task {
         #[arg(long, default_value_t = 50_000)]
         most_vertices: usize,
     },
+    /// Hold the partitioner or the eigen-solver against its peers, and write what came out into results/
+    #[command(subcommand)]
+    Bench(bench::Bench),
+    /// Paint the patches of the igea and of the skull into results/
+    Pictures {
+        /// The folder with igea_134k.ply.gz and ct_skull_1081k_closed.ply.gz; what is missing is left out
+        #[arg(long, value_name = "DIR")]
+        meshes: PathBuf,
+    },
 }
 
 fn main() -> ExitCode {
@@ -47,6 +59,8 @@ fn main() -> ExitCode {
             folder,
             most_vertices,
         } => meshes::run(&folder, most_vertices),
+        Task::Bench(bench) => bench::run(bench),
+        Task::Pictures { meshes } => pictures::run(&meshes),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

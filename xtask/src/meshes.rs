@@ -13,7 +13,7 @@ use rand_chacha::{
     rand_core::{Rng, SeedableRng},
 };
 use sigmark::{
-    Embedder, Outcome, Verdict, Verifier,
+    Embedder, Outcome, Verdict, Verifier, Work,
     signature::{Curve, SigningKey},
 };
 
@@ -76,14 +76,21 @@ fn check(asset: &Asset, other_model: Option<&TriMesh>) -> Result<Vec<String>> {
         .each_ref()
         .map(|key| Embedder::new(key).message("checked").threads(threads));
     let signed = embedders[0].embed(original)?;
-    let foreign = embedders[1].embed_prepared(signed.original())?;
+    let work = Work {
+        threads,
+        ..Work::default()
+    };
+    if signed.original().basis_bytes() < 1 << 30 {
+        signed.original().keep_bases(work)?;
+    }
+    let foreign = embedders[1].embed_in(signed.original(), work)?;
     // As the file holds it: rounded to its precision.
     let marked = asset.with_positions(signed.positions())?.mesh().clone();
     let foreign = asset.with_positions(foreign.positions())?.mesh().clone();
 
     let certificate = signed.certificate();
-    let verifier = Verifier::new(original, certificate, certificate.public_key())?
-        .prepared_original(signed.original())?;
+    let verifier =
+        Verifier::new(original, certificate, certificate.public_key())?.original(signed.original())?;
     let moved = shapes::moved(&marked, &random_similarity(original));
     let suspects = [
         ("untouched", marked.clone()),

@@ -1,4 +1,4 @@
-//! The Python environment of the attacks.
+//! Python environments: of the attacks, and of the peers of the benchmarks.
 
 use std::{
     fs,
@@ -10,32 +10,43 @@ use anyhow::{Context, Result, bail};
 
 use crate::process::{output, root};
 
-/// An interpreter that has what `attacks/requirements.txt` asks for.
+/// An interpreter that has what `requirements.txt` beside the scripts asks for.
 pub(crate) struct Python {
     interpreter: PathBuf,
-    attacks: PathBuf,
+    scripts: PathBuf,
+    variables: &'static [(&'static str, &'static str)],
 }
 
 const REMEDY: &str =
     "install Python 3.10 or later with its venv module (Debian: apt-get install python3-venv)";
 
 impl Python {
-    /// Makes the environment in attacks/.venv, or takes it as it is if it was made from the same requirements.
+    /// The environment of the attacks, in attacks/.venv.
     pub(crate) fn prepare() -> Result<Self> {
         let attacks = root().join("attacks");
         let environment = attacks.join(".venv");
+        Self::prepare_in(attacks, environment)
+    }
+
+    /// Makes the environment, or takes it as it is if it was made from the same requirements.
+    pub(crate) fn prepare_in(scripts: PathBuf, environment: PathBuf) -> Result<Self> {
         let interpreter = environment.join(if cfg!(windows) {
             "Scripts/python.exe"
         } else {
             "bin/python"
         });
-        let wanted =
-            fs::read_to_string(attacks.join("requirements.txt")).context("attacks/requirements.txt")?;
+        let requirements = scripts.join("requirements.txt");
+        let wanted = fs::read_to_string(&requirements).with_context(|| requirements.display().to_string())?;
         let stamp = environment.join("requirements.installed");
+        let python = Self {
+            interpreter,
+            scripts,
+            variables: &[],
+        };
         if fs::read_to_string(&stamp).is_ok_and(|installed| installed == wanted) {
-            return Ok(Self { interpreter, attacks });
+            return Ok(python);
         }
-        println!("making the Python environment of the attacks in attacks/.venv (once)");
+        println!("making the Python environment {} (once)", environment.display());
         let system = find_system_python()?;
         output(
             Command::new(system)
@@ -43,6 +54,15 @@ impl Python {
                 .arg(&environment),
         )
         .context(REMEDY)?;
+        python
+            .install(&requirements)
+            .context("the packages can't be installed; a network and a package index are needed the first time")?;
+        fs::write(&stamp, wanted).with_context(|| stamp.display().to_string())?;
+        Ok(python)
+    }
+
+    /// Installs what a file of requirements asks for.
+    pub(crate) fn install(&self, requirements: &Path) -> Result<()> {
         let install = [
             "-m",
             "pip",
@@ -51,13 +71,20 @@ impl Python {
             "--disable-pip-version-check",
             "--requirement",
         ];
-        output(Command::new(&interpreter).args(install).arg(attacks.join("requirements.txt")))
-            .context("the attacks' packages can't be installed; a network and a package index are needed the first time")?;
-        fs::write(&stamp, wanted).context("attacks/.venv")?;
-        Ok(Self { interpreter, attacks })
+        output(Command::new(&self.interpreter).args(install).arg(requirements)).map(drop)
     }
 
-    /// Runs a script of `attacks/` and gives what it printed.
+    /// The same environment, whose scripts run with these environment variables.
+    pub(crate) fn with_variables(self, variables: &'static [(&'static str, &'static str)]) -> Self {
+        Self { variables, ..self }
+    }
+
+    /// The folder of the scripts.
+    pub(crate) fn scripts(&self) -> &Path {
+        &self.scripts
+    }
+
+    /// Runs a script and gives what it printed.
     pub(crate) fn run<I: AsRef<std::ffi::OsStr>>(
         &self,
         script: &str,
@@ -65,8 +92,9 @@ impl Python {
     ) -> Result<String> {
         output(
             Command::new(&self.interpreter)
-                .arg(self.attacks.join(script))
-                .args(arguments),
+                .arg(self.scripts.join(script))
+                .args(arguments)
+                .envs(self.variables.iter().copied()),
         )
     }
 
@@ -85,7 +113,7 @@ impl Python {
     /// Python and packages, as they stand in the tables.
     pub(crate) fn versions(&self) -> Result<String> {
         let python = output(Command::new(&self.interpreter).arg("--version"))?;
-        let requirements = fs::read_to_string(self.attacks.join("requirements.txt"))?;
+        let requirements = fs::read_to_string(self.scripts.join("requirements.txt"))?;
         let packages = requirements
             .lines()
             .filter(|line| line.contains("=="))

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use sigmark::{
-    Coverage, Strength,
+    Coverage, PatchCount, Strength,
     signature::{Curve, Scheme},
 };
 
@@ -43,6 +43,8 @@ pub(crate) enum Command {
     Inspect(Inspect),
     /// Compute the lower Laplace-Beltrami spectrum of a mesh
     Spectrum(Spectrum),
+    /// Cut a mesh or a graph into parts of equal size with short borders
+    Partition(Partition),
 }
 
 /// A curve, a hash function, and what is signed.
@@ -154,6 +156,10 @@ pub(crate) struct Embed {
     /// How often each bit is repeated in a patch: more is more robust, but needs more vertices and time
     #[arg(long, value_name = "C", default_value_t = 3, allow_negative_numbers = true, value_parser = numbers::count)]
     pub(crate) chip_rate: usize,
+    /// Into how many patches the mesh is cut, each with the whole signature: a number, or auto for as few as keep each below
+    /// 30 000 vertices
+    #[arg(long, value_name = "N", default_value = "auto", allow_negative_numbers = true, value_parser = numbers::patches)]
+    pub(crate) patches: PatchCount,
     #[command(flatten)]
     pub(crate) threads: Threads,
     /// Replace files that exist
@@ -259,6 +265,54 @@ pub(crate) struct Spectrum {
 }
 
 #[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  sigmark partition model.ply -k 6 -o patches.ply --labels patches.txt
+  sigmark partition grid.graph -k 16 --labels parts.txt
+
+The input is a mesh file, whose vertices are divided, or a graph in METIS format (.graph). Parts are connected where the \
+input is. The labels are one part number a line, from 0, in the order of the file's vertices; -1 for a vertex that no face \
+uses. The mesh that -o writes is a binary PLY of the welded surface with a colour for each part.
+
+--json prints: parts, cut (edges between parts), imbalance (heaviest part over the mean, less 1), components (connected \
+pieces of each part), seconds (of each stage).")]
+pub(crate) struct Partition {
+    /// The mesh, or a .graph file
+    pub(crate) input: PathBuf,
+    /// How many parts
+    #[arg(short = 'k', long, value_name = "K", allow_negative_numbers = true, value_parser = numbers::count)]
+    pub(crate) parts: usize,
+    /// Where to write the mesh in the colours of its parts, as PLY
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+    /// Where to write the number of each vertex' part
+    #[arg(long, value_name = "FILE")]
+    pub(crate) labels: Option<PathBuf>,
+    /// How unequal parts may be: the heaviest over the mean, less 1
+    #[arg(
+        long,
+        value_name = "EPS",
+        default_value_t = 0.03,
+        allow_negative_numbers = true
+    )]
+    pub(crate) imbalance: f64,
+    /// Take up to ten times longer for a shorter border
+    #[arg(long)]
+    pub(crate) high_effort: bool,
+    /// Another number gives another partition
+    #[arg(long, value_name = "SEED", default_value_t = 0)]
+    pub(crate) seed: u64,
+    #[command(flatten)]
+    pub(crate) threads: Threads,
+    /// Replace files that exist
+    #[arg(long)]
+    pub(crate) force: bool,
+    /// Print one JSON object
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
 pub(crate) struct Threads {
     /// How many threads may work; results do not depend on it [default: all cores]
     #[arg(long = "threads", value_name = "N", allow_negative_numbers = true, value_parser = numbers::threads)]
@@ -274,7 +328,7 @@ impl Threads {
 
 /// Numbers with bounds, refused before any work is done.
 mod numbers {
-    use sigmark::MOST_DISTORTION;
+    use sigmark::{MOST_DISTORTION, PatchCount};
 
     const MOST_THREADS: usize = 256;
 
@@ -293,6 +347,13 @@ mod numbers {
 
     pub(super) fn count(text: &str) -> Result<usize, String> {
         whole(text, "a whole number from 1", |n| n >= 1)
+    }
+
+    pub(super) fn patches(text: &str) -> Result<PatchCount, String> {
+        if text == "auto" {
+            return Ok(PatchCount::Auto);
+        }
+        whole(text, "auto, or a whole number from 1", |n| n >= 1).map(PatchCount::Exactly)
     }
 
     pub(super) fn threads(text: &str) -> Result<usize, String> {

@@ -1,4 +1,4 @@
-//! Files: which may be written, which may not, and those that are no meshes: keys, certificates, arrays.
+//! Files: which may be written, which may not, and those that are no meshes: keys, certificates, graphs, arrays.
 
 use std::{
     fs,
@@ -11,6 +11,7 @@ use mesh::Asset;
 
 const KEY: &str = "a key";
 const CERTIFICATE: &str = "a certificate";
+const GRAPH: &str = "a graph";
 
 /// A kind of text file that a command reads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,6 +19,7 @@ pub(crate) enum Text {
     PrivateKey,
     PublicKey,
     Certificate,
+    Graph,
 }
 
 impl Text {
@@ -26,6 +28,7 @@ impl Text {
             Self::PrivateKey => "a private key",
             Self::PublicKey => "a public key",
             Self::Certificate => "a certificate",
+            Self::Graph => GRAPH,
         }
     }
 
@@ -34,6 +37,7 @@ impl Text {
         match self {
             Self::PrivateKey | Self::PublicKey => KEY,
             Self::Certificate => CERTIFICATE,
+            Self::Graph => GRAPH,
         }
     }
 
@@ -42,14 +46,20 @@ impl Text {
             Self::PrivateKey => "give the .pem file that `sigmark keygen` wrote",
             Self::PublicKey => "give the .pub.pem file that `sigmark keygen` wrote",
             Self::Certificate => "give the .cert.json file that `sigmark embed` wrote",
+            Self::Graph => "give a .graph file in METIS format",
+        }
+    }
+
+    /// A file larger than this is not of this kind; it is not read into memory.
+    fn largest(self) -> u64 {
+        match self {
+            Self::Graph => 4 << 30,
+            _ => 64 << 20,
         }
     }
 }
 
-/// A text file larger than this is no key and no certificate; it is not read into memory.
-const LARGEST_TEXT: u64 = 64 << 20;
-
-/// Reads a key or a certificate.
+/// Reads a file of a kind.
 pub(crate) fn read_text(path: &Path, kind: Text) -> Result<String> {
     let (name, remedy) = (kind.name(), kind.remedy());
     let failed = |error: &io::Error| {
@@ -69,7 +79,7 @@ pub(crate) fn read_text(path: &Path, kind: Text) -> Result<String> {
         };
         bail!("{}: is {found}, not {name}: {remedy}", path.display());
     }
-    if metadata.len() > LARGEST_TEXT {
+    if metadata.len() > kind.largest() {
         let size = metadata.len() >> 20;
         bail!(
             "{}: has {size} MiB, far more than {name} ever has: {remedy}",

@@ -15,7 +15,7 @@ mod usage;
 use std::process::ExitCode;
 
 use args::Command;
-use commands::{embed, inspect, keygen, spectrum, verify};
+use commands::{embed, inspect, keygen, partition, spectrum, verify};
 
 /// What a command that was carried out has to say.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,6 +37,7 @@ fn main() -> ExitCode {
         Command::Verify(arguments) => verify::run(arguments),
         Command::Inspect(arguments) => inspect::run(arguments),
         Command::Spectrum(arguments) => spectrum::run(arguments),
+        Command::Partition(arguments) => partition::run(arguments),
     };
     match answer {
         Ok(Answer::Yes) => ExitCode::SUCCESS,

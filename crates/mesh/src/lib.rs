@@ -36,7 +36,10 @@ mod union_find;
 mod vector;
 mod weld;
 
-pub use asset::{Asset, AssetError, Format, Place, Precision, write_file, write_mesh, write_private_file};
+pub use asset::{
+    Asset, AssetError, Format, Place, Precision, write_coloured_ply, write_file, write_mesh,
+    write_private_file,
+};
 pub use boundary::{BoundaryLoop, boundary_loops};
 pub use components::{Components, components};
 pub use edges::{Adjacency, Edges};

@@ -2,25 +2,26 @@
 //!
 //! Plain least squares is pulled by the mark itself: the mark is not orthogonal to the coordinate functions, whose own
 //! coefficients are far larger than a chip, so a little scale and rotation can swallow some bits. Generalised least squares
-//! is not: to the fit, the mark is noise of known covariance. With e the residual field, G its derivatives by the seven
-//! parameters θ of a small similarity, a = α φ the amplitude of a chip and σ² the variance of the noise at a vertex, θ minimises
+//! is not: to the fit, the mark is noise of known covariance. With e the residual field of the suspect under a
+//! similarity, a = α φ the amplitude of a chip and σ² the variance of the noise at a vertex, the similarity minimises
 //!
-//! Σ over patches: area · ( ‖(e + G θ)⊥‖² + Σₖ s²/(s² + a²) (ê + Ĝ θ)ₖ² ),  s² = σ²/#V,
+//! Σ over patches: area · ( ‖e⊥‖² + Σₖ s²/(s² + a²) êₖ² ),  s² = σ²/#V,
 //!
-//! where ^ are the coefficients that chips modulate and ⊥ is what these do not span. Signs of bits do not enter.
+//! where ê are the coefficients that chips modulate and e⊥ is what these do not span. Signs of bits do not enter.
+//!
+//! Every component of e is a combination of seven fields: the suspect's coordinates, the indicator of where it was seen, and
+//! the original's coordinates there. Their Gram matrices are all that the minimisation needs of a patch.
 
 use faer::{Mat, Side};
 use mesh::{Similarity, TriMesh};
 use registration::{Correspondence, Handedness};
 
-use crate::{
-    CoefficientDetector, Detector, PatchBasis, PreparedOriginal, Registered, SigmarkError, SoftBits,
-};
+use crate::{Original, Patch, PatchBasis, Registered, SigmarkError, Work};
 
-/// A suspect in the original's frame, and the bits read from it there.
+/// A suspect in the original's frame.
 #[derive(Clone, Debug)]
 pub(crate) struct Aligned {
-    pub(crate) soft: SoftBits,
+    pub(crate) registered: Registered,
     /// Takes the suspect to the original.
     pub(crate) transform: Similarity,
     /// Share of the original's vertices that were seen.
@@ -30,167 +31,227 @@ pub(crate) struct Aligned {
 }
 
 /// Gauss–Newton steps. The first fit is off by the size of the mark, and steps converge quadratically.
-const STEPS: usize = 3;
+const STEPS: usize = 4;
 
-/// Aligns the suspect with the original, marked with strengths `alphas`, and reads the bits.
-pub(crate) fn align_and_detect(
-    original: &PreparedOriginal,
+/// Aligns the suspect with the original, marked with strengths `alphas`. `check` sees the basis of each patch.
+pub(crate) fn align(
+    original: &Original,
     alphas: &[f64],
     suspect: &TriMesh,
     correspondence: &Correspondence,
+    work: Work<'_>,
+    check: impl Fn(usize, &PatchBasis) -> Result<(), SigmarkError> + Sync,
 ) -> Result<Aligned, SigmarkError> {
-    let mut transform = correspondence
+    let coarse = correspondence
         .fit(original.mesh(), suspect, Handedness::Either)?
         .transform;
-    let seen = correspondence.carry(suspect);
-    let place = |transform: &Similarity| Registered {
-        positions: seen.iter().map(|s| s.map(|s| transform.apply(s))).collect(),
-    };
+    let bounds = original.mesh().bounding_box();
+    let (centre, diagonal) = (bounds.centre(), bounds.diagonal());
+    let unit = |p: [f64; 3]| std::array::from_fn(|axis| (p[axis] - centre[axis]) / diagonal);
+    let seen: Vec<Option<[f64; 3]>> = correspondence
+        .carry(suspect)
+        .iter()
+        .map(|s| s.map(|s| unit(coarse.apply(s))))
+        .collect();
+
+    let readings = original.map_bases(work, |index, patch, basis| {
+        check(index, basis)?;
+        let reference: Vec<[f64; 3]> = patch.mesh().positions().iter().map(|&p| unit(p)).collect();
+        let amplitude = basis.size().map(|phi| alphas[index] * phi / diagonal);
+        Ok(Reading::of(
+            patch,
+            basis,
+            &patch.gather(&seen),
+            &reference,
+            amplitude,
+        ))
+    })?;
+    let readings = readings.into_iter().collect::<Result<Vec<_>, SigmarkError>>()?;
+
+    let mut fine = Similarity::IDENTITY;
     for _ in 0..STEPS {
-        transform = transform.then(&step(original, alphas, &place(&transform))?);
+        fine = fine.then(&step(&readings, &fine)?);
     }
-    let registered = place(&transform);
-    let pairs = registered.positions.iter().zip(original.mesh().positions());
-    let squares = pairs.filter_map(|(r, v)| r.map(|r| squared_distance(r, *v)));
+    let to_unit = Similarity {
+        scale: 1.0 / diagonal,
+        translation: centre.map(|x| -x / diagonal),
+        ..Similarity::IDENTITY
+    };
+    let transform = coarse.then(&to_unit).then(&fine).then(&to_unit.inverse());
+    let positions: Vec<Option<[f64; 3]>> = correspondence
+        .carry(suspect)
+        .iter()
+        .map(|s| s.map(|s| transform.apply(s)))
+        .collect();
+    let squares = positions
+        .iter()
+        .zip(original.mesh().positions())
+        .filter_map(|(r, v)| r.map(|r| (0..3).map(|axis| (r[axis] - v[axis]).powi(2)).sum::<f64>()));
     let matched = correspondence.matched();
     Ok(Aligned {
         residual: (squares.sum::<f64>() / matched as f64).sqrt(),
-        overlap: matched as f64 / seen.len() as f64,
-        soft: CoefficientDetector.detect(original, &registered),
+        overlap: matched as f64 / positions.len() as f64,
+        registered: Registered { positions },
         transform,
     })
 }
 
-/// Parameters of a small similarity about a centre: one of scale, three of rotation, three of translation.
-const PARAMETERS: usize = 7;
+/// Suspect x, y, z; indicator; original x, y, z.
+const FIELDS: usize = 7;
+const INDICATOR: usize = 3;
+const REFERENCE: usize = 4;
 
-/// The small similarity that lessens the generalised sum of squares most.
-fn step(
-    original: &PreparedOriginal,
-    alphas: &[f64],
-    suspect: &Registered,
-) -> Result<Similarity, SigmarkError> {
-    let bounds = original.mesh().bounding_box();
-    let (centre, length) = (bounds.centre(), bounds.diagonal());
-    let mut normal = [[0.0; PARAMETERS]; PARAMETERS];
-    let mut gradient = [0.0; PARAMETERS];
-    for (basis, &alpha) in original.bases().iter().zip(alphas) {
-        let seen = basis.patch().gather(&suspect.positions);
-        let residual = Split::of(
-            original,
-            basis,
-            residual_field(&seen, basis.patch().mesh().positions()),
-        );
-        let derivatives: [Split; PARAMETERS] = std::array::from_fn(|parameter| {
-            let field = seen
-                .iter()
-                .map(|r| r.map_or([0.0; 3], |r| derivative(parameter, offset(r, centre, length))));
-            Split::of(original, basis, field.collect())
+type Gram = [[f64; FIELDS]; FIELDS];
+
+/// What the minimisation needs of a patch, over unit area.
+struct Reading {
+    area: f64,
+    vertices: usize,
+    /// a, along each axis.
+    amplitude: [f64; 3],
+    /// Of the coefficients that chips modulate.
+    inside: Gram,
+    /// Of what these do not span.
+    outside: Gram,
+}
+
+impl Reading {
+    fn of(
+        patch: &Patch,
+        basis: &PatchBasis,
+        seen: &[Option<[f64; 3]>],
+        reference: &[[f64; 3]],
+        amplitude: [f64; 3],
+    ) -> Self {
+        let vectors: [Vec<[f64; 3]>; 3] = [
+            seen.iter().map(|s| s.unwrap_or([0.0; 3])).collect(),
+            seen.iter()
+                .map(|s| [f64::from(u8::from(s.is_some())), 0.0, 0.0])
+                .collect(),
+            seen.iter()
+                .zip(reference)
+                .map(|(s, &v)| s.map_or([0.0; 3], |_| v))
+                .collect(),
+        ];
+        let coefficients = vectors.each_ref().map(|vector| {
+            let mut coefficients = basis.transform(vector);
+            coefficients[0] = [0.0; 3]; // no chip sits on the constant function
+            coefficients
         });
-        // Both in the measure of unit area, where coefficients have the variance of the noise over the number of vertices.
-        let noise = residual.outside_variance() / seen.len() as f64;
-        let weight = basis
-            .size()
-            .map(|phi| noise / (noise + (alpha * phi).powi(2)).max(f64::MIN_POSITIVE));
-        for i in 0..PARAMETERS {
-            gradient[i] += basis.area() * derivatives[i].product(&residual, basis, weight);
-            for j in 0..=i {
-                normal[i][j] += basis.area() * derivatives[i].product(&derivatives[j], basis, weight);
+        let rests: [Vec<[f64; 3]>; 3] = std::array::from_fn(|i| {
+            let inside = basis.inverse_transform(&coefficients[i]);
+            vectors[i]
+                .iter()
+                .zip(inside)
+                .map(|(v, f)| std::array::from_fn(|axis| v[axis] - f[axis]))
+                .collect()
+        });
+        let ones = vec![1.0; coefficients[0].len()];
+        let masses: Vec<f64> = basis
+            .spectrum()
+            .mass()
+            .iter()
+            .map(|mass| mass / basis.area())
+            .collect();
+        Self {
+            area: basis.area(),
+            vertices: patch.vertices().len(),
+            amplitude,
+            inside: gram(&coefficients, &ones),
+            outside: gram(&rests, &masses),
+        }
+    }
+
+    /// Σ wₐ ⟨fₐ, gₐ⟩ over the axes, f and g given as combinations of the fields.
+    fn product(&self, f: &[[f64; FIELDS]; 3], g: &[[f64; FIELDS]; 3], weight: [f64; 3]) -> f64 {
+        let mut sum = 0.0;
+        for axis in 0..3 {
+            for i in 0..FIELDS {
+                for j in 0..FIELDS {
+                    let gram = self.outside[i][j] + weight[axis] * self.inside[i][j];
+                    sum += f[axis][i] * gram * g[axis][j];
+                }
+            }
+        }
+        sum
+    }
+
+    /// s²/(s² + a²) along each axis, the noise estimated from the rest of the residual.
+    fn weight(&self, residual: &[[f64; FIELDS]; 3]) -> [f64; 3] {
+        let noise = self.product(residual, residual, [0.0; 3]).max(0.0) / (3 * self.vertices) as f64;
+        self.amplitude
+            .map(|a| noise / (noise + a * a).max(f64::MIN_POSITIVE))
+    }
+}
+
+/// Gram matrix of the seven fields that three vector fields hold.
+fn gram(vectors: &[Vec<[f64; 3]>; 3], weights: &[f64]) -> Gram {
+    let mut gram = [[0.0; FIELDS]; FIELDS];
+    for (k, &w) in weights.iter().enumerate() {
+        let ([x, y, z], one, [u, v, t]) = (vectors[0][k], vectors[1][k][0], vectors[2][k]);
+        let row = [x, y, z, one, u, v, t];
+        for i in 0..FIELDS {
+            for j in 0..FIELDS {
+                gram[i][j] += w * row[i] * row[j];
             }
         }
     }
-    let theta = solve(normal, gradient)?;
-    let rotation = Similarity::from_quaternion([1.0, theta[1] / 2.0, theta[2] / 2.0, theta[3] / 2.0]);
-    let turned = Similarity {
-        scale: 1.0 + theta[0],
-        ..rotation
-    };
-    let moved = turned.apply(centre);
-    let translation = std::array::from_fn(|axis| centre[axis] - moved[axis] + length * theta[4 + axis]);
+    gram
+}
+
+/// Parameters of a small similarity: one of scale, three of rotation, three of translation.
+const PARAMETERS: usize = 7;
+
+/// The small similarity after `fine` that lessens the generalised sum of squares most.
+fn step(readings: &[Reading], fine: &Similarity) -> Result<Similarity, SigmarkError> {
+    // Rows: the suspect's x, y, z under `fine` as combinations of the fields.
+    let moved: [[f64; FIELDS]; 3] = std::array::from_fn(|axis| {
+        let [x, y, z] = fine.rotation[axis].map(|r| fine.scale * r);
+        [x, y, z, fine.translation[axis], 0.0, 0.0, 0.0]
+    });
+    let mut residual = moved;
+    for axis in 0..3 {
+        residual[axis][REFERENCE + axis] -= 1.0;
+    }
+    let derivatives: [[[f64; FIELDS]; 3]; PARAMETERS] = std::array::from_fn(|p| derivative(p, &moved));
+    let mut normal = [[0.0; PARAMETERS]; PARAMETERS];
+    let mut gradient = [0.0; PARAMETERS];
+    for reading in readings {
+        let weight = reading.weight(&residual);
+        for i in 0..PARAMETERS {
+            gradient[i] += reading.area * reading.product(&derivatives[i], &residual, weight);
+            for j in 0..=i {
+                normal[i][j] += reading.area * reading.product(&derivatives[i], &derivatives[j], weight);
+            }
+        }
+    }
+    let [scale, a, b, c, x, y, z] = solve(normal, gradient)?;
+    let rotation = Similarity::from_quaternion([1.0, a / 2.0, b / 2.0, c / 2.0]);
     Ok(Similarity {
-        translation,
-        ..turned
+        scale: 1.0 + scale,
+        translation: [x, y, z],
+        ..rotation
     })
 }
 
-/// Suspect less original; zero where the suspect was not seen.
-fn residual_field(seen: &[Option<[f64; 3]>], reference: &[[f64; 3]]) -> Vec<[f64; 3]> {
-    let difference = |(r, v): (&Option<[f64; 3]>, &[f64; 3])| {
-        r.map_or([0.0; 3], |r| std::array::from_fn(|axis| r[axis] - v[axis]))
-    };
-    seen.iter().zip(reference).map(difference).collect()
-}
-
-/// The place relative to the centre, with the diagonal as the unit, and the diagonal.
-fn offset(r: [f64; 3], centre: [f64; 3], length: f64) -> ([f64; 3], f64) {
-    (
-        std::array::from_fn(|axis| (r[axis] - centre[axis]) / length),
-        length,
-    )
-}
-
-/// How a point moves with a parameter: x, ω × x, or along an axis, times the diagonal.
-fn derivative(parameter: usize, ([x, y, z], length): ([f64; 3], f64)) -> [f64; 3] {
-    let unit = match parameter {
-        0 => [x, y, z],
-        1 => [0.0, -z, y],
-        2 => [z, 0.0, -x],
-        3 => [-y, x, 0.0],
-        axis => std::array::from_fn(|i| f64::from(u8::from(i == axis - 4))),
-    };
-    unit.map(|component| length * component)
-}
-
-/// A field over a patch, split into what chips could have written and the rest.
-struct Split {
-    /// Coefficients that chips modulate, others zero: m by 3.
-    inside: Vec<[f64; 3]>,
-    /// The field less their reconstruction.
-    outside: Vec<[f64; 3]>,
-}
-
-impl Split {
-    fn of(original: &PreparedOriginal, basis: &PatchBasis, mut field: Vec<[f64; 3]>) -> Self {
-        let coefficients = basis.transform(&field);
-        let mut inside = vec![[0.0; 3]; coefficients.len()];
-        for chip in original.layout().chips() {
-            inside[chip.frequency][chip.axis] = coefficients[chip.frequency][chip.axis];
-        }
-        for (f, r) in field.iter_mut().zip(basis.inverse_transform(&inside)) {
-            *f = std::array::from_fn(|axis| f[axis] - r[axis]);
-        }
-        Self {
-            inside,
-            outside: field,
+/// How points move with a parameter: p, ω × p, or along an axis.
+fn derivative(parameter: usize, [x, y, z]: &[[f64; FIELDS]; 3]) -> [[f64; FIELDS]; 3] {
+    let (zero, minus) = ([0.0; FIELDS], |row: &[f64; FIELDS]| row.map(|value| -value));
+    match parameter {
+        0 => [*x, *y, *z],
+        1 => [zero, minus(z), *y],
+        2 => [*z, zero, minus(x)],
+        3 => [minus(y), *x, zero],
+        along => {
+            let mut rows = [zero; 3];
+            rows[along - 4][INDICATOR] = 1.0;
+            rows
         }
     }
-
-    /// Mean square per coordinate of the rest.
-    fn outside_variance(&self) -> f64 {
-        let sum: f64 = self.outside.iter().flatten().map(|x| x * x).sum();
-        sum / (3 * self.outside.len()) as f64
-    }
-
-    /// The weighted inner product, over unit area.
-    fn product(&self, other: &Self, basis: &PatchBasis, weight: [f64; 3]) -> f64 {
-        let dot = |a: &[f64; 3], b: &[f64; 3], w: [f64; 3]| {
-            (0..3).map(|axis| w[axis] * a[axis] * b[axis]).sum::<f64>()
-        };
-        let inside: f64 = self
-            .inside
-            .iter()
-            .zip(&other.inside)
-            .map(|(a, b)| dot(a, b, weight))
-            .sum();
-        let masses = basis.spectrum().mass().iter();
-        let outside: f64 = masses
-            .zip(&self.outside)
-            .zip(&other.outside)
-            .map(|((m, a), b)| m * dot(a, b, [1.0; 3]))
-            .sum();
-        inside + outside / basis.area()
-    }
 }
+
+/// An eigenvalue of the scaled normal equations below this is rounding.
+const UNDETERMINED: f64 = 1e-13;
 
 /// θ of normal · θ = −gradient, `normal` given by its lower triangle. Directions that the equations do not determine, such as
 /// a turn of a sphere, stay zero.
@@ -218,11 +279,4 @@ fn solve(
         }
     }
     Ok(theta)
-}
-
-/// An eigenvalue of the scaled normal equations below this is rounding.
-const UNDETERMINED: f64 = 1e-13;
-
-fn squared_distance(a: [f64; 3], b: [f64; 3]) -> f64 {
-    (0..3).map(|axis| (a[axis] - b[axis]).powi(2)).sum()
 }

@@ -2,32 +2,24 @@ use mhb_core::Spectrum;
 
 use crate::{ChipLayout, Patch};
 
-/// A patch with its manifold harmonics, in the scale-free convention: the patch is taken to unit area, so that Σ Dᵢᵢ = 1
-/// and every basis function has mean square 1. Coefficients keep the unit of length of the model.
+/// The manifold harmonics of a patch in the scale-free convention: the patch is taken to unit area, so that Σ Dᵢᵢ = 1 and
+/// every basis function has mean square 1. Coefficients keep the unit of length of the model.
 #[derive(Debug)]
 pub struct PatchBasis {
-    patch: Patch,
     spectrum: Spectrum,
     area: f64,
     size: [f64; 3],
 }
 
 impl PatchBasis {
-    /// Joins a patch and the spectrum of its mesh.
-    pub(crate) fn new(patch: Patch, spectrum: Spectrum) -> Self {
+    /// Joins a patch's size and the spectrum of its mesh.
+    pub(crate) fn new(patch: &Patch, spectrum: Spectrum) -> Self {
         let area = spectrum.mass().iter().sum();
-        let size = patch.mesh().bounding_box().size();
         Self {
-            patch,
             spectrum,
             area,
-            size,
+            size: patch.size(),
         }
-    }
-
-    /// The patch.
-    pub fn patch(&self) -> &Patch {
-        &self.patch
     }
 
     /// The spectrum in the model's own unit.
@@ -43,6 +35,11 @@ impl PatchBasis {
     /// φ, the edges of the patch's bounding box.
     pub fn size(&self) -> [f64; 3] {
         self.size
+    }
+
+    /// The highest eigenvalue at unit area: tells whether two programs compute the same basis.
+    pub fn last_eigenvalue(&self) -> f64 {
+        self.spectrum.eigenvalues().last().copied().unwrap_or(0.0) * self.area
     }
 
     /// Coefficients of a vector field over the patch's vertices (MHT, eq. 6): m by 3.
@@ -79,13 +76,5 @@ impl PatchBasis {
     /// reconstruction leaves the original plus the reconstruction of the modulation alone (eq. 26, Theorem 1).
     pub fn displacement(&self, layout: &ChipLayout, signature: &[bool], alpha: f64) -> Vec<[f64; 3]> {
         self.inverse_transform(&self.modulation(layout, signature, alpha))
-    }
-
-    /// Mean square of the displacement over the patch for α = 1: the basis is orthonormal, so each chip adds φ².
-    pub(crate) fn unit_mean_square(&self, layout: &ChipLayout) -> f64 {
-        let chips = layout.chips_per_axis();
-        (0..3)
-            .map(|axis| chips[axis] as f64 * self.size[axis].powi(2))
-            .sum()
     }
 }

@@ -1,3 +1,7 @@
+use std::io::{Read, Write};
+
+use base64::{Engine, engine::general_purpose::STANDARD as BASE64};
+use flate2::{Compression, read::ZlibDecoder, write::ZlibEncoder};
 use serde::{Deserialize, Serialize};
 
 use crate::{
@@ -40,50 +44,73 @@ pub struct MarkRecord {
     pub signature: Signature,
     /// c.
     pub chip_rate: usize,
-    /// The patches, in the order of their first vertices.
+    /// Which vertices make which patch.
+    pub labels: PackedLabels,
+    /// The patches, by their numbers.
     pub patches: Vec<PatchRecord>,
+}
+
+/// Patch labels of all vertices, packed: 32-bit little-endian integers, compressed by zlib, in base64.
+///
+/// With them a certificate outlives the rule by which patches are cut.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct PackedLabels(String);
+
+impl PackedLabels {
+    /// Packs labels.
+    pub fn pack(labels: &[u32]) -> Self {
+        let bytes: Vec<u8> = labels.iter().flat_map(|label| label.to_le_bytes()).collect();
+        let mut packed = ZlibEncoder::new(Vec::new(), Compression::best());
+        // Writing to memory does not fail.
+        let packed = packed
+            .write_all(&bytes)
+            .and_then(|()| packed.finish())
+            .unwrap_or_default();
+        Self(BASE64.encode(packed))
+    }
+
+    /// The labels of a mesh of `vertices` vertices; nothing more is unpacked.
+    ///
+    /// # Errors
+    /// When the text is damaged or holds another number of labels.
+    pub fn unpack(&self, vertices: usize) -> Result<Vec<u32>, CertificateError> {
+        let damaged =
+            || CertificateError::Malformed(format!("the field \"labels\" does not hold {vertices} labels"));
+        let packed = BASE64.decode(&self.0).map_err(|_| damaged())?;
+        let mut bytes = Vec::new();
+        let most = 4 * vertices as u64 + 1;
+        ZlibDecoder::new(&packed[..])
+            .take(most)
+            .read_to_end(&mut bytes)
+            .map_err(|_| damaged())?;
+        if bytes.len() != 4 * vertices {
+            return Err(damaged());
+        }
+        Ok(bytes
+            .chunks_exact(4)
+            .map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]))
+            .collect())
+    }
 }
 
 /// A patch as the certificate knows it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PatchRecord {
-    /// Its lowest vertex.
-    pub first_vertex: u32,
     /// How many vertices it has.
     pub vertices: usize,
     /// α in the scale-free convention.
     pub alpha: f64,
-    /// The highest eigenvalue of the basis times the patch's area: tells whether another program computes the same basis.
+    /// The highest eigenvalue of the basis at unit area: tells whether another program computes the same basis.
     pub last_eigenvalue: f64,
 }
 
 impl PatchRecord {
-    pub(crate) fn of(basis: &PatchBasis, alpha: f64) -> Self {
-        Self {
-            first_vertex: basis.patch().vertices()[0],
-            vertices: basis.patch().vertices().len(),
-            alpha,
-            last_eigenvalue: basis.spectrum().eigenvalues().last().copied().unwrap_or(0.0) * basis.area(),
-        }
-    }
-
     /// Whether a basis is the one recorded here. Two correct programs agree on eigenvalues far better than this.
     pub(crate) fn matches(&self, basis: &PatchBasis) -> bool {
-        let other = Self::of(basis, self.alpha);
-        let close =
-            (self.last_eigenvalue - other.last_eigenvalue).abs() <= 1e-6 * other.last_eigenvalue.abs();
-        (self.first_vertex, self.vertices) == (other.first_vertex, other.vertices) && close
-    }
-}
-
-impl std::fmt::Display for PatchRecord {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(
-            f,
-            "{} vertices from {}, last eigenvalue {:.9e}",
-            self.vertices, self.first_vertex, self.last_eigenvalue
-        )
+        let found = basis.last_eigenvalue();
+        (self.last_eigenvalue - found).abs() <= 1e-6 * found.abs()
     }
 }
 
@@ -135,6 +162,7 @@ struct MarkDocument {
     coverage: Coverage,
     signature: String,
     chip_rate: usize,
+    labels: PackedLabels,
     patches: Vec<PatchRecord>,
 }
 
@@ -186,6 +214,7 @@ impl Certificate {
                 signature: Signature::from_hex(scheme, &document.mark.signature)
                     .map_err(|e| malformed(&e))?,
                 chip_rate: document.mark.chip_rate,
+                labels: document.mark.labels,
                 patches: document.mark.patches,
             },
             seal: Signature::from_hex(scheme, &document.seal).map_err(|_| CertificateError::Seal)?,
@@ -256,6 +285,7 @@ impl Certificate {
                 coverage: self.mark.coverage,
                 signature: self.mark.signature.to_hex(),
                 chip_rate: self.mark.chip_rate,
+                labels: self.mark.labels.clone(),
                 patches: self.mark.patches.clone(),
             },
             seal,
@@ -271,9 +301,20 @@ mod tests {
     proptest! {
         #[test]
         fn numbers_read_back_exactly(alpha in proptest::num::f64::NORMAL, last_eigenvalue in 0.0..1e5f64) {
-            let record = PatchRecord { first_vertex: 0, vertices: 7, alpha, last_eigenvalue };
+            let record = PatchRecord { vertices: 7, alpha, last_eigenvalue };
             let json = serde_json::to_string(&record).unwrap();
             prop_assert_eq!(serde_json::from_str::<PatchRecord>(&json).unwrap(), record);
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn labels_unpack_to_what_was_packed(labels in proptest::collection::vec(0u32..40, 1..300)) {
+            let packed = PackedLabels::pack(&labels);
+            prop_assert_eq!(packed.unpack(labels.len()).unwrap(), labels.clone());
+            prop_assert!(packed.unpack(labels.len() + 1).is_err());
+            prop_assert!(packed.unpack(labels.len() - 1).is_err());
+            prop_assert!(PackedLabels(packed.0[1..].into()).unpack(labels.len()).is_err());
         }
     }
 }

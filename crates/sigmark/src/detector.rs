@@ -1,4 +1,4 @@
-use crate::PreparedOriginal;
+use crate::{Original, SigmarkError, Work};
 
 /// A suspect brought onto an original: for every vertex of the original, where the suspect's surface passes it, in the
 /// original's frame; `None` where the suspect has no surface there.
@@ -24,7 +24,15 @@ impl SoftBits {
 /// That a detector never sees the signature is what makes the p-values of [`statistics`](crate::statistics) hold.
 pub trait Detector: Sync {
     /// The estimates of all l bits.
-    fn detect(&self, original: &PreparedOriginal, suspect: &Registered) -> SoftBits;
+    ///
+    /// # Errors
+    /// When the original's bases can't be computed.
+    fn detect(
+        &self,
+        original: &Original,
+        suspect: &Registered,
+        work: Work<'_>,
+    ) -> Result<SoftBits, SigmarkError>;
 }
 
 /// The paper's extraction: subtract coefficients and sum each bit's chips over all patches (eq. 15).
@@ -34,22 +42,32 @@ pub trait Detector: Sync {
 pub struct CoefficientDetector;
 
 impl Detector for CoefficientDetector {
-    fn detect(&self, original: &PreparedOriginal, suspect: &Registered) -> SoftBits {
-        let mut sums = vec![0.0; original.layout().bits()];
-        for basis in original.bases() {
-            let reference = basis.patch().mesh().positions();
-            let seen = basis.patch().gather(&suspect.positions);
+    fn detect(
+        &self,
+        original: &Original,
+        suspect: &Registered,
+        work: Work<'_>,
+    ) -> Result<SoftBits, SigmarkError> {
+        let layout = original.layout();
+        let sums_of = original.map_bases(work, |_, patch, basis| {
+            let seen = patch.gather(&suspect.positions);
             // The transform is linear: the difference of coefficients is the transform of the difference.
             let difference: Vec<[f64; 3]> = seen
                 .iter()
-                .zip(reference)
+                .zip(patch.mesh().positions())
                 .map(|(r, v)| r.map_or([0.0; 3], |r| std::array::from_fn(|axis| r[axis] - v[axis])))
                 .collect();
             let coefficients = basis.transform(&difference);
-            for chip in original.layout().chips() {
+            let mut sums = vec![0.0; layout.bits()];
+            for chip in layout.chips() {
                 sums[chip.bit] += coefficients[chip.frequency][chip.axis];
             }
-        }
-        SoftBits(sums)
+            sums
+        })?;
+        Ok(SoftBits(
+            (0..layout.bits())
+                .map(|bit| sums_of.iter().map(|sums| sums[bit]).sum())
+                .collect(),
+        ))
     }
 }

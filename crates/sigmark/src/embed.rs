@@ -4,9 +4,9 @@ use mesh::TriMesh;
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    Certificate, ChipLayout, CoefficientDetector, Detector, GeometryDigest, Observer, PatchBasis,
-    PreparedOriginal, Registered, SigmarkError, Stage,
-    certificate::{MarkRecord, OriginalRecord, PatchRecord},
+    Certificate, ChipLayout, CoefficientDetector, Detector, GeometryDigest, Observer, Original, PatchCount,
+    Registered, SigmarkError, Stage, Work,
+    certificate::{MarkRecord, OriginalRecord, PackedLabels, PatchRecord},
     signature::{Curve, Scheme, Signature, SigningKey},
     statistics::extraction_rate,
 };
@@ -90,6 +90,7 @@ pub struct Embedder<'k> {
     message: String,
     chip_rate: usize,
     strength: Strength,
+    patches: PatchCount,
     threads: usize,
 }
 
@@ -108,6 +109,7 @@ impl<'k> Embedder<'k> {
             message: String::new(),
             chip_rate: 3,
             strength: Strength::default(),
+            patches: PatchCount::Auto,
             threads: 1,
         }
     }
@@ -142,6 +144,12 @@ impl<'k> Embedder<'k> {
         self
     }
 
+    /// Into how many patches the mesh is cut; each carries the whole signature.
+    pub fn patches(mut self, count: PatchCount) -> Self {
+        self.patches = count;
+        self
+    }
+
     /// How many threads may work; 1 by default. The mark does not depend on it.
     pub fn threads(mut self, threads: usize) -> Self {
         self.threads = threads;
@@ -163,16 +171,20 @@ impl<'k> Embedder<'k> {
     pub fn embed_observed(&self, mesh: &TriMesh, observer: &dyn Observer) -> Result<Signed, SigmarkError> {
         self.strength.check()?;
         let layout = ChipLayout::new(self.scheme.bits(), self.chip_rate)?;
-        let original = PreparedOriginal::prepare(mesh, layout, self.threads, observer)?;
-        observer.stage(Stage::Embedding);
-        self.embed_prepared(&Arc::new(original))
+        let work = Work {
+            threads: self.threads,
+            observer,
+        };
+        let original = Original::cut(mesh, layout, self.patches, work)?;
+        self.embed_in(&Arc::new(original), work)
     }
 
-    /// Signs a mesh whose bases are known already: who signs one model for many receivers computes them once.
+    /// Signs a mesh that was cut into patches already. Who signs one model for many receivers calls
+    /// [`Original::keep_bases`] first, so that they are computed once.
     ///
     /// # Errors
-    /// As [`embed`](Self::embed); [`SigmarkError::Layout`] when `original` was prepared for another number of bits or chips.
-    pub fn embed_prepared(&self, original: &Arc<PreparedOriginal>) -> Result<Signed, SigmarkError> {
+    /// As [`embed`](Self::embed); [`SigmarkError::Layout`] when `original` was cut for another number of bits or chips.
+    pub fn embed_in(&self, original: &Arc<Original>, work: Work<'_>) -> Result<Signed, SigmarkError> {
         self.strength.check()?;
         original.check_layout(&ChipLayout::new(self.scheme.bits(), self.chip_rate)?)?;
         let mesh = original.mesh();
@@ -180,16 +192,30 @@ impl<'k> Embedder<'k> {
         let signature = self
             .key
             .sign(self.scheme, &self.coverage.signed_bytes(&self.message, &digest))?;
+        let bits = signature.bits();
         let (alphas, distortion_rms) = self.alphas(original)?;
-        let displacement = original.displacement(&signature.bits(), &alphas);
-        let positions = mesh
-            .positions()
-            .iter()
-            .zip(&displacement)
+        let (displacements, patches) = original
+            .map_bases(work, |index, patch, basis| {
+                let alpha = alphas[index];
+                let vertices = patch.vertices().len();
+                let record = PatchRecord {
+                    vertices,
+                    alpha,
+                    last_eigenvalue: basis.last_eigenvalue(),
+                };
+                (basis.displacement(original.layout(), &bits, alpha), record)
+            })?
+            .into_iter()
+            .unzip();
+        work.observer.stage(Stage::Embedding);
+        let displacement = original.scatter(displacements);
+        let positions = mesh.positions().iter().zip(&displacement);
+        let positions = positions
             .map(|(p, d)| std::array::from_fn(|axis| p[axis] + d[axis]))
             .collect();
         let marked = mesh.with_positions(positions)?;
 
+        let labels = PackedLabels::pack(original.patches().labels());
         let certificate = Certificate::issue(
             self.key,
             self.message.clone(),
@@ -202,12 +228,8 @@ impl<'k> Embedder<'k> {
                 coverage: self.coverage,
                 signature,
                 chip_rate: self.chip_rate,
-                patches: original
-                    .bases()
-                    .iter()
-                    .zip(&alphas)
-                    .map(|(basis, &alpha)| PatchRecord::of(basis, alpha))
-                    .collect(),
+                labels,
+                patches,
             },
         )?;
         Ok(Signed {
@@ -221,21 +243,24 @@ impl<'k> Embedder<'k> {
     }
 
     /// α of every patch, and the RMS displacement as a fraction of the diagonal that they cause on the marked surface.
-    fn alphas(&self, original: &PreparedOriginal) -> Result<(Vec<f64>, f64), SigmarkError> {
-        let bases = original.bases();
+    fn alphas(&self, original: &Original) -> Result<(Vec<f64>, f64), SigmarkError> {
+        let patches = original.patches();
+        let areas: Vec<f64> = patches.iter().map(|patch| patch.mesh().area()).collect();
+        if let Some(patch) = areas.iter().position(|&area| area == 0.0) {
+            return Err(SigmarkError::NoArea { patch });
+        }
         let diagonal = original.mesh().bounding_box().diagonal();
-        let area: f64 = bases.iter().map(PatchBasis::area).sum();
         let rms = |alphas: &[f64]| {
-            let square = |(basis, alpha): (&PatchBasis, &f64)| {
-                basis.area() * alpha * alpha * basis.unit_mean_square(original.layout())
-            };
-            (bases.iter().zip(alphas).map(square).sum::<f64>() / area).sqrt() / diagonal
+            let squares = patches.iter().zip(&areas).zip(alphas);
+            let squares = squares
+                .map(|((p, area), alpha)| area * alpha * alpha * p.unit_mean_square(original.layout()));
+            (squares.sum::<f64>() / areas.iter().sum::<f64>()).sqrt() / diagonal
         };
         // For a strength of 1; everything grows linearly with it.
         let unit: Vec<f64> = match self.strength {
-            Strength::Distortion(_) => vec![1.0 / rms(&vec![1.0; bases.len()]); bases.len()],
-            Strength::Alpha(_) => vec![1.0; bases.len()],
-            Strength::PaperAlpha(_) => bases.iter().map(|basis| 1.0 / basis.area().sqrt()).collect(),
+            Strength::Distortion(_) => vec![1.0 / rms(&vec![1.0; patches.len()]); patches.len()],
+            Strength::Alpha(_) => vec![1.0; patches.len()],
+            Strength::PaperAlpha(_) => areas.iter().map(|area| 1.0 / area.sqrt()).collect(),
         };
         let (what, value) = self.strength.named();
         let most = MOST_DISTORTION / rms(&unit);
@@ -253,7 +278,7 @@ impl<'k> Embedder<'k> {
 pub struct Signed {
     marked: TriMesh,
     certificate: Certificate,
-    original: Arc<PreparedOriginal>,
+    original: Arc<Original>,
     signature: Signature,
     alphas: Vec<f64>,
     distortion_rms: f64,
@@ -276,7 +301,7 @@ impl Signed {
     }
 
     /// The original with its patches and bases.
-    pub fn original(&self) -> &Arc<PreparedOriginal> {
+    pub fn original(&self) -> &Arc<Original> {
         &self.original
     }
 
@@ -288,15 +313,13 @@ impl Signed {
     /// α in the scale-free convention: the same for every patch, or, when the paper's α was given, the root mean square
     /// over the marked surface.
     pub fn alpha(&self) -> f64 {
-        let area = |basis: &PatchBasis| basis.area();
-        let square: f64 = self
-            .original
-            .bases()
-            .iter()
+        let areas = self.original.patches().iter().map(|patch| patch.mesh().area());
+        let square: f64 = areas
+            .clone()
             .zip(&self.alphas)
-            .map(|(b, alpha)| area(b) * alpha * alpha)
+            .map(|(area, alpha)| area * alpha * alpha)
             .sum();
-        (square / self.original.bases().iter().map(area).sum::<f64>()).sqrt()
+        (square / areas.sum::<f64>()).sqrt()
     }
 
     /// Root mean square displacement of the marked surface, as a fraction of the bounding box's diagonal.
@@ -304,12 +327,41 @@ impl Signed {
         self.distortion_rms
     }
 
-    /// Extraction rate from positions that stayed in the original's frame, such as the marked ones rounded to a file's precision.
-    pub fn read_back(&self, positions: &[[f64; 3]]) -> f64 {
+    /// Extraction rate from positions in the original's frame, such as the marked ones rounded to a file's precision.
+    ///
+    /// Positions so near the marked ones that no bit can be lost need no bases: by the Cauchy–Schwarz inequality an error
+    /// field ε changes a coefficient by ‖ε‖ at most, over unit area.
+    ///
+    /// # Errors
+    /// As [`Original::map_bases`].
+    pub fn read_back(&self, positions: &[[f64; 3]], work: Work<'_>) -> Result<f64, SigmarkError> {
+        if self.is_surely_readable(positions) {
+            return Ok(1.0);
+        }
         let registered = Registered {
             positions: positions.iter().copied().map(Some).collect(),
         };
-        let extracted = CoefficientDetector.detect(&self.original, &registered).hard();
-        extraction_rate(&self.signature.bits(), &extracted)
+        let extracted = CoefficientDetector
+            .detect(&self.original, &registered, work)?
+            .hard();
+        Ok(extraction_rate(&self.signature.bits(), &extracted))
+    }
+
+    fn is_surely_readable(&self, positions: &[[f64; 3]]) -> bool {
+        let (mut written, mut lost) = ([0.0; 3], [0.0; 3]);
+        for (patch, alpha) in self.original.patches().iter().zip(&self.alphas) {
+            let (marked, held) = (patch.gather(self.positions()), patch.gather(positions));
+            for axis in 0..3 {
+                // The largest error bounds the root of its mean square.
+                let error = marked
+                    .iter()
+                    .zip(&held)
+                    .map(|(m, h)| (m[axis] - h[axis]).abs())
+                    .fold(0.0, f64::max);
+                written[axis] += alpha * patch.size()[axis];
+                lost[axis] += error;
+            }
+        }
+        (0..3).all(|axis| lost[axis] < written[axis])
     }
 }

@@ -56,17 +56,48 @@ pub enum SigmarkError {
         /// m.
         functions: usize,
     },
-    /// A component is larger than one patch may be.
+    /// More patches were asked for than the mesh has room for.
     #[error(
-        "a connected piece has {largest} vertices, but one patch may have {most} at most; \
-         decimate it, or divide it into separate pieces"
+        "a patch would have {vertices} vertices only, but a mark with {functions} manifold harmonics needs {least} in each; \
+         ask for fewer patches"
     )]
-    TooManyVertices {
-        /// Vertices of the largest component.
-        largest: usize,
+    PatchTooSmall {
+        /// Vertices of the patch.
+        vertices: usize,
+        /// Vertices that would do.
+        least: usize,
+        /// m.
+        functions: usize,
+    },
+    /// Fewer patches were asked for than would keep each of a size that can be worked with.
+    #[error(
+        "a patch would have {vertices} vertices, but {most} are the most; ask for {enough} patches or more"
+    )]
+    PatchTooLarge {
+        /// Vertices of the patch.
+        vertices: usize,
         /// The limit.
         most: usize,
+        /// Patches that would do.
+        enough: usize,
     },
+    /// Patch labels are one a vertex.
+    #[error("{given} patch labels were given for a mesh of {vertices} vertices")]
+    Labels {
+        /// How many labels.
+        given: usize,
+        /// #V.
+        vertices: usize,
+    },
+    /// A patch without a triangle is no surface.
+    #[error("patch {patch} has no triangle whose three vertices it holds")]
+    EmptyPatch {
+        /// Which patch, from 0.
+        patch: usize,
+    },
+    /// The mesh's graph could not be cut.
+    #[error("the mesh can't be cut into patches: {0}")]
+    Partition(#[from] partition::PartitionError),
     /// The surface has no area, or no extent, to hide anything in.
     #[error(
         "patch {patch} has no area: all its triangles are degenerate; export the model again with more digits"
@@ -85,17 +116,22 @@ pub enum SigmarkError {
     },
     /// The basis computed now is not the one that the mark was written in.
     #[error(
-        "patch {patch} does not have the harmonics that the certificate records ({found} here, {recorded} there); \
+        "patch {patch} does not have the harmonics that the certificate records (last eigenvalue {found} here, {recorded} there); \
          verify with the version of Sigmark that made the certificate"
     )]
     BasisMismatch {
         /// Which patch, from 0.
         patch: usize,
-        /// What the certificate says.
-        recorded: String,
-        /// What was computed.
-        found: String,
+        /// The last eigenvalue that the certificate records.
+        recorded: f64,
+        /// The one that was computed.
+        found: f64,
     },
+    /// The certificate describes other patches.
+    #[error(
+        "the certificate describes other patches than the original was cut into; cut it as the certificate says"
+    )]
+    AnotherCut,
     /// The certificate is for another mesh.
     #[error(
         "this is not the original that the certificate was made for (digest {found} here, {expected} in the certificate); \

@@ -28,10 +28,12 @@
 //! # Conventions
 //! Bits are `bool`, most significant first. Axes 0, 1, 2 are x, y, z. α belongs to patches of unit area, distances are
 //! fractions of the diagonal of the original's bounding box. Transforms take the suspect to the original. Patches are
-//! connected components; those with fewer than twice as many vertices as manifold harmonics stay unmarked.
+//! connected and below 30 000 vertices unless asked for otherwise; components of fewer than twice as many vertices as manifold
+//! harmonics stay unmarked.
 //!
 //! # Costs
-//! Nearly all time and memory goes into the manifold harmonics: see [`mhb_core`]. Everything else is linear in 8 #V m bytes.
+//! Nearly all time goes into the manifold harmonics: see [`mhb_core`]. Memory is that of one basis a thread, 8 m bytes a
+//! vertex of a patch, unless bases are kept.
 //!
 //! # What it does not do
 //! It never reads files, prints, or draws random numbers. The mark is non-blind: without the original nothing can be read.
@@ -52,13 +54,15 @@ pub mod statistics;
 mod verify;
 
 pub use basis::PatchBasis;
-pub use certificate::{Certificate, CertificateError, MarkRecord, OriginalRecord, PatchRecord, VERSION};
+pub use certificate::{
+    Certificate, CertificateError, MarkRecord, OriginalRecord, PackedLabels, PatchRecord, VERSION,
+};
 pub use chips::{Chip, ChipLayout};
 pub use detector::{CoefficientDetector, Detector, Registered, SoftBits};
 pub use digest::GeometryDigest;
 pub use embed::{Coverage, Embedder, MOST_DISTORTION, Signed, Strength};
 pub use error::SigmarkError;
 pub use observer::{Observer, Stage};
-pub use original::PreparedOriginal;
-pub use patches::{LARGEST_PATCH, Patch, Patches, partition_into_patches};
+pub use original::{Original, Work};
+pub use patches::{LARGEST_PATCH, Patch, PatchCount, Patches};
 pub use verify::{Outcome, Verdict, Verifier};

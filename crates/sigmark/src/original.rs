@@ -1,58 +1,80 @@
-use std::ops::ControlFlow;
+use std::{
+    ops::ControlFlow,
+    sync::{
+        OnceLock,
+        atomic::{AtomicUsize, Ordering},
+    },
+};
 
 use mesh::TriMesh;
 use mhb_core::{Phase, Spectrum, SpectrumError, SpectrumOptions};
 use rayon::prelude::*;
 
-use crate::{ChipLayout, Observer, PatchBasis, SigmarkError, Stage, partition_into_patches};
+use crate::{ChipLayout, Observer, Patch, PatchBasis, PatchCount, Patches, SigmarkError, Stage};
 
-/// Everything about an original that does not depend on a signature: the mesh, its patches and their bases.
-#[derive(Debug)]
-pub struct PreparedOriginal {
-    mesh: TriMesh,
-    layout: ChipLayout,
-    bases: Vec<PatchBasis>,
-    unmarked_vertices: usize,
+/// Threads to work with, and who watches. Results do not depend on either.
+#[derive(Clone, Copy)]
+pub struct Work<'a> {
+    /// At least 1.
+    pub threads: usize,
+    /// Sees the progress and may stop it.
+    pub observer: &'a dyn Observer,
 }
 
-impl PreparedOriginal {
-    /// Cuts a mesh into patches and computes the m manifold harmonics of each that `layout` needs.
-    ///
-    /// The result is the same for any number of threads. With several patches they are computed side by side, so memory
-    /// is that of `threads` patches beyond the bases themselves (8 · #V · m bytes).
+impl Default for Work<'_> {
+    /// One thread, nobody watching.
+    fn default() -> Self {
+        Self {
+            threads: 1,
+            observer: &(),
+        }
+    }
+}
+
+/// What does not depend on a signature: the original mesh, its patches, and their bases.
+///
+/// Bases are large, 8 m bytes a vertex. They are computed when they are needed, patch by patch, and dropped again, unless
+/// [`keep_bases`](Self::keep_bases) was called: worth it for who signs one model for many receivers, or judges many suspects.
+#[derive(Debug)]
+pub struct Original {
+    mesh: TriMesh,
+    layout: ChipLayout,
+    patches: Patches,
+    kept: OnceLock<Vec<PatchBasis>>,
+}
+
+impl Original {
+    /// Cuts a mesh into patches with room for `layout`.
     ///
     /// # Errors
-    /// When the mesh can't be cut into patches or a basis can't be computed.
-    pub fn prepare(
+    /// As [`Patches::cut`].
+    pub fn cut(
         mesh: &TriMesh,
         layout: ChipLayout,
-        threads: usize,
-        observer: &dyn Observer,
+        count: PatchCount,
+        work: Work<'_>,
     ) -> Result<Self, SigmarkError> {
-        observer.stage(Stage::Patches);
-        let patches = partition_into_patches(mesh, layout.functions())?;
-        observer.stage(Stage::Harmonics);
-        let bases = bases(patches.marked, layout.functions(), threads.max(1), observer)?;
+        work.observer.stage(Stage::Patches);
+        let patches = Patches::cut(mesh, layout.functions(), count, work.threads.max(1))?;
         Ok(Self {
             mesh: mesh.clone(),
             layout,
-            bases,
-            unmarked_vertices: patches.unmarked_vertices,
+            patches,
+            kept: OnceLock::new(),
         })
     }
 
-    /// Whether the bases were computed for this layout.
-    pub(crate) fn check_layout(&self, wanted: &ChipLayout) -> Result<(), SigmarkError> {
-        if self.layout == *wanted {
-            return Ok(());
+    /// A mesh whose patches are known.
+    pub fn with_patches(mesh: &TriMesh, layout: ChipLayout, patches: Patches) -> Self {
+        Self {
+            mesh: mesh.clone(),
+            layout,
+            patches,
+            kept: OnceLock::new(),
         }
-        Err(SigmarkError::Layout {
-            prepared: self.layout,
-            wanted: *wanted,
-        })
     }
 
-    /// The original mesh.
+    /// The mesh.
     pub fn mesh(&self) -> &TriMesh {
         &self.mesh
     }
@@ -62,73 +84,147 @@ impl PreparedOriginal {
         &self.layout
     }
 
-    /// The patches with their bases.
-    pub fn bases(&self) -> &[PatchBasis] {
-        &self.bases
+    /// The patches.
+    pub fn patches(&self) -> &Patches {
+        &self.patches
     }
 
-    /// Vertices of components too small to carry the signature.
-    pub fn unmarked_vertices(&self) -> usize {
-        self.unmarked_vertices
+    /// Bytes that all bases take together.
+    pub fn basis_bytes(&self) -> usize {
+        let vertices: usize = self.patches.iter().map(|patch| patch.vertices().len()).sum();
+        8 * vertices * self.layout.functions()
+    }
+
+    /// Computes the bases and keeps them until this value is dropped.
+    ///
+    /// # Errors
+    /// As [`map_bases`](Self::map_bases).
+    pub fn keep_bases(&self, work: Work<'_>) -> Result<(), SigmarkError> {
+        if self.kept.get().is_none() {
+            let bases = self.compute_bases(work, |_, _, basis| basis)?;
+            // Whoever was first has computed the same.
+            let _ = self.kept.set(bases);
+        }
+        Ok(())
+    }
+
+    /// What `f` makes of the number of each patch, the patch and its basis, in the order of the patches.
+    ///
+    /// Patches are worked on side by side, so memory is that of `threads` bases.
+    ///
+    /// # Errors
+    /// When a basis can't be computed; [`SigmarkError::Cancelled`] when the observer stopped it.
+    pub fn map_bases<T: Send>(
+        &self,
+        work: Work<'_>,
+        f: impl Fn(usize, &Patch, &PatchBasis) -> T + Sync,
+    ) -> Result<Vec<T>, SigmarkError> {
+        match self.kept.get() {
+            Some(bases) => Ok(self
+                .patches
+                .iter()
+                .zip(bases)
+                .enumerate()
+                .map(|(i, (patch, b))| f(i, patch, b))
+                .collect()),
+            None => self.compute_bases(work, |i, patch, basis| f(i, patch, &basis)),
+        }
     }
 
     /// What a signature adds to the positions of the whole mesh; zero outside the patches. One α a patch.
-    pub fn displacement(&self, signature: &[bool], alphas: &[f64]) -> Vec<[f64; 3]> {
-        let mut displacement = vec![[0.0; 3]; self.mesh.vertex_count()];
-        for (basis, &alpha) in self.bases.iter().zip(alphas) {
-            let added = basis.displacement(&self.layout, signature, alpha);
-            for (&v, d) in basis.patch().vertices().iter().zip(added) {
-                displacement[v as usize] = d;
+    ///
+    /// # Errors
+    /// As [`map_bases`](Self::map_bases).
+    pub fn displacement(
+        &self,
+        signature: &[bool],
+        alphas: &[f64],
+        work: Work<'_>,
+    ) -> Result<Vec<[f64; 3]>, SigmarkError> {
+        let added = self.map_bases(work, |i, _, basis| {
+            basis.displacement(&self.layout, signature, alphas[i])
+        })?;
+        Ok(self.scatter(added))
+    }
+
+    /// Joins fields over the patches to one over the mesh; zero outside.
+    pub(crate) fn scatter(&self, fields: Vec<Vec<[f64; 3]>>) -> Vec<[f64; 3]> {
+        let mut whole = vec![[0.0; 3]; self.mesh.vertex_count()];
+        for (patch, field) in self.patches.iter().zip(fields) {
+            for (&v, value) in patch.vertices().iter().zip(field) {
+                whole[v as usize] = value;
             }
         }
-        displacement
+        whole
     }
-}
 
-/// The bases of all patches, in their order.
-fn bases(
-    patches: Vec<crate::Patch>,
-    functions: usize,
-    threads: usize,
-    observer: &dyn Observer,
-) -> Result<Vec<PatchBasis>, SigmarkError> {
-    let count = patches.len();
-    let done = std::sync::atomic::AtomicUsize::new(0);
-    let threads_each = if count == 1 { threads } else { 1 };
-    let basis = |(index, patch): (usize, crate::Patch)| {
+    /// Computes every basis once and hands it over.
+    fn compute_bases<T: Send>(
+        &self,
+        work: Work<'_>,
+        f: impl Fn(usize, &Patch, PatchBasis) -> T + Sync,
+    ) -> Result<Vec<T>, SigmarkError> {
+        work.observer.stage(Stage::Harmonics);
+        let (count, threads) = (self.patches.len(), work.threads.max(1));
+        let done = AtomicUsize::new(0);
+        let one = |(index, patch): (usize, &Patch)| {
+            let basis = self.basis(index, patch, work)?;
+            let done = 1 + done.fetch_add(1, Ordering::Relaxed);
+            work.observer.fraction(done as f64 / count as f64);
+            Ok(f(index, patch, basis))
+        };
+        if count == 1 || threads == 1 {
+            return self.patches.iter().enumerate().map(one).collect();
+        }
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        let pool = pool.map_err(|_| SigmarkError::Threads { threads })?;
+        pool.install(|| {
+            self.patches
+                .par_iter()
+                .enumerate()
+                .with_max_len(1)
+                .map(one)
+                .collect()
+        })
+    }
+
+    /// The threads work on one patch if there is one, otherwise each on its own.
+    fn basis(&self, index: usize, patch: &Patch, work: Work<'_>) -> Result<PatchBasis, SigmarkError> {
         if patch.mesh().area() == 0.0 {
             return Err(SigmarkError::NoArea { patch: index });
         }
-        let options = SpectrumOptions {
-            count: functions,
-            threads: threads_each,
-            ..SpectrumOptions::default()
-        };
+        let alone = self.patches.len() == 1;
         let watch = |phase: Phase, fraction: f64| {
-            if count == 1 && phase == Phase::Solving {
-                observer.fraction(fraction);
+            if alone && phase == Phase::Solving {
+                work.observer.fraction(fraction);
             }
-            if observer.cancelled() {
+            if work.observer.cancelled() {
                 ControlFlow::Break(())
             } else {
                 ControlFlow::Continue(())
             }
+        };
+        let options = SpectrumOptions {
+            count: self.layout.functions(),
+            threads: if alone { work.threads.max(1) } else { 1 },
+            ..SpectrumOptions::default()
         };
         let spectrum =
             Spectrum::compute_observed(patch.mesh(), &options, &watch).map_err(|source| match source {
                 SpectrumError::Cancelled => SigmarkError::Cancelled,
                 source => SigmarkError::Spectrum { patch: index, source },
             })?;
-        let done = 1 + done.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
-        observer.fraction(done as f64 / count as f64);
         Ok(PatchBasis::new(patch, spectrum))
-    };
-    if count == 1 || threads == 1 {
-        return patches.into_iter().enumerate().map(basis).collect();
     }
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .build()
-        .map_err(|_| SigmarkError::Threads { threads })?;
-    pool.install(|| patches.into_par_iter().enumerate().map(basis).collect())
+
+    /// Whether the patches were cut for this layout.
+    pub(crate) fn check_layout(&self, wanted: &ChipLayout) -> Result<(), SigmarkError> {
+        if self.layout == *wanted {
+            return Ok(());
+        }
+        Err(SigmarkError::Layout {
+            prepared: self.layout,
+            wanted: *wanted,
+        })
+    }
 }

@@ -4,8 +4,9 @@ use mesh::{Similarity, TriMesh};
 use registration::match_candidates;
 
 use crate::{
-    Certificate, ChipLayout, GeometryDigest, Observer, PreparedOriginal, SigmarkError, Stage,
-    align::{Aligned, align_and_detect},
+    Certificate, ChipLayout, CoefficientDetector, Detector, GeometryDigest, Observer, Original, PatchBasis,
+    PatchRecord, Patches, SigmarkError, SoftBits, Stage, Work,
+    align::{Aligned, align},
     signature::{PublicKey, Signature},
     statistics::{correlation, extraction_rate, p_value},
 };
@@ -56,14 +57,17 @@ pub struct Verdict {
 /// How many maps of a symmetric shape onto itself are tried: an icosphere has 120.
 const MOST_MAPS: usize = 120;
 
+/// Bases that take more are computed anew for every pass over them.
+const KEPT_BYTES: usize = 1 << 30;
+
 /// Judges suspects against one original and its certificate.
 #[derive(Debug)]
 pub struct Verifier<'a> {
-    original: &'a TriMesh,
+    mesh: &'a TriMesh,
     certificate: &'a Certificate,
     p_bound: f64,
     threads: usize,
-    prepared: OnceLock<Arc<PreparedOriginal>>,
+    cut: OnceLock<Arc<Original>>,
 }
 
 impl<'a> Verifier<'a> {
@@ -84,11 +88,11 @@ impl<'a> Verifier<'a> {
         }
         check_digest(certificate, original)?;
         Ok(Self {
-            original,
+            mesh: original,
             certificate,
             p_bound: 1e-6,
             threads: 1,
-            prepared: OnceLock::new(),
+            cut: OnceLock::new(),
         })
     }
 
@@ -104,23 +108,25 @@ impl<'a> Verifier<'a> {
         self
     }
 
-    /// Takes bases that are known already, so that they are not computed again.
+    /// Takes an original that was cut into patches already, with its bases if it keeps them.
     ///
     /// # Errors
-    /// [`SigmarkError::AnotherOriginal`], [`SigmarkError::Layout`] or [`SigmarkError::BasisMismatch`] if they are not those
-    /// of the original and the certificate.
-    pub fn prepared_original(self, original: &Arc<PreparedOriginal>) -> Result<Self, SigmarkError> {
+    /// [`SigmarkError::AnotherOriginal`], [`SigmarkError::Layout`] or [`SigmarkError::AnotherCut`] if it is not the original
+    /// of the certificate.
+    pub fn original(self, original: &Arc<Original>) -> Result<Self, SigmarkError> {
         let mark = self.certificate.mark();
         original.check_layout(&ChipLayout::new(mark.signature.scheme().bits(), mark.chip_rate)?)?;
         check_digest(self.certificate, original.mesh())?;
-        self.check_bases(original)?;
+        if mark.labels.unpack(original.mesh().vertex_count())? != original.patches().labels() {
+            return Err(SigmarkError::AnotherCut);
+        }
         Ok(Self {
-            prepared: OnceLock::from(Arc::clone(original)),
+            cut: OnceLock::from(Arc::clone(original)),
             ..self
         })
     }
 
-    /// Judges a suspect. The original's bases are computed the first time that they are needed, and kept.
+    /// Judges a suspect. The original's bases are computed the first time that they are needed, and kept if they are not huge.
     ///
     /// # Errors
     /// When the original's bases can't be computed or are not those of the certificate.
@@ -138,75 +144,60 @@ impl<'a> Verifier<'a> {
         observer: &dyn Observer,
     ) -> Result<Verdict, SigmarkError> {
         observer.stage(Stage::Registration);
-        let maps = match match_candidates(self.original, suspect, MOST_MAPS) {
+        let maps = match match_candidates(self.mesh, suspect, MOST_MAPS) {
             Ok(maps) => maps,
             Err(difference) => return Ok(self.does_not_fit(difference.to_string())),
         };
-        let original = self.bases(observer)?;
+        let work = Work {
+            threads: self.threads,
+            observer,
+        };
+        let original = self.cut()?;
+        if original.basis_bytes() <= KEPT_BYTES {
+            original.keep_bases(work)?;
+        }
 
         observer.stage(Stage::Detection);
-        let alphas: Vec<f64> = self
-            .certificate
-            .mark()
-            .patches
-            .iter()
-            .map(|patch| patch.alpha)
-            .collect();
-        let expected = self.certificate.mark().signature.bits();
-        let mut best: Option<(f64, Aligned)> = None;
+        let mark = self.certificate.mark();
+        let alphas: Vec<f64> = mark.patches.iter().map(|patch| patch.alpha).collect();
+        let check = |patch: usize, basis: &PatchBasis| check_basis(patch, &mark.patches[patch], basis);
+        let expected = mark.signature.bits();
+        let mut best: Option<(f64, Aligned, SoftBits)> = None;
         for map in &maps {
-            let aligned = align_and_detect(original, &alphas, suspect, map)?;
-            let t = correlation(&expected, &aligned.soft.0);
-            if best.as_ref().is_none_or(|(most, _)| t > *most) {
-                best = Some((t, aligned));
+            let aligned = align(original, &alphas, suspect, map, work, check)?;
+            let soft = CoefficientDetector.detect(original, &aligned.registered, work)?;
+            let t = correlation(&expected, &soft.0);
+            if best.as_ref().is_none_or(|(most, ..)| t > *most) {
+                best = Some((t, aligned, soft));
             }
         }
         match best {
-            Some((_, aligned)) => self.judge(&aligned, maps.len()),
+            Some((_, aligned, soft)) => self.judge(&aligned, &soft, maps.len()),
             None => Ok(self.does_not_fit("the suspect could not be mapped onto the original".into())),
         }
     }
 
-    /// The bases, computed the first time.
-    fn bases(&self, observer: &dyn Observer) -> Result<&PreparedOriginal, SigmarkError> {
-        if let Some(prepared) = self.prepared.get() {
-            return Ok(prepared);
+    /// The original cut as the certificate says, the first time.
+    fn cut(&self) -> Result<&Original, SigmarkError> {
+        if let Some(original) = self.cut.get() {
+            return Ok(original);
         }
         let mark = self.certificate.mark();
         let layout = ChipLayout::new(mark.signature.scheme().bits(), mark.chip_rate)?;
-        let prepared = PreparedOriginal::prepare(self.original, layout, self.threads, observer)?;
-        self.check_bases(&prepared)?;
-        Ok(self.prepared.get_or_init(|| Arc::new(prepared)))
-    }
-
-    fn check_bases(&self, prepared: &PreparedOriginal) -> Result<(), SigmarkError> {
-        let records = &self.certificate.mark().patches;
-        if records.len() != prepared.bases().len() {
-            return Err(SigmarkError::BasisMismatch {
-                patch: records.len().min(prepared.bases().len()),
-                recorded: format!("{} patches", records.len()),
-                found: format!("{} patches", prepared.bases().len()),
-            });
+        let patches = Patches::from_labels(self.mesh, &mark.labels.unpack(self.mesh.vertex_count())?)?;
+        if patches.len() != mark.patches.len() {
+            return Err(SigmarkError::AnotherCut);
         }
-        for (patch, (record, basis)) in records.iter().zip(prepared.bases()).enumerate() {
-            if !record.matches(basis) {
-                let found = crate::certificate::PatchRecord::of(basis, record.alpha).to_string();
-                return Err(SigmarkError::BasisMismatch {
-                    patch,
-                    recorded: record.to_string(),
-                    found,
-                });
-            }
-        }
-        Ok(())
+        let original = Original::with_patches(self.mesh, layout, patches);
+        Ok(self.cut.get_or_init(|| Arc::new(original)))
     }
 
     /// The verdict on the best of several readings: choosing it by T gives chance as many tries.
-    fn judge(&self, aligned: &Aligned, tries: usize) -> Result<Verdict, SigmarkError> {
+    fn judge(&self, aligned: &Aligned, soft: &SoftBits, tries: usize) -> Result<Verdict, SigmarkError> {
         let mark = self.certificate.mark();
         let expected = mark.signature.bits();
-        let extracted = aligned.soft.hard();
-        let p = (p_value(&expected, &aligned.soft.0) * tries as f64).min(1.0);
+        let extracted = soft.hard();
+        let p = (p_value(&expected, &soft.0) * tries as f64).min(1.0);
         let read = Signature::from_bits(mark.signature.scheme(), &extracted)?;
         let checks = self
             .certificate
@@ -222,11 +213,11 @@ impl<'a> Verifier<'a> {
             outcome,
             extraction_rate: Some(extraction_rate(&expected, &extracted)),
             p_value: p,
-            correlation: correlation(&expected, &aligned.soft.0),
+            correlation: correlation(&expected, &soft.0),
             bits: expected.len(),
             bit_errors: Some(expected.iter().zip(&extracted).filter(|(s, e)| s != e).count()),
             overlap: aligned.overlap,
-            residual: Some(aligned.residual / self.original.bounding_box().diagonal()),
+            residual: Some(aligned.residual / self.mesh.bounding_box().diagonal()),
             transform: Some(aligned.transform),
             remark: None,
         })
@@ -256,5 +247,17 @@ fn check_digest(certificate: &Certificate, original: &TriMesh) -> Result<(), Sig
     Err(SigmarkError::AnotherOriginal {
         expected: expected.to_string(),
         found: found.to_string(),
+    })
+}
+
+fn check_basis(patch: usize, record: &PatchRecord, basis: &PatchBasis) -> Result<(), SigmarkError> {
+    if record.matches(basis) {
+        return Ok(());
+    }
+    let (recorded, found) = (record.last_eigenvalue, basis.last_eigenvalue());
+    Err(SigmarkError::BasisMismatch {
+        patch,
+        recorded,
+        found,
     })
 }

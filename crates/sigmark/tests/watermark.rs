@@ -6,7 +6,7 @@ use proptest::prelude::*;
 use rand_chacha::{ChaCha20Rng, rand_core::SeedableRng};
 use sigmark::{
     Certificate, CertificateError, ChipLayout, CoefficientDetector, Detector, Embedder, GeometryDigest,
-    Outcome, PreparedOriginal, Registered, SigmarkError, Signed, Strength, Verdict, Verifier,
+    Original, Outcome, PatchCount, Registered, SigmarkError, Signed, Strength, Verdict, Verifier, Work,
     signature::{Curve, Scheme, SigningKey},
 };
 
@@ -30,8 +30,23 @@ fn judge(original: &TriMesh, signed: &Signed, suspect: &TriMesh) -> Verdict {
         .unwrap()
 }
 
-fn prepare(mesh: &TriMesh, layout: ChipLayout, threads: usize) -> PreparedOriginal {
-    PreparedOriginal::prepare(mesh, layout, threads, &()).unwrap()
+/// One patch a component.
+fn cut(mesh: &TriMesh, layout: ChipLayout) -> Original {
+    Original::cut(mesh, layout, PatchCount::Auto, Work::default()).unwrap()
+}
+
+fn displacement(original: &Original, bits: &[bool], alpha: f64, threads: usize) -> Vec<[f64; 3]> {
+    let alphas = vec![alpha; original.patches().len()];
+    original
+        .displacement(
+            bits,
+            &alphas,
+            Work {
+                threads,
+                ..Work::default()
+            },
+        )
+        .unwrap()
 }
 
 fn farthest(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
@@ -68,13 +83,11 @@ proptest! {
         more in 1usize..40,
     ) {
         let layout = ChipLayout::new(bits.len(), rate).unwrap();
-        let least = prepare(&mesh, layout, 1);
-        let alphas = vec![alpha; least.bases().len()];
-        let marked: Vec<[f64; 3]> = mesh.positions().iter().zip(least.displacement(&bits, &alphas))
+        let least = cut(&mesh, layout);
+        let marked: Vec<[f64; 3]> = mesh.positions().iter().zip(displacement(&least, &bits, alpha, 1))
             .map(|(p, d)| std::array::from_fn(|i| p[i] + d[i])).collect();
 
-        for basis in least.bases() {
-            let patch = basis.patch();
+        least.map_bases(Work::default(), |_, patch, basis| {
             let options = SpectrumOptions { count: layout.functions() + more, ..SpectrumOptions::default() };
             let spectrum = Spectrum::compute(patch.mesh(), &options).unwrap();
             let positions = patch.mesh().positions();
@@ -89,8 +102,8 @@ proptest! {
             let rebuilt: Vec<[f64; 3]> = spectrum.inverse_transform_positions(&coefficients).iter().zip(&difference)
                 .map(|(p, d)| std::array::from_fn(|i| p[i] + d[i])).collect();
             let gap = farthest(&rebuilt, &patch.gather(&marked));
-            prop_assert!(gap <= 1e-9 * mesh.bounding_box().diagonal(), "{gap:e}");
-        }
+            assert!(gap <= 1e-9 * mesh.bounding_box().diagonal(), "{gap:e}");
+        }).unwrap();
     }
 
     #[test]
@@ -101,15 +114,14 @@ proptest! {
     ) {
         // eq. 16
         let (layout, alpha) = (ChipLayout::new(bits.len(), rate).unwrap(), 1e-4);
-        let original = prepare(&mesh, layout, 1);
-        let alphas = vec![alpha; original.bases().len()];
-        let displacement = original.displacement(&bits, &alphas);
-        let positions = mesh.positions().iter().zip(&displacement)
+        let original = cut(&mesh, layout);
+        let added = displacement(&original, &bits, alpha, 1);
+        let positions = mesh.positions().iter().zip(&added)
             .map(|(p, d)| Some(std::array::from_fn(|i| p[i] + d[i]))).collect();
-        let soft = CoefficientDetector.detect(&original, &Registered { positions });
+        let soft = CoefficientDetector.detect(&original, &Registered { positions }, Work::default()).unwrap();
         let mut expected = vec![0.0; bits.len()];
         for chip in layout.chips() {
-            let phi: f64 = original.bases().iter().map(|basis| basis.size()[chip.axis]).sum();
+            let phi: f64 = original.patches().iter().map(|patch| patch.size()[chip.axis]).sum();
             expected[chip.bit] += if bits[chip.bit] { alpha * phi } else { -alpha * phi };
         }
         let tolerance = 1e-10 * mesh.bounding_box().diagonal();
@@ -123,8 +135,9 @@ proptest! {
         let layout = ChipLayout::new(24, 3).unwrap();
         let bits: Vec<bool> = (0..24).map(|i| (seed >> (i % 8)) & 1 == 1).collect();
         let [one, two] = [1, 2].map(|threads| {
-            let original = prepare(&mesh, layout, threads);
-            original.displacement(&bits, &vec![1e-3; original.bases().len()])
+            let work = Work { threads, ..Work::default() };
+            let original = Original::cut(&mesh, layout, PatchCount::Exactly(3), work).unwrap();
+            displacement(&original, &bits, 1e-3, threads)
         });
         prop_assert_eq!(one, two);
     }
@@ -134,10 +147,7 @@ proptest! {
         let factor = 10f64.powi(exponent);
         let layout = ChipLayout::new(24, 3).unwrap();
         let bits: Vec<bool> = (0..24).map(|i| i % 5 < 2).collect();
-        let of = |mesh: &TriMesh| {
-            let original = prepare(mesh, layout, 1);
-            original.displacement(&bits, &vec![1e-3; original.bases().len()])
-        };
+        let of = |mesh: &TriMesh| displacement(&cut(mesh, layout), &bits, 1e-3, 1);
         let small: Vec<[f64; 3]> = of(&mesh).iter().map(|d| d.map(|x| factor * x)).collect();
         let gap = farthest(&of(&shapes::scaled(&mesh, factor)), &small);
         prop_assert!(gap <= 1e-6 * 1e-3 * factor * mesh.bounding_box().diagonal(), "{gap:e}");
@@ -291,25 +301,73 @@ fn every_scheme_signs_and_verifies() {
 fn bases_are_computed_once_for_many_receivers() {
     let mesh = shapes::bumpy_sphere(4, 9);
     let (key, first) = (key(Curve::P256, 1), sign(&mesh, 1));
+    let original = first.original();
+    original.keep_bases(Work::default()).unwrap();
     let embedder = Embedder::new(&key).message("order 4711").chip_rate(1);
-    let again = embedder.embed_prepared(first.original()).unwrap();
+    let again = embedder.embed_in(original, Work::default()).unwrap();
     assert_eq!(again.positions(), first.positions());
     let second = embedder
         .clone()
         .message("order 4712")
-        .embed_prepared(first.original())
+        .embed_in(original, Work::default())
         .unwrap();
     assert_ne!(second.positions(), first.positions());
     let certificate = second.certificate();
-    let verifier = Verifier::new(&mesh, certificate, certificate.public_key()).unwrap();
-    let verifier = verifier.prepared_original(first.original()).unwrap();
+    let verifier = Verifier::new(&mesh, certificate, certificate.public_key())
+        .unwrap()
+        .original(original)
+        .unwrap();
     assert_eq!(verifier.verify(second.mesh()).unwrap().outcome, Outcome::Verified);
     assert!(matches!(
         verifier.verify(first.mesh()).unwrap().outcome,
         Outcome::NotFound { .. }
     ));
-    let other = embedder.chip_rate(2).embed_prepared(first.original());
+    let other = embedder.chip_rate(2).embed_in(original, Work::default());
     assert!(matches!(other, Err(SigmarkError::Layout { .. })));
+}
+
+#[test]
+fn every_patch_carries_the_whole_signature() {
+    let mesh = shapes::bumpy_torus(120, 80, 4);
+    let signed = Embedder::new(&key(Curve::P256, 1))
+        .chip_rate(1)
+        .patches(PatchCount::Exactly(5))
+        .embed(&mesh)
+        .unwrap();
+    assert_eq!(signed.certificate().mark().patches.len(), 5);
+    let turned = shapes::shuffled(&shapes::scaled(signed.mesh(), 3.0), 1);
+    assert_eq!(judge(&mesh, &signed, &turned).outcome, Outcome::Verified);
+
+    // One patch alone, the others as they were.
+    let bits = signed.signature().bits();
+    for patch in signed.original().patches().iter() {
+        let mut positions: Vec<_> = mesh.positions().iter().copied().map(Some).collect();
+        for &v in patch.vertices() {
+            positions[v as usize] = Some(signed.positions()[v as usize]);
+        }
+        let suspect = Registered { positions };
+        let soft = CoefficientDetector
+            .detect(signed.original(), &suspect, Work::default())
+            .unwrap();
+        assert_eq!(soft.hard(), bits);
+    }
+}
+
+#[test]
+fn what_rounding_leaves_is_read_back_with_bases_and_without() {
+    let mesh = shapes::bumpy_sphere(4, 9);
+    let signed = sign(&mesh, 1);
+    let read = |grid: f64| {
+        let rounded: Vec<[f64; 3]> = signed
+            .positions()
+            .iter()
+            .map(|p| p.map(|x| (x / grid).round() * grid))
+            .collect();
+        signed.read_back(&rounded, Work::default()).unwrap()
+    };
+    assert_eq!(read(1e-7), 1.0);
+    assert_eq!(read(2e-4), 1.0); // too coarse for the bound, fine enough in truth
+    assert!(read(0.2) < 0.9);
 }
 
 #[test]
@@ -317,7 +375,7 @@ fn small_pieces_ride_along_unmarked() {
     let large = shapes::bumpy_sphere(4, 9);
     let mesh = shapes::disjoint_union(&[shapes::translated(&shapes::tetrahedron(), [7.0, 0.0, 0.0]), large]);
     let signed = sign(&mesh, 1);
-    assert_eq!(signed.original().unmarked_vertices(), 4);
+    assert_eq!(signed.original().patches().unmarked_vertices(), 4);
     assert_eq!(signed.positions()[..4], mesh.positions()[..4]);
     assert_eq!(judge(&mesh, &signed, signed.mesh()).outcome, Outcome::Verified);
 }

@@ -4,7 +4,7 @@ use anyhow::{Context, Result, bail};
 use mesh::Asset;
 use serde_json::{Value, json};
 use sigmark::{
-    Embedder, Signed,
+    Embedder, Signed, Work,
     signature::{Scheme, SigningKey},
 };
 
@@ -35,7 +35,7 @@ pub(crate) fn run(arguments: &Embed) -> Result<Answer> {
         .embed_observed(asset.mesh(), &progress)
         .with_context(|| arguments.model.display().to_string())?;
     progress.begin("writing", "writing");
-    write(arguments, &certificate_path, &asset, &signed)?;
+    write(arguments, &certificate_path, &asset, &signed, &progress)?;
     let seconds = progress.finish();
 
     if arguments.json {
@@ -47,10 +47,20 @@ pub(crate) fn run(arguments: &Embed) -> Result<Answer> {
 }
 
 /// Writes the signed mesh and the certificate, if the whole signature can be read back from the one as the file holds it.
-fn write(arguments: &Embed, certificate: &Path, asset: &Asset, signed: &Signed) -> Result<()> {
+fn write(
+    arguments: &Embed,
+    certificate: &Path,
+    asset: &Asset,
+    signed: &Signed,
+    progress: &Progress,
+) -> Result<()> {
     let marked = asset.with_positions(signed.positions())?;
     // What counts is what the file holds: its precision may be coarser than the mark.
-    let read_back = signed.read_back(marked.mesh().positions());
+    let work = Work {
+        threads: arguments.threads.count(),
+        observer: progress,
+    };
+    let read_back = signed.read_back(marked.mesh().positions(), work)?;
     if read_back < 1.0 {
         bail!(
             "{}: only {:.1} % of the bits survive the precision of this file; mark more strongly with --distortion, \
@@ -79,8 +89,8 @@ fn object(arguments: &Embed, signed: &Signed, certificate: &Path, seconds: &[(&'
         "bits": scheme.bits(),
         "chip_rate": arguments.chip_rate,
         "functions": signed.original().layout().functions(),
-        "patches": signed.original().bases().len(),
-        "unmarked_vertices": signed.original().unmarked_vertices(),
+        "patches": signed.original().patches().len(),
+        "unmarked_vertices": signed.original().patches().unmarked_vertices(),
         "alpha": signed.alpha(),
         "distortion_rms": signed.distortion_rms(),
         "seconds": report::seconds_json(seconds),
@@ -108,6 +118,7 @@ fn embedder<'k>(arguments: &Embed, key: &'k SigningKey) -> Result<Embedder<'k>> 
         .message(&arguments.message)
         .chip_rate(arguments.chip_rate)
         .strength(arguments.strength())
+        .patches(arguments.patches)
         .threads(arguments.threads.count());
     if let Some(profile) = arguments.profile {
         if profile.curve() != key.curve() {
@@ -155,7 +166,7 @@ fn summary(
             "mark",
             format!(
                 "{}, {} manifold harmonics in each, every bit {}",
-                report::counted(original.bases().len(), "patch", "patches"),
+                report::counted(original.patches().len(), "patch", "patches"),
                 original.layout().functions(),
                 report::counted(arguments.chip_rate, "time", "times")
             ),
@@ -169,12 +180,13 @@ fn summary(
             ),
         ),
     ];
-    if original.unmarked_vertices() > 0 {
+    let unmarked = original.patches().unmarked_vertices();
+    if unmarked > 0 {
         lines.push(report::field(
             "left unmarked",
             format!(
-                "{} in pieces too small for the signature",
-                report::counted(original.unmarked_vertices(), "vertex", "vertices")
+                "{} between patches, or in pieces too small for the signature",
+                report::counted(unmarked, "vertex", "vertices")
             ),
         ));
     }

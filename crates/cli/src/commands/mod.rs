@@ -3,5 +3,6 @@
 pub(crate) mod embed;
 pub(crate) mod inspect;
 pub(crate) mod keygen;
+pub(crate) mod partition;
 pub(crate) mod spectrum;
 pub(crate) mod verify;

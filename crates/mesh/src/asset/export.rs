@@ -31,6 +31,32 @@ pub fn write_mesh(mesh: &TriMesh, format: Format, precision: Precision) -> Vec<u
     }
 }
 
+/// A binary little-endian PLY of the mesh with a colour (red, green, blue) for each vertex; positions in single precision.
+///
+/// # Panics
+/// If there is not one colour a vertex.
+pub fn write_coloured_ply(mesh: &TriMesh, colours: &[[u8; 3]]) -> Vec<u8> {
+    assert_eq!(colours.len(), mesh.vertex_count(), "one colour a vertex");
+    let mut out = format!(
+        "ply\nformat binary_little_endian 1.0\nelement vertex {}\n\
+         property float x\nproperty float y\nproperty float z\n\
+         property uchar red\nproperty uchar green\nproperty uchar blue\n\
+         element face {}\nproperty list uchar uint vertex_indices\nend_header\n",
+        mesh.vertex_count(),
+        mesh.triangle_count()
+    )
+    .into_bytes();
+    for (position, colour) in mesh.positions().iter().zip(colours) {
+        out.extend(position.iter().flat_map(|&x| (x as f32).to_le_bytes()));
+        out.extend(colour);
+    }
+    for triangle in mesh.triangles() {
+        out.push(3);
+        out.extend(triangle.iter().flat_map(|v| v.to_le_bytes()));
+    }
+    out
+}
+
 fn obj(mesh: &TriMesh, precision: Precision) -> Vec<u8> {
     let mut out = Vec::new();
     for position in mesh.positions() {

@@ -22,7 +22,7 @@ use std::sync::Arc;
 
 use crate::{MeshError, TriMesh, Welded};
 pub use error::{AssetError, Place};
-pub use export::{Precision, write_mesh};
+pub use export::{Precision, write_coloured_ply, write_mesh};
 pub use format::Format;
 pub use save::{write_file, write_private_file};
 

@@ -1,0 +1,62 @@
+//! Clocks, and figures over rounds.
+
+use std::time::Instant;
+
+use cpu_time::ProcessTime;
+
+/// What a computation cost, in seconds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Cost {
+    /// User and system time of all threads. Says more than the wall clock on a machine that has other work to do.
+    pub(crate) cpu: f64,
+    pub(crate) wall: f64,
+}
+
+/// Runs `work`, which must be all that this process does meanwhile.
+pub(crate) fn timed<T>(work: impl FnOnce() -> T) -> (T, Cost) {
+    let (cpu, wall) = (ProcessTime::now(), Instant::now());
+    let result = work();
+    let cost = Cost {
+        cpu: cpu.elapsed().as_secs_f64(),
+        wall: wall.elapsed().as_secs_f64(),
+    };
+    (result, cost)
+}
+
+/// The median; of an even number, the mean of the middle two; NaN of none.
+pub(crate) fn median(values: impl IntoIterator<Item = f64>) -> f64 {
+    let mut sorted: Vec<f64> = values.into_iter().collect();
+    sorted.sort_by(f64::total_cmp);
+    match sorted.len() {
+        0 => f64::NAN,
+        n => 0.5 * (sorted[(n - 1) / 2] + sorted[n / 2]),
+    }
+}
+
+/// The geometric mean: what an average of ratios is; NaN of none.
+pub(crate) fn geometric_mean(ratios: impl IntoIterator<Item = f64>) -> f64 {
+    let (mut sum, mut count) = (0.0, 0);
+    for ratio in ratios {
+        sum += ratio.ln();
+        count += 1;
+    }
+    (sum / f64::from(count)).exp()
+}
+
+pub(crate) fn greatest(values: impl IntoIterator<Item = f64>) -> f64 {
+    values.into_iter().fold(f64::NAN, f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn medians_and_geometric_means_are_those_of_the_definitions() {
+        assert_eq!(median([3.0, 1.0, 2.0]), 2.0);
+        assert_eq!(median([4.0, 1.0, 2.0, 3.0]), 2.5);
+        assert!(median([]).is_nan() && geometric_mean([]).is_nan());
+        assert!((geometric_mean([2.0, 8.0]) - 4.0).abs() < 1e-15);
+        assert_eq!(greatest([1.0, 3.0, 2.0]), 3.0);
+    }
+}
