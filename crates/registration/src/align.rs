@@ -1,6 +1,7 @@
 //! From a suspect in unknown pose to the similarity that brings it back.
 
 use crate::connectivity::{Correspondence, match_candidates, match_surroundings};
+use crate::field::{Field, rough_score};
 use crate::icp::{self, Effort, Ends};
 use crate::overlap::Overlap;
 use crate::sampled::Sampled;
@@ -263,13 +264,16 @@ const ROTATIONS: usize = 576;
 const REFINED: usize = 32;
 const FINALISTS: usize = 4;
 
+/// Samples of each surface by which rotations are ranked.
+const ROUGH_SAMPLES: usize = 200;
+
 /// Guesses that score less than this fraction of the best at a glance are dropped.
 const WORTH_A_LOOK: f64 = 0.7;
 
 /// A share of overlap at which no other guess is needed.
 const CONVINCING: f64 = 0.97;
 
-/// A score below which refinement is not worth its time.
+/// A score below which further refinement is not worth its time.
 const HOPELESS: f64 = 0.3;
 
 struct Pair<'a> {
@@ -289,14 +293,13 @@ impl Pair<'_> {
         cheap.extend(guesses::principal_axes(&self.original, &self.suspect));
         let mut ranked = self.finalists(cheap, at)?;
         if !self.convinced(&ranked) {
+            let fields = [Field::of(&self.original), Field::of(&self.suspect)];
             let rotations = guesses::all_rotations(&self.original, &self.suspect, ROTATIONS);
-            let rough = self.ranked(rotations, 100, 10.0 * self.options.tolerance);
-            let promising = rough.into_iter().take(REFINED).map(|(_, guess)| guess).collect();
-            ranked.extend(self.finalists(promising, at)?);
-        }
-        if !self.convinced(&ranked) {
-            let partial = congruent::guesses(&self.original, &self.suspect, REFINED);
-            ranked.extend(self.finalists(partial, at)?);
+            ranked.extend(self.finalists(self.promising(rotations, &fields), at)?);
+            if !self.convinced(&ranked) {
+                let partial = congruent::guesses(&self.original, &self.suspect, &fields[0], REFINED);
+                ranked.extend(self.finalists(partial, at)?);
+            }
         }
         ranked.sort_by(|x, y| y.0.total_cmp(&x.0));
         at(Stage::Refinement)?;
@@ -334,9 +337,14 @@ impl Pair<'_> {
     ) -> Result<Ranked, RegistrationError> {
         let mut glanced = self.refined(guesses, GLANCE, at)?;
         let best = glanced.first().map_or(0.0, |(score, _)| *score);
+        if best < HOPELESS {
+            glanced.truncate(1);
+            return Ok(glanced);
+        }
         glanced.retain(|(score, _)| *score >= WORTH_A_LOOK * best);
         glanced.truncate(FINALISTS);
-        self.refined(glanced.into_iter().map(|(_, guess)| guess).collect(), LOOK, at)
+        let guesses = glanced.into_iter().map(|(_, guess)| guess).collect();
+        self.refined(guesses, LOOK, at)
     }
 
     /// Refines guesses and ranks the results, the best first.
@@ -362,6 +370,17 @@ impl Pair<'_> {
         let mut ranked: Ranked = guesses.into_iter().map(|guess| (score(&guess), guess)).collect();
         ranked.sort_by(|x, y| y.0.total_cmp(&x.0));
         ranked
+    }
+
+    /// The guesses that look best from afar.
+    fn promising(&self, guesses: Vec<Similarity>, [original, suspect]: &[Field<'_>; 2]) -> Vec<Similarity> {
+        let tolerance = 10.0 * self.options.tolerance;
+        let scores = threads::map(guesses.len(), |i| {
+            rough_score(original, suspect, &guesses[i], tolerance, ROUGH_SAMPLES)
+        });
+        let mut order: Vec<usize> = (0..guesses.len()).collect();
+        order.sort_by(|&i, &j| scores[j].total_cmp(&scores[i]));
+        order.into_iter().take(REFINED).map(|i| guesses[i]).collect()
     }
 
     /// Whether one of the guesses so far leaves little to be wished.

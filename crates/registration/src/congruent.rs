@@ -8,6 +8,7 @@
 //! What is left of the original is all in the suspect, so any base will do, and two good sites are enough
 //! where four points would need four.
 
+use crate::field::Field;
 use crate::sampled::Sampled;
 use crate::threads;
 use crate::vector::{Mat3, Vec3, add, apply, cross, dot, norm, product, scaled, squared, sub, transposed};
@@ -63,8 +64,13 @@ struct Pair {
     twist: f64,
 }
 
-/// The `count` best guesses. Runs in the current pool.
-pub(crate) fn guesses(original: &Sampled, suspect: &Sampled, count: usize) -> Vec<Similarity> {
+/// The `count` best guesses; `field` is the original's. Runs in the current pool.
+pub(crate) fn guesses(
+    original: &Sampled,
+    suspect: &Sampled,
+    field: &Field<'_>,
+    count: usize,
+) -> Vec<Similarity> {
     let index = Index::of(sites(original, SITES));
     let sites = sites(suspect, SUSPECT_SITES);
     let mut bases: Vec<(usize, Pair)> = Vec::new();
@@ -91,11 +97,11 @@ pub(crate) fn guesses(original: &Sampled, suspect: &Sampled, count: usize) -> Ve
         .take(GUESSES)
         .collect();
     let glanced = ranked(candidates, |guess| {
-        score(original, &sites, guess, suspect.diagonal, FIRST_LOOK)
+        score(original, field, &sites, guess, suspect.diagonal, FIRST_LOOK)
     });
     let promising = glanced.into_iter().take(SECOND_LOOKS).collect();
     let looked = ranked(promising, |guess| {
-        score(original, &sites, guess, suspect.diagonal, SECOND_LOOK)
+        score(original, field, &sites, guess, suspect.diagonal, SECOND_LOOK)
     });
     distinct(looked.into_iter(), suspect, original.diagonal, count)
 }
@@ -244,15 +250,25 @@ fn bin(angle: f64) -> usize {
 /// The mean over about `count` sites of |cos| (1 − (distance / limit)²), cos being that of the angle between
 /// the normals, over the sites that face the original's way or over those that face the opposite way,
 /// whichever is more.
-fn score(original: &Sampled, sites: &[Site], guess: &Similarity, diagonal: f64, count: usize) -> f64 {
+fn score(
+    original: &Sampled,
+    field: &Field<'_>,
+    sites: &[Site],
+    guess: &Similarity,
+    diagonal: f64,
+    count: usize,
+) -> f64 {
     let limit = NEAR * guess.scale * diagonal;
     let mut sums = [0.0_f64; 2];
     let picked = sites.iter().step_by((sites.len() / count).max(1));
     for site in picked.clone() {
-        if let Some(nearest) = original.surface.nearest_within(guess.apply(site.point), limit) {
+        let near = field
+            .near(guess.apply(site.point))
+            .filter(|(_, distance)| *distance < limit);
+        if let Some((sample, distance)) = near {
             let normal = apply(&guess.rotation, site.normal);
-            let cosine = dot(normal, original.normals[nearest.triangle as usize]);
-            sums[usize::from(cosine < 0.0)] += cosine.abs() * (1.0 - (nearest.distance / limit).powi(2));
+            let cosine = dot(normal, original.normals[original.triangles[sample] as usize]);
+            sums[usize::from(cosine < 0.0)] += cosine.abs() * (1.0 - (distance / limit).powi(2));
         }
     }
     sums[0].max(sums[1]) / picked.len().max(1) as f64

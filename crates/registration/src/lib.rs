@@ -55,6 +55,7 @@ mod align;
 mod congruent;
 mod connectivity;
 mod error;
+mod field;
 mod guesses;
 mod icp;
 mod overlap;
