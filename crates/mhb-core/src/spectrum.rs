@@ -36,7 +36,7 @@ impl Default for SpectrumOptions {
             tolerance: 1e-10,
             threads: 1,
             block: 8,
-            band: 84,
+            band: 88,
         }
     }
 }

@@ -272,6 +272,45 @@ fn every_component_adds_one_zero_and_copies_repeat_every_eigenvalue() {
 }
 
 #[test]
+fn eigenvalues_that_nearly_coincide_are_all_found() {
+    let one = shapes::bumpy_sphere(3, 2);
+    let single = spectrum(&one, 30);
+    for difference in [1e-3, 1e-5, 1e-7, 1e-9] {
+        let copies: Vec<TriMesh> = (0..3)
+            .map(|k| {
+                let scaled = shapes::scaled(&one, 1.0 + difference * f64::from(k));
+                shapes::translated(&scaled, [5.0 * f64::from(k), 0.0, 0.0])
+            })
+            .collect();
+        let found = spectrum(&shapes::disjoint_union(&copies), 90);
+        assert!(found.certificate().complete);
+        assert!(orthonormality_defect(&found) < 1e-10);
+        for k in 3..90 {
+            assert!(
+                (found.eigenvalues()[k] / single.eigenvalues()[k / 3] - 1.0).abs() < 5.0 * difference + 1e-9
+            );
+        }
+    }
+}
+
+#[test]
+fn residuals_meet_the_tolerance() {
+    let mesh = shapes::bumpy_sphere(5, 4);
+    for tolerance in [1e-4, 1e-6, 1e-8, 1e-10] {
+        let found = Spectrum::compute(
+            &mesh,
+            &SpectrumOptions {
+                tolerance,
+                ..options(200)
+            },
+        )
+        .unwrap();
+        let worst = found.residuals().iter().copied().fold(0.0, f64::max);
+        assert!(worst < tolerance, "{worst:e} at {tolerance:e}");
+    }
+}
+
+#[test]
 fn a_mesh_beside_its_mirror_image_has_every_eigenvalue_twice() {
     let one = shapes::bumpy_torus(30, 16, 4);
     let mirror = shapes::translated(&shapes::mirrored(&one), [10.0, 0.0, 0.0]);

@@ -54,6 +54,9 @@ impl Default for Workspace {
 /// Overlaps with the basis below this, relative to what T made of a unit vector, are rounding, and left alone.
 const NEGLIGIBLE: f64 = 1e-13;
 
+/// Residual that rounding may leave in a combination of basis vectors, relative to the norm of A.
+const ROUNDING: f64 = 4e-14;
+
 /// Restarts before a band is given up.
 const ROUNDS: u64 = 12;
 
@@ -278,10 +281,26 @@ impl Search<'_> {
                 .for_each(|x| *x /= norm);
         }
         add(rows, vectors.all_mut(), basis, coordinates.as_ref());
+        let values: Vec<f64> = chosen.iter().map(|&k| self.lambda(ritz.theta[k])).collect();
+        let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+        if self.tolerance * least.max(1.0) < ROUNDING * self.factor.norm_bound() {
+            self.smooth(&mut vectors, chosen.len());
+        }
         Pairs {
-            values: chosen.iter().map(|&k| self.lambda(ritz.theta[k])).collect(),
+            values,
             vectors,
             residuals: chosen.iter().map(|&k| ritz.residuals[k]).collect(),
+        }
+    }
+}
+
+impl Search<'_> {
+    /// y ← T y / ‖T y‖. Sums of many vectors leave rounding errors of all frequencies, which A amplifies and T damps.
+    fn smooth(&self, vectors: &mut Tall, count: usize) {
+        self.factor.solve(vectors.all_mut());
+        for k in 0..count {
+            let norm = vectors.column(k).map(|y| y * y).sum::<f64>().sqrt();
+            vectors.column_mut(k).for_each(|y| *y /= norm);
         }
     }
 }

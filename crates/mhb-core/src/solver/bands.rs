@@ -81,7 +81,11 @@ impl Bands<'_> {
         certified: &mut Certified,
     ) -> Result<(), SpectrumError> {
         let lower = bottom.shift.max(0.0);
-        let number = (top.below - bottom.below).div_ceil(self.options.band).max(1);
+        // An even number keeps two threads busy to the end; it may not depend on the number of threads.
+        let number = match (top.below - bottom.below).div_ceil(self.options.band.max(1)) {
+            0 | 1 => 1,
+            more => more.next_multiple_of(2),
+        };
         let width = (top.shift - lower) / number as f64;
         let expected = (top.below - bottom.below).div_ceil(number);
         let done = AtomicUsize::new(0);

@@ -35,6 +35,7 @@ pub(crate) struct Analysis {
     /// Vertex i of that ordering is vertex `forward[i]` of the mesh.
     forward: Vec<u32>,
     inverse: Vec<u32>,
+    norm_bound: f64,
     symbolic: SymbolicCholesky<u32>,
 }
 
@@ -48,6 +49,7 @@ impl Analysis {
         let permuted = operator.permuted(forward, inverse);
         let symbolic = analyse(&permuted, SymmetricOrdering::Identity).ok_or(memory)?;
         Ok(Self {
+            norm_bound: operator.norm_bound(),
             operator: permuted,
             forward: forward.to_vec(),
             inverse: inverse.to_vec(),
@@ -96,7 +98,12 @@ impl Analysis {
             .map_err(|_| failed)?;
         let packed = Packed::new(structure, &values);
         let below = packed.inverse_pivots().iter().filter(|e| **e < 0.0).count();
-        let factor = Factor { shift, packed, below };
+        let factor = Factor {
+            shift,
+            packed,
+            below,
+            norm_bound: self.norm_bound,
+        };
         let backward_error = self.probe(&factor);
         if backward_error < ACCURACY {
             Ok(factor)
@@ -175,11 +182,17 @@ pub(crate) struct Factor {
     shift: f64,
     packed: Packed,
     below: usize,
+    norm_bound: f64,
 }
 
 impl Factor {
     pub(crate) fn shift(&self) -> f64 {
         self.shift
+    }
+
+    /// An upper bound of the eigenvalues of A.
+    pub(crate) fn norm_bound(&self) -> f64 {
+        self.norm_bound
     }
 
     /// How many eigenvalues of A lie below σ: the negative pivots, by Sylvester's law of inertia.

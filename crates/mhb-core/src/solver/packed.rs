@@ -4,7 +4,7 @@
 //! for eight of them, rows are gathered without scattering over columns, and the inner loops run across the group.
 //! L is kept by supernodes (columns of equal structure), each row-major and negated: its unit lower triangle, then the
 //! rows below. All groups pass through one supernode before the next, while its entries are in the cache.
-//! Benchmark: `eigen/solve` in bench-harness.
+//! Benchmark: `spectrum` in bench-harness.
 
 use faer::sparse::linalg::cholesky::supernodal::SymbolicSupernodalCholesky;
 use pulp::{Arch, Simd, WithSimd};

@@ -30,7 +30,7 @@ pub(crate) fn top(
     band: usize,
 ) -> Result<Cut, SpectrumError> {
     let size = analysis.operator().size();
-    let target = wanted + (band / 6).max(2);
+    let target = wanted + 2;
     let everything = Cut {
         shift: 1.01 * analysis.operator().norm_bound(),
         below: size,
@@ -45,7 +45,7 @@ pub(crate) fn top(
         },
         everything,
     );
-    // Weyl's law for a surface of area 1.
+    // Weyl's law for a surface of area 1. Surfaces with curvature and boundaries have a few more.
     let mut shift = 4.0 * PI * target as f64;
     loop {
         if !(shift > lower.shift && shift < upper.shift) {

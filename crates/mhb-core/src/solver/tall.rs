@@ -2,7 +2,7 @@
 //!
 //! A block is row-major: its eight values of one row share a cache line. Triangular solves, inner products and linear
 //! combinations all run along rows, eight columns at a time, and read each block once from front to back.
-//! Benchmark: `eigen/orthogonalise` in bench-harness.
+//! Benchmark: `spectrum` in bench-harness.
 
 use faer::{Mat, MatRef};
 use pulp::{Arch, Simd, WithSimd};
