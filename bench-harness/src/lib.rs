@@ -1,1 +1,23 @@
-//! In work.
+//! What every comparison and benchmark shares: the inputs, and one judge for all solvers.
+//!
+//! Inputs are files ([`mesh_files`], [`graph_files`]) or made-up surfaces of a wished size ([`surface`]). A graph is either read
+//! ([`read_graph`]) or made of the edges of a mesh ([`edge_graph`]). [`worst_residual`] judges eigenpairs, whoever computed them.
+//!
+//! ```
+//! use bench_harness::{edge_graph, surface, worst_residual};
+//! use mhb_core::{Laplacian, Spectrum, SpectrumOptions};
+//!
+//! let mesh = surface(600);
+//! assert_eq!((mesh.vertex_count(), edge_graph(&mesh)?.edge_count()), (642, 1920));
+//!
+//! let laplacian = Laplacian::cotangent(&mesh)?;
+//! let spectrum = Spectrum::of_laplacian(&laplacian, &SpectrumOptions { count: 8, ..Default::default() })?;
+//! assert!(worst_residual(&laplacian, spectrum.eigenvalues(), |k| spectrum.eigenfunction(k)) < 1e-9);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod inputs;
+mod residual;
+
+pub use inputs::{edge_graph, graph_files, largest_patch, mesh_files, name_of, read_graph, surface};
+pub use residual::worst_residual;

@@ -85,7 +85,8 @@ impl Camera {
         let extent = [high[0] - low[0], high[1] - low[1]];
         let scale = longer_side as f64 * (1.0 - 2.0 * MARGIN) / extent[0].max(extent[1]);
         let margin = MARGIN * longer_side as f64;
-        let side = |length: f64| (((length * scale + 2.0 * margin) / SAMPLES as f64).ceil() as usize) * SAMPLES;
+        let side =
+            |length: f64| (((length * scale + 2.0 * margin) / SAMPLES as f64).ceil() as usize) * SAMPLES;
         Self {
             axes,
             scale,
@@ -155,9 +156,8 @@ impl Canvas {
         let mut pixels = Vec::with_capacity(4 * width * height);
         for y in 0..height {
             for x in 0..width {
-                let samples = (0..SAMPLES * SAMPLES).map(|i| {
-                    (y * SAMPLES + i / SAMPLES) * self.width + x * SAMPLES + i % SAMPLES
-                });
+                let samples = (0..SAMPLES * SAMPLES)
+                    .map(|i| (y * SAMPLES + i / SAMPLES) * self.width + x * SAMPLES + i % SAMPLES);
                 let covered: Vec<usize> = samples.filter(|&s| self.depth[s].is_finite()).collect();
                 let count = covered.len().max(1) as f64;
                 for channel in 0..3 {
@@ -179,7 +179,11 @@ impl Canvas {
 /// Lambert's law for a light over the eye's left shoulder, with light from the sky and from the eye in the shadows. Surfaces
 /// that turn their backs to the eye are lit as if they faced it.
 fn shaded(colour: Colour, normal: [f64; 3]) -> Colour {
-    let facing = if normal[2] < 0.0 { normal.map(|x| -x) } else { normal };
+    let facing = if normal[2] < 0.0 {
+        normal.map(|x| -x)
+    } else {
+        normal
+    };
     let key = dot(facing, unit([-0.5, 0.6, 0.75])).max(0.0);
     let sky = 0.5 + 0.5 * facing[1];
     let light = 0.62 * key + 0.14 * sky + 0.22 * facing[2] + 0.05;
@@ -254,12 +258,18 @@ mod tests {
         let far = shapes::rectangle(1, 1, 1.0, 1.0);
         let (red, blue) = ([1.0, 0.0, 0.0], [0.0, 0.0, 1.0]);
         for (both, colours) in [
-            (shapes::disjoint_union(&[near.clone(), far.clone()]), [red, red, blue, blue]),
+            (
+                shapes::disjoint_union(&[near.clone(), far.clone()]),
+                [red, red, blue, blue],
+            ),
             (shapes::disjoint_union(&[far, near]), [blue, blue, red, red]),
         ] {
             let picture = Picture::of(&both, &colours, FRONT, 20);
             let middle = &picture.pixels[4 * (10 * picture.width + 10)..][..4];
-            assert!(middle[0] > 100 && middle[2] < middle[0] / 2 && middle[3] == 255, "{middle:?}");
+            assert!(
+                middle[0] > 100 && middle[2] < middle[0] / 2 && middle[3] == 255,
+                "{middle:?}"
+            );
         }
     }
 }

@@ -77,7 +77,11 @@ fn colours(mesh: &TriMesh, parts: usize) -> Result<Vec<Colour>> {
         ..Default::default()
     };
     let part_of = partition(&edge_graph(mesh)?, &options)?.part_of;
-    let corners = || mesh.triangles().iter().map(|t| t.map(|v| part_of[v as usize] as usize));
+    let corners = || {
+        mesh.triangles()
+            .iter()
+            .map(|t| t.map(|v| part_of[v as usize] as usize))
+    };
     let mut touch = vec![vec![false; parts]; parts];
     for [a, b, c] in corners() {
         for (p, q) in [(a, b), (b, c), (c, a)] {

@@ -54,9 +54,9 @@ impl Python {
                 .arg(&environment),
         )
         .context(REMEDY)?;
-        python
-            .install(&requirements)
-            .context("the packages can't be installed; a network and a package index are needed the first time")?;
+        python.install(&requirements).context(
+            "the packages can't be installed; a network and a package index are needed the first time",
+        )?;
         fs::write(&stamp, wanted).with_context(|| stamp.display().to_string())?;
         Ok(python)
     }

@@ -31,7 +31,11 @@ impl Chart {
 
     pub(crate) fn svg(&self) -> String {
         let height = TOP + ROW * self.bars.len() as f64 + 12.0;
-        let longest = self.bars.iter().map(|bar| bar.1).fold(f64::MIN_POSITIVE, f64::max);
+        let longest = self
+            .bars
+            .iter()
+            .map(|bar| bar.1)
+            .fold(f64::MIN_POSITIVE, f64::max);
         let scale = (WIDTH - LABELS - WORDS) / longest;
         let mut svg = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {height}\" width=\"{WIDTH}\" height=\"{height}\" \
@@ -43,7 +47,11 @@ impl Chart {
         );
         for (i, (label, length, words)) in self.bars.iter().enumerate() {
             let y = TOP + ROW * i as f64;
-            let (colour, weight) = if i == 0 { ("#d9480f", 600) } else { ("#9fb3c8", 400) };
+            let (colour, weight) = if i == 0 {
+                ("#d9480f", 600)
+            } else {
+                ("#9fb3c8", 400)
+            };
             let text = y + 16.0;
             let bar = (scale * length).max(1.0);
             // Writing to a string can't fail.
@@ -63,7 +71,9 @@ impl Chart {
 }
 
 fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
 }
 
 #[cfg(test)]
@@ -78,7 +88,10 @@ mod tests {
         let svg = chart.svg();
         let room = WIDTH - LABELS - WORDS;
         for width in [room / 4.0, room] {
-            assert!(svg.contains(&format!("width=\"{width:.1}\" height=\"22\"")), "{svg}");
+            assert!(
+                svg.contains(&format!("width=\"{width:.1}\" height=\"22\"")),
+                "{svg}"
+            );
         }
         assert!(svg.contains("a &lt; b"));
     }

@@ -23,29 +23,24 @@ const LARGEST: usize = 60_000;
 
 const TOLERANCES: [f64; 2] = [1e-6, 1e-8];
 
-/// The table's name, the script's name, and the tolerance that the peer is asked for beside ours.
+/// The name in the table, and the name that eigen.py knows.
 struct Peer {
     name: &'static str,
     option: &'static str,
-    /// LOBPCG solves dense problems of three times the pairs in every step: one case shows where it stands.
-    only_first_case: bool,
 }
 
 const PEERS: [Peer; 3] = [
     Peer {
         name: "ARPACK, SuperLU",
         option: "superlu",
-        only_first_case: false,
     },
     Peer {
         name: "ARPACK, CHOLMOD",
         option: "cholmod",
-        only_first_case: false,
     },
     Peer {
         name: "LOBPCG",
         option: "lobpcg",
-        only_first_case: true,
     },
 ];
 
@@ -68,7 +63,13 @@ struct Problem {
     matrices: PathBuf,
 }
 
-pub(crate) fn run(meshes: &Path, only: &[String], counts: &[usize], rounds: usize) -> Result<()> {
+pub(crate) fn run(
+    meshes: &Path,
+    only: &[String],
+    counts: &[usize],
+    rounds: usize,
+    with_lobpcg: bool,
+) -> Result<()> {
     let folder = peers::folder("eigen")?;
     let python = match peers::prepare() {
         Ok(python) => Some(python),
@@ -79,7 +80,7 @@ pub(crate) fn run(meshes: &Path, only: &[String], counts: &[usize], rounds: usiz
     };
     let peers = python
         .as_ref()
-        .map_or_else(Vec::new, |python| available(python));
+        .map_or_else(Vec::new, |python| available(python, with_lobpcg));
     let mut cells = Vec::new();
     for path in mesh_files(meshes)? {
         let name = name_of(&path);
@@ -89,14 +90,9 @@ pub(crate) fn run(meshes: &Path, only: &[String], counts: &[usize], rounds: usiz
         let problem = Problem::new(&path, &folder)?;
         for &count in counts {
             for tolerance in TOLERANCES {
-                let first_case = cells.is_empty();
-                let ours = ours(&problem, count, tolerance, rounds)?;
-                cells.extend(ours);
+                cells.extend(ours(&problem, count, tolerance, rounds)?);
                 let Some(python) = &python else { continue };
-                for peer in peers
-                    .iter()
-                    .filter(|peer| first_case || !peer.only_first_case)
-                {
+                for peer in &peers {
                     cells.push(theirs(&problem, python, peer, count, tolerance, rounds)?);
                 }
             }
@@ -112,7 +108,7 @@ pub(crate) fn run(meshes: &Path, only: &[String], counts: &[usize], rounds: usiz
 }
 
 /// The peers that run here; CHOLMOD has to be built, for which its headers must be there.
-fn available(python: &Python) -> Vec<&'static Peer> {
+fn available(python: &Python, with_lobpcg: bool) -> Vec<&'static Peer> {
     let wanted = python.scripts().join("requirements-cholmod.txt");
     let has_cholmod = python.install(&wanted).is_ok();
     if !has_cholmod {
@@ -123,6 +119,7 @@ fn available(python: &Python) -> Vec<&'static Peer> {
     PEERS
         .iter()
         .filter(|peer| has_cholmod || peer.option != "cholmod")
+        .filter(|peer| with_lobpcg || peer.option != "lobpcg")
         .collect()
 }
 
@@ -145,8 +142,14 @@ impl Problem {
             let path = matrices.join(name);
             fs::write(&path, bytes).with_context(|| path.display().to_string())
         };
-        write("offsets.u64", offsets.iter().flat_map(|i| i.to_le_bytes()).collect())?;
-        write("columns.u64", columns.iter().flat_map(|i| i.to_le_bytes()).collect())?;
+        write(
+            "offsets.u64",
+            offsets.iter().flat_map(|i| i.to_le_bytes()).collect(),
+        )?;
+        write(
+            "columns.u64",
+            columns.iter().flat_map(|i| i.to_le_bytes()).collect(),
+        )?;
         write(
             "values.f64",
             stiffness.data().iter().flat_map(|x| x.to_le_bytes()).collect(),
@@ -163,15 +166,19 @@ impl Problem {
     }
 
     fn cell(&self, solver: &str, count: usize, tolerance: f64, measured: &[Value]) -> Cell {
-        let figure = |key: &str| measured.iter().map(|value| value[key].as_f64().unwrap_or(f64::NAN));
+        let figure = |key: &'static str| {
+            measured
+                .iter()
+                .map(move |value| value[key].as_f64().unwrap_or(f64::NAN))
+        };
         let cell = Cell {
             mesh: self.name.clone(),
             vertices: self.laplacian.mass().len(),
             count,
             tolerance,
             solver: solver.into(),
-            cpu: median(figure("cpu").collect::<Vec<_>>()),
-            wall: median(figure("wall").collect::<Vec<_>>()),
+            cpu: median(figure("cpu")),
+            wall: median(figure("wall")),
             residual: figure("residual").fold(0.0, f64::max),
         };
         println!(
@@ -220,17 +227,20 @@ fn theirs(
 ) -> Result<Cell> {
     let round = |round: usize| {
         let name = format!("{}-{count}-{tolerance:e}-{round}", peer.option);
-        peers::cell(&problem.matrices, &name, || solve(problem, python, peer, count, tolerance))
+        peers::cell(&problem.matrices, &name, || {
+            solve(problem, python, peer, count, tolerance)
+        })
     };
     let measured: Vec<Value> = (0..rounds).map(round).collect::<Result<_>>()?;
     Ok(problem.cell(peer.name, count, tolerance, &measured))
 }
 
 fn solve(problem: &Problem, python: &Python, peer: &Peer, count: usize, tolerance: f64) -> Result<Value> {
-    let folder = &problem.matrices;
+    let folder = problem.matrices.join(peer.option);
+    fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
     let arguments = [
         peer.option.into(),
-        folder.clone().into_os_string(),
+        problem.matrices.clone().into_os_string(),
         count.to_string().into(),
         tolerance.to_string().into(),
         folder.clone().into_os_string(),
@@ -311,10 +321,7 @@ fn ratio(cells: &[Cell], cell: &Cell) -> Option<f64> {
     let same = |other: &&Cell| {
         (&other.mesh, other.count) == (&cell.mesh, cell.count) && other.tolerance == cell.tolerance
     };
-    let ours = cells
-        .iter()
-        .filter(same)
-        .find(|other| other.solver == "ours")?;
+    let ours = cells.iter().filter(same).find(|other| other.solver == "ours")?;
     Some(cell.cpu / ours.cpu)
 }
 

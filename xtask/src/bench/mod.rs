@@ -43,6 +43,9 @@ pub(crate) enum Bench {
         /// Numbers of pairs
         #[arg(long, value_delimiter = ',', default_value = "325,513")]
         counts: Vec<usize>,
+        /// LOBPCG too: every step solves a dense problem of three times the pairs
+        #[arg(long)]
+        lobpcg: bool,
         /// Times are medians over so many rounds
         #[arg(long, default_value_t = 3)]
         rounds: usize,
@@ -61,7 +64,8 @@ pub(crate) fn run(bench: Bench) -> Result<()> {
             meshes,
             only,
             counts,
+            lobpcg,
             rounds,
-        } => eigen::run(&meshes, &only, &counts, rounds.max(1)),
+        } => eigen::run(&meshes, &only, &counts, rounds.max(1), lobpcg),
     }
 }

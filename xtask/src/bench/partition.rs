@@ -79,10 +79,13 @@ struct Fill {
 pub(crate) fn run(graphs: &Path, meshes: &Path, rounds: usize, with_kaffpa: bool) -> Result<()> {
     output(Command::new("gpmetis").arg("-help"))
         .context("METIS is not there: install it (Debian: apt-get install metis)")?;
-    let python = with_kaffpa.then(peers::prepare).transpose().unwrap_or_else(|missing| {
-        eprintln!("No KaFFPa: {missing:#}.");
-        None
-    });
+    let python = with_kaffpa
+        .then(peers::prepare)
+        .transpose()
+        .unwrap_or_else(|missing| {
+            eprintln!("No KaFFPa: {missing:#}.");
+            None
+        });
     let (mut cases, mut fills) = (Vec::new(), Vec::new());
     for problem in problems(graphs, meshes)? {
         for &parts in problem.parts {
@@ -101,10 +104,7 @@ pub(crate) fn run(graphs: &Path, meshes: &Path, rounds: usize, with_kaffpa: bool
             cases.push(case);
         }
         let fill = order(&problem, rounds)?;
-        println!(
-            "{} ordered: METIS {}, ours {}",
-            fill.graph, fill.metis, fill.ours
-        );
+        println!("{} ordered: METIS {}, ours {}", fill.graph, fill.metis, fill.ours);
         fills.push(fill);
     }
     write(&cases, &fills, rounds)
@@ -166,8 +166,7 @@ fn divide(problem: &Problem, parts: usize, rounds: usize, python: Option<&Python
         two.push(timed(|| partition(&problem.graph, &options(2, Effort::Default))).1);
     }
     let high = timed(|| partition(&problem.graph, &options(1, Effort::High)));
-    let (ours, megabytes) =
-        machine::peak_growth(|| partition(&problem.graph, &options(1, Effort::Default)));
+    let (ours, megabytes) = machine::peak_growth(|| partition(&problem.graph, &options(1, Effort::Default)));
     let divided = PathBuf::from(format!("{}.part.{parts}", problem.file.display()));
     let by_metis = fs::read_to_string(&divided).with_context(|| divided.display().to_string())?;
     let seconds = |costs: &[Cost], of: fn(&Cost) -> f64| median(costs.iter().map(of));
@@ -320,7 +319,11 @@ fn summary(cases: &[Case], fills: &[Fill]) -> String {
         greatest(ratios()),
         geometric_mean(timed().map(|case| case.one_thread.cpu / case.metis_seconds)),
         geometric_mean(timed().map(|case| case.two_threads.wall / case.metis_seconds)),
-        geometric_mean(cases.iter().map(|case| case.high.cut as f64 / case.metis.cut as f64)),
+        geometric_mean(
+            cases
+                .iter()
+                .map(|case| case.high.cut as f64 / case.metis.cut as f64)
+        ),
         geometric_mean(timed().map(|case| case.high_seconds / case.metis_seconds)),
     );
     if to_kaffpa().next().is_some() {
@@ -392,7 +395,14 @@ fn cut_table(cases: &[Case]) -> Table {
 }
 
 fn fill_table(fills: &[Fill]) -> Table {
-    let header = ["graph", "METIS nnz(L)", "our nnz(L)", "ratio", "METIS (s)", "ours (s)"];
+    let header = [
+        "graph",
+        "METIS nnz(L)",
+        "our nnz(L)",
+        "ratio",
+        "METIS (s)",
+        "ours (s)",
+    ];
     let mut table = Table::new("Orderings by nested dissection", &header);
     for fill in fills {
         table.row([

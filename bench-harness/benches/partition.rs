@@ -1,0 +1,91 @@
+//! Division into two and into many parts, at each effort and by each method, connection of the parts, and nested dissection.
+#![allow(missing_docs)]
+
+use bench_harness::{edge_graph, surface};
+use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use partition::{
+    Effort, Graph, Method, Options, OrderingOptions, column_counts, nested_dissection, partition,
+};
+
+fn graph() -> Graph {
+    edge_graph(&surface(40_000)).expect("the surface has few edges")
+}
+
+fn division(criterion: &mut Criterion) {
+    let graph = graph();
+    let with = |parts| Options {
+        parts,
+        ..Default::default()
+    };
+    let cases = [
+        ("bisection", with(2)),
+        ("64 parts", with(64)),
+        (
+            "64 parts, fast",
+            Options {
+                effort: Effort::Fast,
+                ..with(64)
+            },
+        ),
+        (
+            "64 parts, high effort",
+            Options {
+                effort: Effort::High,
+                ..with(64)
+            },
+        ),
+        (
+            "64 parts, recursive bisection",
+            Options {
+                method: Method::RecursiveBisection,
+                ..with(64)
+            },
+        ),
+        (
+            "64 parts, connected",
+            Options {
+                contiguous: true,
+                ..with(64)
+            },
+        ),
+        (
+            "64 parts, 2 threads",
+            Options {
+                threads: 2,
+                ..with(64)
+            },
+        ),
+    ];
+    let mut group = criterion.benchmark_group("division");
+    group.sample_size(10);
+    for (name, options) in &cases {
+        group.bench_function(*name, |bencher| bencher.iter(|| partition(&graph, options)));
+    }
+    group.finish();
+}
+
+fn ordering(criterion: &mut Criterion) {
+    let graph = graph();
+    let mut group = criterion.benchmark_group("ordering");
+    group.sample_size(10);
+    for threads in [1, 2] {
+        let options = OrderingOptions {
+            threads,
+            ..Default::default()
+        };
+        group.bench_function(
+            BenchmarkId::new("nested dissection, threads", threads),
+            |bencher| {
+                bencher.iter(|| nested_dissection(&graph, &options));
+            },
+        );
+    }
+    let ordering = nested_dissection(&graph, &OrderingOptions::default()).expect("the graph is sound");
+    group.bench_function("column counts", |bencher| {
+        bencher.iter(|| column_counts(&graph, &ordering));
+    });
+    group.finish();
+}
+
+criterion_group!(benches, division, ordering);
+criterion_main!(benches);

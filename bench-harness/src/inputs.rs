@@ -1,0 +1,111 @@
+use std::{
+    fs,
+    io::Read,
+    path::{Path, PathBuf},
+};
+
+use anyhow::{Context, Result};
+use flate2::read::MultiGzDecoder;
+use mesh::{Edges, Format, TriMesh, shapes};
+use partition::{Graph, Options, partition, read_metis};
+
+/// An irregular closed surface of at least `vertices` vertices, and fewer than four times as many. Deterministic.
+pub fn surface(vertices: usize) -> TriMesh {
+    let level = (0..12)
+        .find(|&level| 10 * 4usize.pow(level) + 2 >= vertices)
+        .unwrap_or(12);
+    shapes::bumpy_sphere(level, 1)
+}
+
+/// The mesh files of a folder, by name. Folders in it are not searched.
+///
+/// # Errors
+/// When the folder can't be read.
+pub fn mesh_files(folder: &Path) -> Result<Vec<PathBuf>> {
+    files(folder, |path| Format::of_path(path).is_some())
+}
+
+/// The METIS graph files of a folder, `.graph` or `.graph.gz`, by name.
+///
+/// # Errors
+/// When the folder can't be read.
+pub fn graph_files(folder: &Path) -> Result<Vec<PathBuf>> {
+    files(folder, |path| {
+        let name = path.to_string_lossy();
+        name.ends_with(".graph") || name.ends_with(".graph.gz")
+    })
+}
+
+fn files(folder: &Path, wanted: impl Fn(&Path) -> bool) -> Result<Vec<PathBuf>> {
+    let mut found = Vec::new();
+    for entry in fs::read_dir(folder).with_context(|| folder.display().to_string())? {
+        let path = entry?.path();
+        if path.is_file() && wanted(&path) {
+            found.push(path);
+        }
+    }
+    found.sort();
+    Ok(found)
+}
+
+/// The file's name up to its first point, as it stands in the tables.
+pub fn name_of(path: &Path) -> String {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    name.split('.').next().unwrap_or_default().to_string()
+}
+
+/// Reads a METIS graph file, gzipped or not.
+///
+/// # Errors
+/// When the file can't be read or is no graph.
+pub fn read_graph(path: &Path) -> Result<Graph> {
+    let shown = || path.display().to_string();
+    let bytes = fs::read(path).with_context(shown)?;
+    let mut text = String::new();
+    if bytes.starts_with(&[0x1f, 0x8b]) {
+        MultiGzDecoder::new(bytes.as_slice()).read_to_string(&mut text)
+    } else {
+        bytes.as_slice().read_to_string(&mut text)
+    }
+    .with_context(shown)?;
+    read_metis(&text).with_context(shown)
+}
+
+/// The graph of a mesh's vertices and edges, all weights 1.
+///
+/// # Errors
+/// When the mesh has more edges than a graph can have.
+pub fn edge_graph(mesh: &TriMesh) -> Result<Graph> {
+    let neighbours = Edges::of(mesh).neighbours(mesh.vertex_count());
+    Ok(Graph::new(
+        neighbours.offsets().to_vec(),
+        neighbours.neighbours().to_vec(),
+        None,
+        None,
+    )?)
+}
+
+/// The mesh itself if it has at most `most` vertices; else the largest of the fewest connected patches that size.
+///
+/// # Errors
+/// When the mesh can't be partitioned.
+pub fn largest_patch(mesh: &TriMesh, most: usize) -> Result<TriMesh> {
+    let parts = mesh.vertex_count().div_ceil(most);
+    if parts == 1 {
+        return Ok(mesh.clone());
+    }
+    let options = Options {
+        parts,
+        contiguous: true,
+        ..Default::default()
+    };
+    let division = partition(&edge_graph(mesh)?, &options)?;
+    let largest = (0..parts).max_by_key(|&p| division.weights[p]).unwrap_or(0) as u32;
+    let inside: Vec<[u32; 3]> = mesh
+        .triangles()
+        .iter()
+        .filter(|corners| corners.iter().all(|&v| division.part_of[v as usize] == largest))
+        .copied()
+        .collect();
+    Ok(mesh::Welded::new(mesh.positions(), &inside)?.mesh().clone())
+}
