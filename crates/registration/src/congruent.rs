@@ -73,26 +73,10 @@ pub(crate) fn guesses(
 ) -> Vec<Similarity> {
     let index = Index::of(sites(original, SITES));
     let sites = sites(suspect, SUSPECT_SITES);
-    let mut bases: Vec<(usize, Pair)> = Vec::new();
-    for (i, j) in spread_pairs(sites.len()) {
-        // The suspect may be inside out: its normals count with both signs.
-        for sign in [1.0, -1.0] {
-            let [first, second] = [i, j].map(|k| Site {
-                normal: scaled(sites[k].normal, sign),
-                ..sites[k]
-            });
-            let pair = Pair::of(first, second).filter(|pair| pair.twist.abs() > TWISTED);
-            let wide = squared(sub(second.point, first.point)) > (WIDE * suspect.diagonal).powi(2);
-            if let Some(pair) = pair.filter(|_| wide) {
-                bases.push((index.partners(&pair).count(), pair));
-            }
-        }
-    }
-    bases.retain(|(partners, _)| *partners > 0);
-    bases.sort_by_key(|(partners, _)| *partners);
+    let bases = bases(&index, &sites, suspect.diagonal);
     let candidates: Vec<Similarity> = bases
         .iter()
-        .flat_map(|(_, base)| index.partners(base).map(move |partner| onto(base, &partner)))
+        .flat_map(|base| index.partners(base).map(move |partner| onto(base, &partner)))
         .filter(|guess| plausible(guess, original, suspect))
         .take(GUESSES)
         .collect();
@@ -104,6 +88,30 @@ pub(crate) fn guesses(
         score(original, field, &sites, guess, suspect.diagonal, SECOND_LOOK)
     });
     distinct(looked.into_iter(), suspect, original.diagonal, count)
+}
+
+/// Wide, twisted pairs of the suspect that have partners, those with the fewest first.
+fn bases(index: &Index, sites: &[Site], diagonal: f64) -> Vec<Pair> {
+    let mut bases: Vec<(usize, Pair)> = Vec::new();
+    for (i, j) in spread_pairs(sites.len()) {
+        let apart = squared(sub(sites[j].point, sites[i].point));
+        if apart < (WIDE * diagonal).powi(2) {
+            continue;
+        }
+        // The suspect may be inside out: its normals count with both signs.
+        for sign in [1.0, -1.0] {
+            let [first, second] = [i, j].map(|k| Site {
+                normal: scaled(sites[k].normal, sign),
+                ..sites[k]
+            });
+            if let Some(pair) = Pair::of(first, second).filter(|pair| pair.twist.abs() > TWISTED) {
+                bases.push((index.partners(&pair).count(), pair));
+            }
+        }
+    }
+    bases.retain(|(partners, _)| *partners > 0);
+    bases.sort_by_key(|(partners, _)| *partners);
+    bases.into_iter().map(|(_, pair)| pair).collect()
 }
 
 /// Guesses by descending score.
