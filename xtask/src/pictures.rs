@@ -13,7 +13,7 @@ use crate::{
 };
 
 /// Pixels of the longer side.
-const SIZE: usize = 900;
+const SIZE: usize = 720;
 
 /// Triangles between patches.
 const BORDER: Colour = [0.012, 0.012, 0.016];
@@ -35,7 +35,7 @@ const SUBJECTS: [Subject; 2] = [
         file: "igea_134k",
         parts: 5,
         view: View {
-            eye: [0.3, 0.1, 1.0],
+            eye: [0.3, 0.0, 1.0],
             up: [0.0, 1.0, 0.0],
         },
         picture: "igea_5_patches.png",
@@ -44,8 +44,8 @@ const SUBJECTS: [Subject; 2] = [
         file: "ct_skull_1081k_closed",
         parts: 33,
         view: View {
-            eye: [0.3, 0.1, 1.0],
-            up: [0.0, 1.0, 0.0],
+            eye: [0.55, 1.0, 0.3],
+            up: [0.0, 0.0, 1.0],
         },
         picture: "skull_33_patches.png",
     },

@@ -47,9 +47,11 @@ pub(crate) fn build_sigmark() -> Result<PathBuf> {
         "json-render-diagnostics",
     ];
     let messages = output(Command::new(cargo).current_dir(root()).args(arguments))?;
-    let executable = messages.lines().filter_map(|line| {
+    let mut executable = messages.lines().filter_map(|line| {
         let message: serde_json::Value = serde_json::from_str(line).ok()?;
         (message["target"]["name"] == "sigmark").then(|| message["executable"].as_str().map(PathBuf::from))?
     });
-    executable.last().context("cargo built no binary named sigmark")
+    executable
+        .next_back()
+        .context("cargo built no binary named sigmark")
 }

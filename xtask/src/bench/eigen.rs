@@ -296,7 +296,7 @@ fn write(cells: &[Cell], rounds: usize, python: Option<&Python>) -> Result<()> {
     table.write_csv(&results.join("eigen.csv"))?;
     let (median_ratios, speed_up) = summary(cells);
     let environment = python
-        .map(|python| python.versions())
+        .map(Python::versions)
         .transpose()?
         .map_or_else(String::new, |versions| format!("; {versions}"));
     let page = format!(
