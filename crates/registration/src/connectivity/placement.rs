@@ -92,7 +92,7 @@ struct Search<'a> {
     onto: &'a Graph<'a>,
     propagation: Propagation<'a>,
     parts: Vec<Part>,
-    /// Sets of flags of the suspect, each with the colours of a seed.
+    /// Sets of flags of the suspect, each with the colours of a seed, sorted by the x of their parts' centroids.
     images: Vec<Vec<Flag>>,
     /// Centroids of the suspect's parts.
     centroids: Vec<[f64; 3]>,
@@ -100,15 +100,20 @@ struct Search<'a> {
 
 impl<'a> Search<'a> {
     fn new(from: &'a Graph<'a>, onto: &'a Graph<'a>, colours: &'a Colours) -> Self {
-        let (parts, images) = parts(from, onto, colours);
+        let (parts, mut images) = parts(from, onto, colours);
         let propagation = Propagation::new(from, onto, colours);
+        let centroids = centroids(onto);
+        for set in &mut images {
+            let x = |flag: &Flag| centroids[onto.part_of(flag.corners[0])][0];
+            set.sort_by(|a, b| x(a).total_cmp(&x(b)));
+        }
         Self {
             from,
             onto,
             propagation,
             parts,
             images,
-            centroids: centroids(onto),
+            centroids,
         }
     }
 
@@ -242,27 +247,10 @@ impl<'a> Search<'a> {
 
     /// Maps a part by the free image that lies nearest under `transform`.
     fn place_nearest(&mut self, placed: &mut Placed, part: usize, transform: &Similarity) {
-        let Part {
-            seed,
-            images,
-            centroid,
-            ..
-        } = self.parts[part];
-        let mut images: Vec<(f64, Flag)> = self.images[images]
-            .iter()
-            .filter(|image| !placed.taken[self.onto.part_of(image.corners[0])])
-            .map(|&image| {
-                let target = self.onto.part_of(image.corners[0]);
-                let apart = squared(sub(transform.apply(self.centroids[target]), centroid));
-                let corners = seed.corners.into_iter().zip(image.corners);
-                (apart + self.distance(corners, transform) / 3.0, image)
-            })
-            .collect();
-        if images.len() > NEAREST_IMAGES {
-            images.select_nth_unstable_by(NEAREST_IMAGES, |x, y| x.0.total_cmp(&y.0));
-        }
+        let seed = self.parts[part].seed;
+        let images = self.nearest_images(placed, part, transform);
         let mut best: Option<(f64, Pairs)> = None;
-        for (_, image) in images.into_iter().take(NEAREST_IMAGES) {
+        for image in images {
             if self.propagation.run(seed, image, usize::MAX) {
                 let distance = self.distance(self.propagation.pairs.iter().copied(), transform);
                 if best.as_ref().is_none_or(|(least, _)| distance < *least) {
@@ -275,6 +263,52 @@ impl<'a> Search<'a> {
             placed.done[part] = true;
             placed.pairs.extend(pairs);
         }
+    }
+
+    /// The [`NEAREST_IMAGES`] free images of a part's seed that lie nearest by centroid and seed.
+    ///
+    /// Looks outward from the part's own x in the suspect's frame, until all that is left is farther off in x alone.
+    fn nearest_images(&self, placed: &Placed, part: usize, transform: &Similarity) -> Vec<Flag> {
+        let Part {
+            seed,
+            images,
+            centroid,
+            ..
+        } = self.parts[part];
+        let images = &self.images[images];
+        let here = transform.inverse().apply(centroid)[0];
+        let target = |flag: &Flag| self.onto.part_of(flag.corners[0]);
+        let offset = |flag: &Flag| (self.centroids[target(flag)][0] - here).abs();
+        let middle = images.partition_point(|flag| self.centroids[target(flag)][0] < here);
+        let mut left = images[..middle].iter().rev().peekable();
+        let mut right = images[middle..].iter().peekable();
+        let mut nearest: Vec<(f64, Flag)> = Vec::with_capacity(NEAREST_IMAGES + 1);
+        loop {
+            let leftward = match (left.peek(), right.peek()) {
+                (Some(l), Some(r)) => offset(l) < offset(r),
+                (l, _) => l.is_some(),
+            };
+            let Some(image) = (if leftward { left.next() } else { right.next() }) else {
+                break;
+            };
+            let bound = nearest
+                .get(NEAREST_IMAGES - 1)
+                .map_or(f64::INFINITY, |(worst, _)| *worst);
+            if (transform.scale * offset(image)).powi(2) > bound {
+                break;
+            }
+            if placed.taken[target(image)] {
+                continue;
+            }
+            let apart = squared(sub(transform.apply(self.centroids[target(image)]), centroid));
+            let corners = seed.corners.into_iter().zip(image.corners);
+            let score = apart + self.distance(corners, transform) / 3.0;
+            if score < bound {
+                nearest.insert(nearest.partition_point(|(s, _)| *s <= score), (score, *image));
+                nearest.truncate(NEAREST_IMAGES);
+            }
+        }
+        nearest.into_iter().map(|(_, image)| image).collect()
     }
 
     /// Σ |v − T(w)|² over pairs.
