@@ -22,9 +22,10 @@ pub struct SpectrumOptions {
     pub tolerance: f64,
     /// Threads to compute with; the result does not depend on it.
     pub threads: usize,
-    /// Width of the blocks that the solver iterates with. Changes the time, and the result within the tolerance.
+    /// Width of the blocks that the solver iterates with, 1 to 64, rounded up to a multiple of 8. Changes the time, and the
+    /// result within the tolerance.
     pub block: usize,
-    /// How many pairs a band should hold. Changes the time, and the result within the tolerance.
+    /// How many pairs a band should hold, at least 1. Changes the time, and the result within the tolerance.
     pub band: usize,
 }
 
@@ -117,7 +118,12 @@ impl Spectrum {
         pool.install(|| {
             let operator = Operator::new(laplacian)?;
             let kernel = kernel(&operator);
-            let solution = solver::lowest(&operator, kernel.as_ref(), options, &progress)?;
+            let sane = SpectrumOptions {
+                block: options.block.clamp(1, 64),
+                band: options.band.max(1),
+                ..options.clone()
+            };
+            let solution = solver::lowest(&operator, kernel.as_ref(), &sane, &progress)?;
             finish(laplacian, &operator, kernel.ncols(), solution, options, &progress)
         })
     }

@@ -313,4 +313,40 @@ mod tests {
             }
         }
     }
+
+    #[test]
+    fn scalar_kernels_agree_with_vector_kernels() {
+        let rows = 300;
+        let ((v, _), (mut w, _)) = (noise(rows, 16, 3), noise(rows, 8, 4));
+        let c = inner(rows, v.all(), w.all());
+        let mut tiles = vec![[[0.0; LANES]; LANES]; 2];
+        Inner {
+            rows,
+            v: v.all(),
+            w: w.all(),
+            tiles: &mut tiles,
+        }
+        .with_simd(pulp::Scalar::new());
+        for (t, tile) in tiles.iter().enumerate() {
+            for k in 0..LANES {
+                assert!((0..LANES).all(|l| (tile[k][l] - c[(t * LANES + k, l)]).abs() < 1e-11));
+            }
+        }
+        let mut scalar = w.clone();
+        Add {
+            rows,
+            v: v.all(),
+            w: scalar.all_mut(),
+            tiles: &tiles,
+        }
+        .with_simd(pulp::Scalar::new());
+        add(rows, w.all_mut(), v.all(), c.as_ref());
+        assert!(
+            scalar
+                .all()
+                .iter()
+                .zip(w.all())
+                .all(|(a, b)| (a - b).abs() < 1e-9)
+        );
+    }
 }
