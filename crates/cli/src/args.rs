@@ -266,7 +266,7 @@ pub(crate) struct Spectrum {
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
-Examples:
+Example:
   sigmark partition model.ply -k 6 -o patches.ply --labels patches.txt
   sigmark partition grid.graph -k 16 --labels parts.txt
 

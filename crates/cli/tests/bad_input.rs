@@ -287,6 +287,8 @@ fn meshes_that_can_carry_no_signature_are_refused_with_the_reason() {
     );
     folder.write_mesh("tiny.ply", &shapes::scaled(&model(), 1e-170), Precision::Double);
     folder.write("triangle.obj", OBJ);
+    folder.write("two.graph", "2 1\n2\n1\n");
+    folder.write("torn.graph", "2 1\n7\n1\n");
     // So far from the origin that single precision has no digits left for the mark.
     folder.write_mesh(
         "far.ply",
@@ -311,8 +313,17 @@ fn meshes_that_can_carry_no_signature_are_refused_with_the_reason() {
             &["model.ply", "lower chip rate"],
         ),
         (
-            embed("large.ply", ""),
-            &["large.ply", "60491 vertices", "60000", "decimate"],
+            embed("large.ply", "--patches 1"),
+            &[
+                "large.ply",
+                "60491 vertices",
+                "60000",
+                "ask for 4 patches or more",
+            ],
+        ),
+        (
+            embed("model.ply", "--chip-rate 1 --patches 3"),
+            &["model.ply", "344 in each", "fewer patches"],
         ),
         (embed("thin.ply", "--chip-rate 1"), &["thin.ply", "area"]),
         (embed("tiny.ply", "--chip-rate 1"), &["tiny.ply"]),
@@ -327,6 +338,22 @@ fn meshes_that_can_carry_no_signature_are_refused_with_the_reason() {
         (
             embed("model.ply", "--chip-rate 1 --paper-alpha 3"),
             &["model.ply", "alpha is 3", "the most"],
+        ),
+        (
+            "partition model.ply -k 643 -o out.ply".into(),
+            &["model.ply", "643 parts", "1 to 642"],
+        ),
+        (
+            "partition two.graph -k 2 -o out.ply".into(),
+            &["out.ply", "no shape to colour", "leave out -o"],
+        ),
+        (
+            "partition torn.graph -k 2 --labels out.txt".into(),
+            &["torn.graph", "line 2"],
+        ),
+        (
+            "partition model.ply -k 2 --labels model.ply --force".into(),
+            &["model.ply", "is the input"],
         ),
         ("spectrum thin.ply -k 2 -o out.npz".into(), &["thin.ply", "area"]),
         (
@@ -363,6 +390,7 @@ fn numbers_out_of_bounds_are_refused_before_any_work_is_done() {
         (embed, "--threads", "0 -1 1000000"),
         (VERIFY, "--p-bound", "0 1 -1 nan x"),
         ("spectrum nowhere.ply", "--count", "0 -1 x"),
+        ("partition nowhere.ply", "--parts", "0 -1 x"),
         ("spectrum nowhere.ply", "--tolerance", "0 1 -1 nan"),
     ];
     for (line, option, values) in table {

@@ -530,9 +530,70 @@ fn non_manifold_meshes_are_signed_and_found_like_others() {
 }
 
 #[test]
+fn a_mesh_is_divided_into_connected_parts_of_equal_size() {
+    let folder = Folder::with_signed_model();
+    let report = folder
+        .done("partition model.ply -k 6 -o parts.ply --labels parts.txt --json")
+        .json();
+    assert_eq!(
+        keys(&report),
+        [
+            "components",
+            "cut",
+            "imbalance",
+            "labels",
+            "output",
+            "parts",
+            "seconds"
+        ]
+    );
+    assert_eq!(report["components"], serde_json::json!([1, 1, 1, 1, 1, 1]));
+    assert!(number(&report, "imbalance") <= 0.03);
+    let labels: Vec<usize> = folder
+        .text("parts.txt")
+        .lines()
+        .map(|line| line.parse().unwrap())
+        .collect();
+    assert_eq!(labels.len(), 642);
+    for part in 0..6 {
+        assert!((90..=110).contains(&labels.iter().filter(|&&label| label == part).count()));
+    }
+    let coloured = mesh::Asset::open(folder.path("parts.ply")).unwrap();
+    assert_eq!(coloured.mesh().triangle_count(), 1280);
+}
+
+#[test]
+fn a_graph_in_metis_format_is_divided() {
+    let folder = Folder::empty();
+    // Two triangles with a bridge.
+    folder.write("bridge.graph", "6 7\n2 3\n1 3\n1 2 4\n3 5 6\n4 6\n4 5\n");
+    let report = folder
+        .done("partition bridge.graph -k 2 --labels parts.txt --json")
+        .json();
+    assert_eq!(report["cut"], 1);
+    let text = folder.text("parts.txt");
+    assert!(
+        text == "0\n0\n0\n1\n1\n1\n" || text == "1\n1\n1\n0\n0\n0\n",
+        "{text}"
+    );
+    assert!(folder.done("partition bridge.graph -k 2").out.contains("1 edge"));
+}
+
+#[test]
+fn a_mesh_is_signed_in_as_many_patches_as_are_asked_for() {
+    let folder = Folder::with_signed_model();
+    folder.write_mesh("torus.ply", &shapes::bumpy_torus(60, 40, 1), Precision::Single);
+    let line = "embed torus.ply -o t.ply --key owner.pem --chip-rate 1 --patches 4 --json";
+    assert_eq!(folder.done(line).json()["patches"], 4);
+    let line =
+        "verify t.ply --original torus.ply --certificate t.ply.cert.json --public-key owner.pub.pem --json";
+    assert_eq!(folder.done(line).json()["outcome"], "verified");
+}
+
+#[test]
 fn every_command_has_help_with_an_example() {
     let folder = Folder::empty();
-    for command in ["keygen", "embed", "verify", "inspect", "spectrum"] {
+    for command in ["keygen", "embed", "verify", "inspect", "spectrum", "partition"] {
         let text = folder.done(&format!("{command} --help")).out;
         assert!(text.contains(&format!("Usage: sigmark {command}")), "{text}");
         assert!(

@@ -3,7 +3,9 @@
 #[non_exhaustive]
 pub enum MeshError {
     /// A surface is needed; a point cloud or an empty list of faces has none.
-    #[error("the mesh has no triangles: a surface is needed, not a point cloud")]
+    #[error(
+        "the mesh has no triangles: a surface is needed, not a point cloud; export the model with its faces"
+    )]
     NoTriangles,
     /// A coordinate is NaN or infinite, usually from a division by zero in the program that wrote it.
     #[error("vertex {vertex} has a coordinate that is not a finite number: {position:?}")]
@@ -27,7 +29,7 @@ pub enum MeshError {
     },
     /// Every triangle has two corners at one point: the file may hold curves, or lost its precision when it was written.
     #[error(
-        "all {count} triangles have two corners at the same point, so there is no surface: check the precision the file was written with"
+        "no triangle is left of {count}, since each has two corners at the same point: check the precision the file was written with"
     )]
     OnlyRepeatedVertices {
         /// How many triangles there are.

@@ -20,7 +20,7 @@ pub enum AssetError {
         source: io::Error,
     },
     /// A directory, a device or a pipe.
-    #[error("{}: this is {what}, not a mesh file: name a file", Named(path))]
+    #[error("{}: this is {what}: name a mesh file", Named(path))]
     NotAFile {
         /// What was named.
         path: PathBuf,
@@ -116,7 +116,7 @@ pub enum AssetError {
         path: PathBuf,
     },
     /// An asset keeps its format and compression, and the output's name says otherwise.
-    #[error("{}: the output stays {format}{}: give it a name that ends in {ending}", Named(path), if *gzipped { ", gzipped," } else { "" })]
+    #[error("{}: the output stays {format}{}: give it a name that ends in {ending}", Named(path), if *gzipped { ", gzipped" } else { "" })]
     SaveName {
         /// The output file.
         path: PathBuf,
