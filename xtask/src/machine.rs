@@ -35,21 +35,3 @@ pub(crate) fn load() -> String {
         },
     )
 }
-
-/// Runs `work`; answers also with the megabytes by which the process's memory grew at most, where the system tells.
-pub(crate) fn peak_growth<T>(work: impl FnOnce() -> T) -> (T, Option<f64>) {
-    let kilobytes = |key: &str| -> Option<f64> {
-        let status = std::fs::read_to_string("/proc/self/status").ok()?;
-        let line = status.lines().find_map(|line| line.strip_prefix(key))?;
-        line.split_whitespace().next()?.parse().ok()
-    };
-    // Linux: the peak begins anew from the memory of this moment.
-    let reset = std::fs::write("/proc/self/clear_refs", "5").is_ok();
-    let before = kilobytes("VmRSS:");
-    let result = work();
-    let peak = kilobytes("VmHWM:").filter(|_| reset);
-    let growth = before
-        .zip(peak)
-        .map(|(before, peak)| (peak - before).max(0.0) / 1024.0);
-    (result, growth)
-}

@@ -302,7 +302,7 @@ fn write(cells: &[Cell], rounds: usize, python: Option<&Python>) -> Result<()> {
     let page = format!(
         "# The eigen-solver beside its peers\n\nWritten by `cargo xtask bench eigen`. Everyone solves the same matrices, cotangent stiffness and lumped mass, for the lowest pairs; \
          one judge takes the residual max ‖S h − λ D h‖_{{D⁻¹}} / λ of what they return. CPU seconds are user and system time of the solve, factorisation included, \
-         on one thread unless said otherwise; medians of {rounds} round(s). ARPACK runs in shift-invert mode, σ = −0.01 on unit area, with scipy's default of vectors; LOBPCG with the exact inverse as preconditioner, stopped after 60 steps. \
+         on one thread unless said otherwise; medians of {rounds} round(s). ARPACK runs in shift-invert mode, σ = −0.01 on unit area, with scipy's default of vectors; LOBPCG, where it stands, with the exact inverse as preconditioner, stopped after 60 steps. \
          Ours proves by inertia that no pair is missing.\n\n![CPU seconds](eigen.svg)\n\n{median_ratios}{speed_up}\n{}\n{}{environment}; {}.\n",
         table.markdown(),
         machine::description(),
@@ -338,7 +338,7 @@ fn summary(cells: &[Cell]) -> (String, String) {
             if !ratios.is_empty() {
                 let least = ratios.iter().copied().fold(f64::INFINITY, f64::min);
                 text += &format!(
-                    "- {} at {tolerance:e} takes {:.1} times our CPU time (median of {} cases; least {least:.1})\n",
+                    "- {} at {tolerance:e} takes {:.1} times our CPU time (median of {} case(s); least {least:.1})\n",
                     peer.name,
                     median(ratios.iter().copied()),
                     ratios.len()

@@ -13,7 +13,7 @@ use clap::Subcommand;
 
 #[derive(Subcommand)]
 pub(crate) enum Bench {
-    /// Partitioner beside METIS 5.1 and KaFFPa-strong: cut, balance, volume, connection, time, memory, fill
+    /// Partitioner beside METIS 5.1 and KaFFPa-strong: cut, balance, volume, connection, time, fill
     ///
     /// Needs gpmetis and ndmetis (Debian: apt-get install metis). Finished peer cells are kept in .cache/bench.
     Partition {

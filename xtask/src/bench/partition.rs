@@ -60,11 +60,9 @@ struct Case {
     high: Partition,
     kaffpa: Option<i64>,
     metis_seconds: f64,
-    metis_megabytes: f64,
     one_thread: Cost,
     two_threads: Cost,
     high_seconds: f64,
-    megabytes: Option<f64>,
 }
 
 /// One ordering.
@@ -166,7 +164,7 @@ fn divide(problem: &Problem, parts: usize, rounds: usize, python: Option<&Python
         two.push(timed(|| partition(&problem.graph, &options(2, Effort::Default))).1);
     }
     let high = timed(|| partition(&problem.graph, &options(1, Effort::High)));
-    let (ours, megabytes) = machine::peak_growth(|| partition(&problem.graph, &options(1, Effort::Default)));
+    let ours = partition(&problem.graph, &options(1, Effort::Default));
     let divided = PathBuf::from(format!("{}.part.{parts}", problem.file.display()));
     let by_metis = fs::read_to_string(&divided).with_context(|| divided.display().to_string())?;
     let seconds = |costs: &[Cost], of: fn(&Cost) -> f64| median(costs.iter().map(of));
@@ -184,22 +182,17 @@ fn divide(problem: &Problem, parts: usize, rounds: usize, python: Option<&Python
             .filter(|_| problem.parts == PARTS)
             .map(|python| kaffpa(problem, parts, python))
             .transpose()?,
-        metis_seconds: median(metis.iter().map(|run| run.0)),
-        metis_megabytes: median(metis.iter().map(|run| run.1)),
+        metis_seconds: median(metis),
         one_thread: both(&one),
         two_threads: both(&two),
         high_seconds: high.1.cpu,
-        megabytes,
     })
 }
 
-/// Divides a file with the defaults; answers with CPU seconds and megabytes, both as METIS reports them.
-fn gpmetis(file: &Path, parts: usize) -> Result<(f64, f64)> {
+/// Divides a file with the defaults; answers with CPU seconds as METIS reports them.
+fn gpmetis(file: &Path, parts: usize) -> Result<f64> {
     let report = output(Command::new("gpmetis").arg(file).arg(parts.to_string()))?;
-    Ok((
-        figure(&report, "Partitioning:")?,
-        figure(&report, "Max memory used:")?,
-    ))
+    figure(&report, "Partitioning:")
 }
 
 /// The number that follows a label in METIS' report.
@@ -287,8 +280,8 @@ fn write(cases: &[Case], fills: &[Fill], rounds: usize) -> Result<()> {
     cuts.write_csv(&results.join("partition.csv"))?;
     let page = format!(
         "# The partitioner beside METIS\n\nWritten by `cargo xtask bench partition`: METIS 5.1 (`gpmetis`, `ndmetis`, defaults, one run) and ours, default effort and seed 0, on the same graphs, \
-         at 3 % imbalance. Everyone's parts are judged by the same code. METIS' seconds and memory are those that it reports for the partitioning alone; ours are CPU seconds on one thread and \
-         wall seconds on two; medians of {rounds} round(s). Memory is what it takes beyond the graph. \"Pieces\" counts connected components of all parts. KaFFPa-strong ran once, with seed 0.\n\n\
+         at 3 % imbalance. Everyone's parts are judged by the same code. METIS' seconds are those that it reports for the partitioning alone; ours are CPU seconds on one thread and \
+         wall seconds on two; medians of {rounds} round(s). \"Pieces\" counts connected components of all parts.\n\n\
          {}\n{}\n{}\n{}; {}.\n",
         summary(cases, fills),
         cuts.markdown(),
@@ -328,7 +321,7 @@ fn summary(cases: &[Case], fills: &[Fill]) -> String {
     );
     if to_kaffpa().next().is_some() {
         text += &format!(
-            "- high effort: cut / KaFFPa-strong's cut {:.3} (geometric mean of {}), worst {:.3}; METIS' {:.3}\n",
+            "- high effort: cut / KaFFPa-strong's cut (one run, seed 0) {:.3} (geometric mean of {}), worst {:.3}; METIS' {:.3}\n",
             geometric_mean(to_kaffpa()),
             to_kaffpa().count(),
             greatest(to_kaffpa()),
@@ -362,8 +355,6 @@ fn cut_table(cases: &[Case]) -> Table {
         "ours, 1 thread (s)",
         "ours, 2 threads (s)",
         "high effort (s)",
-        "METIS (MB)",
-        "ours (MB)",
     ];
     let mut table = Table::new("Divisions", &header);
     for case in cases {
@@ -386,9 +377,6 @@ fn cut_table(cases: &[Case]) -> Table {
             format!("{:.3}", case.one_thread.cpu),
             format!("{:.3}", case.two_threads.wall),
             format!("{:.3}", case.high_seconds),
-            format!("{:.1}", case.metis_megabytes),
-            case.megabytes
-                .map_or_else(String::new, |megabytes| format!("{megabytes:.1}")),
         ]);
     }
     table
