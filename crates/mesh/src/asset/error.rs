@@ -20,7 +20,7 @@ pub enum AssetError {
         source: io::Error,
     },
     /// A directory, a device or a pipe.
-    #[error("{}: this is {what}: name a mesh file", Named(path))]
+    #[error("{}: this is {what}: name a file that holds a mesh", Named(path))]
     NotAFile {
         /// What was named.
         path: PathBuf,
