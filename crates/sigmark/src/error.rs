@@ -170,12 +170,6 @@ pub enum SigmarkError {
         "the suspect can't be aligned with the original: its coordinates are beyond what double precision can square"
     )]
     Alignment,
-    /// The system gives no more threads.
-    #[error("could not start {threads} threads; ask for fewer")]
-    Threads {
-        /// How many were asked for.
-        threads: usize,
-    },
     /// The observer asked to stop.
     #[error("stopped on request")]
     Cancelled,

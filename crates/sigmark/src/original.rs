@@ -1,14 +1,13 @@
 use std::{
     ops::ControlFlow,
     sync::{
-        OnceLock,
+        Mutex, OnceLock, PoisonError,
         atomic::{AtomicUsize, Ordering},
     },
 };
 
 use mesh::TriMesh;
 use mhb_core::{Phase, Spectrum, SpectrumError, SpectrumOptions};
-use rayon::prelude::*;
 
 use crate::{ChipLayout, Observer, Patch, PatchBasis, PatchCount, Patches, SigmarkError, Stage};
 
@@ -159,33 +158,50 @@ impl Original {
     }
 
     /// Computes every basis once and hands it over.
+    ///
+    /// Plain threads, each with one patch at a time: a work-stealing pool would begin further patches while one waits.
     fn compute_bases<T: Send>(
         &self,
         work: Work<'_>,
         f: impl Fn(usize, &Patch, PatchBasis) -> T + Sync,
     ) -> Result<Vec<T>, SigmarkError> {
         work.observer.stage(Stage::Harmonics);
-        let (count, threads) = (self.patches.len(), work.threads.max(1));
-        let done = AtomicUsize::new(0);
-        let one = |(index, patch): (usize, &Patch)| {
-            let basis = self.basis(index, patch, work)?;
-            let done = 1 + done.fetch_add(1, Ordering::Relaxed);
-            work.observer.fraction(done as f64 / count as f64);
-            Ok(f(index, patch, basis))
+        let count = self.patches.len();
+        let (next, done) = (AtomicUsize::new(0), AtomicUsize::new(0));
+        let results: Mutex<Vec<Option<Result<T, SigmarkError>>>> =
+            Mutex::new((0..count).map(|_| None).collect());
+        let worker = || {
+            loop {
+                let index = next.fetch_add(1, Ordering::Relaxed);
+                let Some(patch) = self.patches.get(index) else {
+                    break;
+                };
+                let result = self.basis(index, patch, work).map(|basis| f(index, patch, basis));
+                if result.is_err() {
+                    next.store(count, Ordering::Relaxed);
+                }
+                let done = 1 + done.fetch_add(1, Ordering::Relaxed);
+                work.observer.fraction(done as f64 / count as f64);
+                results.lock().unwrap_or_else(PoisonError::into_inner)[index] = Some(result);
+            }
         };
-        if count == 1 || threads == 1 {
-            return self.patches.iter().enumerate().map(one).collect();
-        }
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-        let pool = pool.map_err(|_| SigmarkError::Threads { threads })?;
-        pool.install(|| {
-            self.patches
-                .par_iter()
-                .enumerate()
-                .with_max_len(1)
-                .map(one)
-                .collect()
-        })
+        let threads = work.threads.clamp(1, count);
+        std::thread::scope(|scope| {
+            for _ in 1..threads {
+                // With fewer threads than wanted the work takes longer, that is all.
+                if std::thread::Builder::new().spawn_scoped(scope, worker).is_err() {
+                    break;
+                }
+            }
+            worker();
+        });
+        // After a failure later patches may be missing, never earlier ones.
+        results
+            .into_inner()
+            .unwrap_or_else(PoisonError::into_inner)
+            .into_iter()
+            .flatten()
+            .collect()
     }
 
     /// The threads work on one patch if there is one, otherwise each on its own.
