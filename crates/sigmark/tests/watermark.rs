@@ -1,5 +1,7 @@
 //! What the paper claims of the mark, and what a user expects of a verdict.
 
+#![allow(clippy::unwrap_used)] // in the helpers of tests, too
+
 use mesh::{Similarity, TriMesh, shapes};
 use mhb_core::{Spectrum, SpectrumOptions};
 use proptest::prelude::*;
