@@ -26,7 +26,7 @@ struct Arguments {
 enum Task {
     /// Sign a real mesh, attack it, find the signature again, and write what came out into results/
     ///
-    /// Makes a Python environment for the attacks in attacks/.venv. Needs Python 3.10 or later with venv and the network
+    /// Makes a Python environment for the attacks in attacks/.venv. Needs Python 3.11 or later with venv and the network
     /// the first time; without Python it does what it can, and says what is missing.
     Reproduce {
         /// Where the tables go

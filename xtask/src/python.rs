@@ -18,7 +18,7 @@ pub(crate) struct Python {
 }
 
 const REMEDY: &str =
-    "install Python 3.10 or later with its venv module (Debian: apt-get install python3-venv)";
+    "install Python 3.11 or later with its venv module (Debian: apt-get install python3-venv)";
 
 impl Python {
     /// The environment of the attacks, in attacks/.venv.
@@ -126,7 +126,7 @@ impl Python {
 }
 
 fn find_system_python() -> Result<&'static Path> {
-    let recent = "import sys, venv; sys.exit(sys.version_info < (3, 10))";
+    let recent = "import sys, venv; sys.exit(sys.version_info < (3, 11))";
     ["python3", "python"]
         .into_iter()
         .map(Path::new)

@@ -91,7 +91,7 @@ impl Original {
     /// Bytes that all bases take together.
     pub fn basis_bytes(&self) -> usize {
         let vertices: usize = self.patches.iter().map(|patch| patch.vertices().len()).sum();
-        8 * vertices * self.layout.functions()
+        vertices.saturating_mul(8).saturating_mul(self.layout.functions())
     }
 
     /// Computes the bases and keeps them until this value is dropped.

@@ -134,6 +134,10 @@ impl Patches {
             });
         }
         let count = labels.iter().copied().max().unwrap_or(0) as usize;
+        if count > mesh.triangle_count() {
+            // More patches than triangles: some have none. Labels may come from a file, so nothing is allocated for them.
+            return Err(SigmarkError::EmptyPatch { patch: count - 1 });
+        }
         let mut triangles: Vec<Vec<[u32; 3]>> = vec![Vec::new(); count];
         for &triangle in mesh.triangles() {
             let [a, b, c] = triangle.map(|v| labels[v as usize]);
@@ -304,6 +308,16 @@ mod tests {
         ));
         let error = Patches::cut(&shapes::icosphere(3), 100, PatchCount::Exactly(6), 1).unwrap_err();
         assert!(matches!(error, SigmarkError::PatchTooSmall { least: 200, .. }));
+    }
+
+    #[test]
+    fn labels_that_describe_no_patches_are_refused() {
+        let mesh = shapes::icosphere(2);
+        let of = |labels: &[u32]| Patches::from_labels(&mesh, labels).map(|patches| patches.len());
+        assert!(matches!(of(&[1; 161]), Err(SigmarkError::Labels { given: 161, vertices: 162 })));
+        assert!(matches!(of(&[u32::MAX; 162]), Err(SigmarkError::EmptyPatch { .. })));
+        assert!(matches!(of(&[2; 162]), Err(SigmarkError::EmptyPatch { patch: 0 })));
+        assert_eq!(of(&[1; 162]).unwrap(), 1);
     }
 
     #[test]
