@@ -314,9 +314,21 @@ mod tests {
     fn labels_that_describe_no_patches_are_refused() {
         let mesh = shapes::icosphere(2);
         let of = |labels: &[u32]| Patches::from_labels(&mesh, labels).map(|patches| patches.len());
-        assert!(matches!(of(&[1; 161]), Err(SigmarkError::Labels { given: 161, vertices: 162 })));
-        assert!(matches!(of(&[u32::MAX; 162]), Err(SigmarkError::EmptyPatch { .. })));
-        assert!(matches!(of(&[2; 162]), Err(SigmarkError::EmptyPatch { patch: 0 })));
+        assert!(matches!(
+            of(&[1; 161]),
+            Err(SigmarkError::Labels {
+                given: 161,
+                vertices: 162
+            })
+        ));
+        assert!(matches!(
+            of(&[u32::MAX; 162]),
+            Err(SigmarkError::EmptyPatch { .. })
+        ));
+        assert!(matches!(
+            of(&[2; 162]),
+            Err(SigmarkError::EmptyPatch { patch: 0 })
+        ));
         assert_eq!(of(&[1; 162]).unwrap(), 1);
     }
 
