@@ -70,7 +70,8 @@ impl Progress {
             .set_position((fraction.clamp(0.0, 1.0) * STEPS as f64) as u64);
     }
 
-    /// The work is over: the bar goes away; the answer is how many seconds each stage took, in order.
+    /// The work is over: the bar goes away; the answer is how many seconds each stage took, in the order in which they first
+    /// began. A stage that came twice counts together.
     pub(crate) fn finish(self) -> Vec<(&'static str, f64)> {
         let stages = self.stages.lock().unwrap_or_else(PoisonError::into_inner);
         let ends = stages
@@ -78,11 +79,15 @@ impl Progress {
             .skip(1)
             .map(|&(_, begun)| begun)
             .chain([Instant::now()]);
-        stages
-            .iter()
-            .zip(ends)
-            .map(|(&(name, begun), end)| (name, (end - begun).as_secs_f64()))
-            .collect()
+        let mut seconds: Vec<(&'static str, f64)> = Vec::new();
+        for (&(name, begun), end) in stages.iter().zip(ends) {
+            let took = (end - begun).as_secs_f64();
+            match seconds.iter_mut().find(|(known, _)| *known == name) {
+                Some((_, sum)) => *sum += took,
+                None => seconds.push((name, took)),
+            }
+        }
+        seconds
     }
 }
 

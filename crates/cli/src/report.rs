@@ -55,14 +55,12 @@ pub(crate) fn field(name: &str, value: impl std::fmt::Display) -> String {
     format!("  {name:<14} {value}")
 }
 
-/// Seconds of each stage as a JSON object; a stage that came twice counts together.
+/// Seconds of each stage as a JSON object.
 pub(crate) fn seconds_json(seconds: &[(&'static str, f64)]) -> Value {
-    let mut map = Map::new();
-    for (name, value) in seconds {
-        let sum = map.get(*name).and_then(Value::as_f64).unwrap_or(0.0) + value;
-        map.insert((*name).into(), sum.into());
-    }
-    map.into()
+    let members = seconds
+        .iter()
+        .map(|&(name, value)| (name.to_string(), value.into()));
+    members.collect::<Map<_, _>>().into()
 }
 
 /// Seconds of each stage that took any, for people.
