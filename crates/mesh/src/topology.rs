@@ -7,7 +7,7 @@ use std::fmt;
 /// Everything there is to say about how a mesh hangs together, and its size.
 ///
 /// Vertices that no triangle uses count in `unused_vertices` and nowhere else. Lengths are in the model's unit, areas in
-/// its square, volumes in its cube. Serialises to one flat object; `Display` shows it to people.
+/// its square, volumes in its cube. Serialises to one object; `Display` shows it to people.
 ///
 /// ```
 /// let report = mesh::TopologyReport::of(&mesh::shapes::torus(12, 8, 2.0, 0.5));

@@ -12,13 +12,13 @@ pub enum SigmarkError {
         /// c.
         rate: usize,
     },
-    /// Bases were prepared for another mark.
+    /// The patches were cut for another mark.
     #[error(
-        "the original was prepared for {} bits with chip rate {}, but the mark has {} bits with chip rate {}; prepare it anew",
+        "the original was cut for {} bits with chip rate {}, but the mark has {} bits with chip rate {}; cut it anew",
         prepared.bits(), prepared.rate(), wanted.bits(), wanted.rate()
     )]
     Layout {
-        /// What the bases were computed for.
+        /// What the patches have room for.
         prepared: crate::ChipLayout,
         /// What the mark needs.
         wanted: crate::ChipLayout,
