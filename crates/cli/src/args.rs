@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use mhb_core::LaplacianKind;
 use sigmark::{
     Coverage, PatchCount, Strength,
     signature::{Curve, Scheme},
@@ -77,6 +78,32 @@ impl Profile {
     }
 }
 
+/// A Laplacian of triangle meshes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Laplacian {
+    /// Cotangent weights of the triangles as they are: the paper's
+    #[default]
+    Cotangent,
+    /// The same after intrinsic Delaunay flips on the tufted cover: for slivers and non-manifold edges
+    Intrinsic,
+}
+
+impl Laplacian {
+    pub(crate) fn kind(self) -> LaplacianKind {
+        match self {
+            Self::Cotangent => LaplacianKind::Cotangent,
+            Self::Intrinsic => LaplacianKind::Intrinsic,
+        }
+    }
+
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Cotangent => "cotangent",
+            Self::Intrinsic => "intrinsic",
+        }
+    }
+}
+
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Example:
@@ -115,7 +142,7 @@ signed file. Keep the original and the certificate: both are needed to verify, a
 Reads and writes OBJ, PLY, STL and OFF, also gzipped. A locked key's passphrase is asked for, or taken from the \
 environment variable SIGMARK_PASSPHRASE.
 
---json prints: output, certificate (file names), scheme, bits, chip_rate, functions (manifold harmonics of a patch), \
+--json prints: output, certificate (file names), scheme, bits, chip_rate, laplacian, functions (manifold harmonics of a patch), \
 patches, unmarked_vertices, alpha, distortion_rms (fraction of the diagonal), seconds (of each stage).")]
 pub(crate) struct Embed {
     /// The mesh to sign
@@ -160,6 +187,9 @@ pub(crate) struct Embed {
     /// 30 000 vertices
     #[arg(long, value_name = "N", default_value = "auto", allow_negative_numbers = true, value_parser = numbers::patches)]
     pub(crate) patches: PatchCount,
+    /// Which Laplacian gives the manifold harmonics
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) laplacian: Laplacian,
     #[command(flatten)]
     pub(crate) threads: Threads,
     /// Replace files that exist
@@ -237,11 +267,12 @@ Example:
   sigmark spectrum model.ply -k 325 -o basis.npz
   python3 -c \"import numpy; print(numpy.load('basis.npz')['eigenvalues'][:10])\"
 
-Arrays in the file: eigenvalues (k, ascending, in 1/unit²), eigenfunctions (n × k, mass-orthonormal), mass (n, \
-lumped), vertex (n, the file vertex of each row: equal positions are welded, vertices that no face uses are left out).
+Arrays in the file: eigenvalues (k, ascending, in 1/unit²), eigenfunctions (n × k, mass-orthonormal), residuals (k, \
+relative), mass (n, lumped), vertex (n, the file vertex of each row: equal positions are welded, vertices that no face uses are left out).
 
---json prints: count, vertices, eigenvalues, max_residual, inertia_complete (whether it is proved that no pair is \
-missing), output, seconds (of each stage).")]
+--json prints: count, vertices, eigenvalues, laplacian, max_residual, residuals (of each pair), inertia_complete (whether it \
+is proved that no pair is missing), inertia_counts (pairs of a shift and the number of eigenvalues that inertia proves below \
+it), output, seconds (of each stage: reading, assembly, ordering, slicing, solving, finishing, writing).")]
 pub(crate) struct Spectrum {
     /// The mesh
     pub(crate) model: PathBuf,
@@ -251,7 +282,10 @@ pub(crate) struct Spectrum {
     /// Largest relative residual of a pair
     #[arg(long, value_name = "EPS", allow_negative_numbers = true, value_parser = numbers::between_0_and_1)]
     pub(crate) tolerance: Option<f64>,
-    /// Where to write eigenvalues, eigenfunctions and masses, as NPZ [default: nowhere]
+    /// Which Laplacian
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) laplacian: Laplacian,
+    /// Where to write eigenvalues, eigenfunctions, residuals and masses, as NPZ [default: nowhere]
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
     #[command(flatten)]

@@ -122,6 +122,7 @@ fn what_embed_writes_verify_finds_in_every_format() {
                 "chip_rate",
                 "distortion_rms",
                 "functions",
+                "laplacian",
                 "output",
                 "patches",
                 "scheme",
@@ -416,8 +417,11 @@ fn a_spectrum_reads_back_from_its_file_and_is_mass_orthonormal() {
             "count",
             "eigenvalues",
             "inertia_complete",
+            "inertia_counts",
+            "laplacian",
             "max_residual",
             "output",
+            "residuals",
             "seconds",
             "vertices"
         ]

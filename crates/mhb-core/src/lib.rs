@@ -40,6 +40,7 @@
 //! Vallet and Lévy, Spectral geometry processing with manifold harmonics, 2008 (the transform, bands of the spectrum). Wang, Feng and Miao,
 //! 2012 (equation numbers). Sharp and Crane, A Laplacian for nonmanifold triangle meshes, 2020 ([`Laplacian::intrinsic`]).
 
+mod builder;
 mod canonical;
 mod dense;
 mod error;
@@ -53,7 +54,8 @@ mod spectrum;
 mod transform;
 mod triangle;
 
+pub use builder::SpectrumBuilder;
 pub use error::SpectrumError;
 pub use laplacian::{Laplacian, LaplacianKind, full_mass, lumped_mass, stiffness};
-pub use observer::{Observer, Phase, Unobserved};
+pub use observer::{Observer, Phase, Stopwatch, Unobserved};
 pub use spectrum::{Certificate, Spectrum, SpectrumOptions};

@@ -1,4 +1,6 @@
 use std::ops::ControlFlow;
+use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
 
 /// The stages of a computation, in the order in which they begin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -38,5 +40,82 @@ pub struct Unobserved;
 impl Observer for Unobserved {
     fn progress(&self, _: Phase, _: f64) -> ControlFlow<()> {
         ControlFlow::Continue(())
+    }
+}
+
+/// How long each phase took, by a clock that the caller gives: this crate reads none itself.
+///
+/// ```
+/// use std::time::Instant;
+/// use mhb_core::{Spectrum, Stopwatch};
+///
+/// let begun = Instant::now();
+/// let stopwatch = Stopwatch::new(|| begun.elapsed());
+/// Spectrum::builder().count(9).observer(&stopwatch).compute(&mesh::shapes::icosphere(3))?;
+/// for (phase, time) in stopwatch.timings() {
+///     println!("{phase:?}: {:.3} s", time.as_secs_f64());
+/// }
+/// # Ok::<(), mhb_core::SpectrumError>(())
+/// ```
+pub struct Stopwatch<'a, C> {
+    clock: C,
+    observer: &'a dyn Observer,
+    laps: Mutex<Laps>,
+}
+
+#[derive(Default)]
+struct Laps {
+    running: Option<(Phase, Duration)>,
+    sums: Vec<(Phase, Duration)>,
+}
+
+impl<C: Fn() -> Duration + Sync> Stopwatch<'static, C> {
+    /// Starts with the first phase. `clock` says how much time has passed since any fixed moment.
+    pub fn new(clock: C) -> Self {
+        Stopwatch::watched_by(clock, &Unobserved)
+    }
+}
+
+impl<'a, C: Fn() -> Duration + Sync> Stopwatch<'a, C> {
+    /// [`new`](Stopwatch::new), and passes on what it sees.
+    pub fn watched_by(clock: C, observer: &'a dyn Observer) -> Self {
+        Self {
+            clock,
+            observer,
+            laps: Mutex::default(),
+        }
+    }
+
+    /// Phases in the order in which they first began, up to the last report. One that came twice counts together.
+    pub fn timings(&self) -> Vec<(Phase, Duration)> {
+        self.laps
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .sums
+            .clone()
+    }
+}
+
+impl<C: Fn() -> Duration + Sync> Observer for Stopwatch<'_, C> {
+    fn progress(&self, phase: Phase, fraction: f64) -> ControlFlow<()> {
+        let now = (self.clock)();
+        self.laps
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .enter(phase, now);
+        self.observer.progress(phase, fraction)
+    }
+}
+
+impl Laps {
+    fn enter(&mut self, phase: Phase, now: Duration) {
+        if let Some((before, since)) = self.running.replace((phase, now)) {
+            if let Some((_, sum)) = self.sums.iter_mut().find(|(known, _)| *known == before) {
+                *sum += now.saturating_sub(since);
+            }
+        }
+        if !self.sums.iter().any(|(known, _)| *known == phase) {
+            self.sums.push((phase, Duration::ZERO));
+        }
     }
 }

@@ -5,11 +5,10 @@ use mesh::TriMesh;
 use rayon::prelude::*;
 
 use crate::canonical::{References, clusters};
-use crate::kernel::kernel;
-use crate::observer::{Observer, Phase, Unobserved};
+use crate::observer::Phase;
 use crate::operator::Operator;
 use crate::solver::{self, Progress};
-use crate::{Laplacian, LaplacianKind, SpectrumError, dense};
+use crate::{Laplacian, LaplacianKind, SpectrumBuilder, SpectrumError, dense};
 
 /// What to compute, and how.
 #[derive(Clone, Debug, PartialEq)]
@@ -64,68 +63,25 @@ pub struct Certificate {
 }
 
 impl Spectrum {
-    /// The spectrum of a mesh with the Laplacian of the options (cotangent) and lumped mass, in the mesh's unit: eigenvalues scale as 1/s².
+    /// A computation whose every choice has a default: see [`SpectrumBuilder`].
+    pub fn builder() -> SpectrumBuilder<'static> {
+        SpectrumBuilder::default()
+    }
+
+    /// The spectrum of a mesh, in the mesh's unit: eigenvalues scale as 1/s².
     ///
     /// # Errors
     /// See [`SpectrumError`]: what is wrong with the options or the mesh, and where.
     pub fn compute(mesh: &TriMesh, options: &SpectrumOptions) -> Result<Self, SpectrumError> {
-        Self::compute_observed(mesh, options, &Unobserved)
+        Self::builder().options(options.clone()).compute(mesh)
     }
 
-    /// [`compute`](Self::compute), reporting to an observer, who may cancel.
-    ///
-    /// # Errors
-    /// As [`compute`](Self::compute), and [`SpectrumError::Cancelled`].
-    pub fn compute_observed(
-        mesh: &TriMesh,
-        options: &SpectrumOptions,
-        observer: &dyn Observer,
-    ) -> Result<Self, SpectrumError> {
-        check(options, mesh.vertex_count())?;
-        let progress = Progress::new(observer);
-        progress.report(Phase::Assembly, 0.0)?;
-        let laplacian = Laplacian::of(mesh, options.laplacian)?;
-        progress.report(Phase::Assembly, 1.0)?;
-        Self::of_laplacian_observed(&laplacian, options, observer)
-    }
-
-    /// The spectrum of any Laplacian.
+    /// The spectrum of any Laplacian; [`SpectrumOptions::laplacian`] is not looked at.
     ///
     /// # Errors
     /// See [`SpectrumError`].
     pub fn of_laplacian(laplacian: &Laplacian, options: &SpectrumOptions) -> Result<Self, SpectrumError> {
-        Self::of_laplacian_observed(laplacian, options, &Unobserved)
-    }
-
-    /// [`of_laplacian`](Self::of_laplacian), reporting to an observer, who may cancel.
-    ///
-    /// # Errors
-    /// As [`of_laplacian`](Self::of_laplacian), and [`SpectrumError::Cancelled`].
-    pub fn of_laplacian_observed(
-        laplacian: &Laplacian,
-        options: &SpectrumOptions,
-        observer: &dyn Observer,
-    ) -> Result<Self, SpectrumError> {
-        check(options, laplacian.mass().len())?;
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(options.threads.max(1))
-            .build()
-            .map_err(|e| SpectrumError::Threads {
-                threads: options.threads,
-                reason: e.to_string(),
-            })?;
-        let progress = Progress::new(observer);
-        pool.install(|| {
-            let operator = Operator::new(laplacian)?;
-            let kernel = kernel(&operator);
-            let sane = SpectrumOptions {
-                block: options.block.clamp(1, 64),
-                band: options.band.max(1),
-                ..options.clone()
-            };
-            let solution = solver::lowest(&operator, kernel.as_ref(), &sane, &progress)?;
-            finish(laplacian, &operator, kernel.ncols(), solution, options, &progress)
-        })
+        Self::builder().options(options.clone()).compute_of(laplacian)
     }
 
     /// m.
@@ -178,7 +134,8 @@ impl Spectrum {
     }
 }
 
-fn check(options: &SpectrumOptions, vertices: usize) -> Result<(), SpectrumError> {
+/// Whether the options make sense for so many vertices.
+pub(crate) fn check(options: &SpectrumOptions, vertices: usize) -> Result<(), SpectrumError> {
     if options.count == 0 || options.count > vertices {
         return Err(SpectrumError::Count {
             count: options.count,
@@ -194,7 +151,7 @@ fn check(options: &SpectrumOptions, vertices: usize) -> Result<(), SpectrumError
 }
 
 /// Canonical choice, cut to `count`, units of the mesh, residuals.
-fn finish(
+pub(crate) fn finish(
     laplacian: &Laplacian,
     operator: &Operator,
     zeros: usize,

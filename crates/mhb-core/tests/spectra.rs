@@ -424,9 +424,11 @@ fn what_has_no_spectrum_is_refused_with_the_place() {
 
 #[test]
 fn an_observer_sees_the_phases_in_order_and_can_cancel() {
-    use mhb_core::Phase;
+    use mhb_core::{Phase, Stopwatch};
     use std::ops::ControlFlow;
     use std::sync::Mutex;
+    use std::sync::atomic::{AtomicU64, Ordering};
+    use std::time::Duration;
 
     let seen = Mutex::new(Vec::new());
     let watch = |phase: Phase, fraction: f64| {
@@ -437,7 +439,11 @@ fn an_observer_sees_the_phases_in_order_and_can_cancel() {
         }
         ControlFlow::Continue(())
     };
-    Spectrum::compute_observed(&shapes::bumpy_sphere(4, 1), &options(40), &watch).unwrap();
+    Spectrum::builder()
+        .options(options(40))
+        .observer(&watch)
+        .compute(&shapes::bumpy_sphere(4, 1))
+        .unwrap();
     let order = [
         Phase::Assembly,
         Phase::Ordering,
@@ -447,6 +453,27 @@ fn an_observer_sees_the_phases_in_order_and_can_cancel() {
     ];
     assert_eq!(*seen.lock().unwrap(), order);
 
+    // A clock that goes on by a second whenever it is read: every report but the first ends a second of some phase.
+    let (ticks, reports) = (AtomicU64::new(0), AtomicU64::new(0));
+    let count = |_: Phase, _: f64| {
+        reports.fetch_add(1, Ordering::Relaxed);
+        ControlFlow::Continue(())
+    };
+    let stopwatch = Stopwatch::watched_by(
+        || Duration::from_secs(ticks.fetch_add(1, Ordering::Relaxed)),
+        &count,
+    );
+    Spectrum::builder()
+        .options(options(40))
+        .observer(&stopwatch)
+        .compute(&shapes::bumpy_sphere(4, 1))
+        .unwrap();
+    let timings = stopwatch.timings();
+    assert!(timings.iter().map(|(phase, _)| *phase).eq(order));
+    assert!(timings.iter().all(|(_, time)| *time > Duration::ZERO));
+    let total: Duration = timings.iter().map(|(_, time)| *time).sum();
+    assert_eq!(total.as_secs(), reports.into_inner() - 1);
+
     for stop_at in order {
         let stop = |phase: Phase, _: f64| {
             if phase == stop_at {
@@ -455,7 +482,10 @@ fn an_observer_sees_the_phases_in_order_and_can_cancel() {
                 ControlFlow::Continue(())
             }
         };
-        let outcome = Spectrum::compute_observed(&shapes::bumpy_sphere(4, 1), &options(40), &stop);
+        let outcome = Spectrum::builder()
+            .options(options(40))
+            .observer(&stop)
+            .compute(&shapes::bumpy_sphere(4, 1));
         assert!(matches!(outcome, Err(SpectrumError::Cancelled)));
     }
 }

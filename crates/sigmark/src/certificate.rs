@@ -2,6 +2,7 @@ use std::io::{Read, Write};
 
 use base64::{Engine, engine::general_purpose::STANDARD as BASE64};
 use flate2::{Compression, read::ZlibDecoder, write::ZlibEncoder};
+use mhb_core::LaplacianKind;
 use serde::{Deserialize, Serialize};
 
 use crate::{
@@ -44,6 +45,8 @@ pub struct MarkRecord {
     pub signature: Signature,
     /// c.
     pub chip_rate: usize,
+    /// Which Laplacian gave the harmonics.
+    pub laplacian: LaplacianKind,
     /// Which vertices make which patch.
     pub labels: PackedLabels,
     /// The patches, by their numbers.
@@ -138,7 +141,7 @@ pub enum CertificateError {
 }
 
 /// The version of the certificate format that this library writes and reads.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
 
 const FORMAT: &str = "sigmark-certificate";
 
@@ -162,8 +165,18 @@ struct MarkDocument {
     coverage: Coverage,
     signature: String,
     chip_rate: usize,
+    #[serde(with = "LaplacianName")]
+    laplacian: LaplacianKind,
     labels: PackedLabels,
     patches: Vec<PatchRecord>,
+}
+
+/// The names of Laplacians.
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "LaplacianKind", rename_all = "kebab-case")]
+enum LaplacianName {
+    Cotangent,
+    Intrinsic,
 }
 
 impl Certificate {
@@ -214,6 +227,7 @@ impl Certificate {
                 signature: Signature::from_hex(scheme, &document.mark.signature)
                     .map_err(|e| malformed(&e))?,
                 chip_rate: document.mark.chip_rate,
+                laplacian: document.mark.laplacian,
                 labels: document.mark.labels,
                 patches: document.mark.patches,
             },
@@ -285,6 +299,7 @@ impl Certificate {
                 coverage: self.mark.coverage,
                 signature: self.mark.signature.to_hex(),
                 chip_rate: self.mark.chip_rate,
+                laplacian: self.mark.laplacian,
                 labels: self.mark.labels.clone(),
                 patches: self.mark.patches.clone(),
             },

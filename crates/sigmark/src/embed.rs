@@ -1,6 +1,7 @@
 use std::sync::Arc;
 
 use mesh::TriMesh;
+use mhb_core::LaplacianKind;
 use serde::{Deserialize, Serialize};
 
 use crate::{
@@ -91,6 +92,7 @@ pub struct Embedder<'k> {
     chip_rate: usize,
     strength: Strength,
     patches: PatchCount,
+    laplacian: LaplacianKind,
     threads: usize,
 }
 
@@ -110,6 +112,7 @@ impl<'k> Embedder<'k> {
             chip_rate: 3,
             strength: Strength::default(),
             patches: PatchCount::Auto,
+            laplacian: LaplacianKind::default(),
             threads: 1,
         }
     }
@@ -150,6 +153,13 @@ impl<'k> Embedder<'k> {
         self
     }
 
+    /// Which Laplacian gives the harmonics: the cotangent one, as in the paper, by default. The intrinsic one also suits
+    /// slivers and non-manifold edges.
+    pub fn laplacian(mut self, kind: LaplacianKind) -> Self {
+        self.laplacian = kind;
+        self
+    }
+
     /// How many threads may work; 1 by default. The mark does not depend on it.
     pub fn threads(mut self, threads: usize) -> Self {
         self.threads = threads;
@@ -175,11 +185,11 @@ impl<'k> Embedder<'k> {
             threads: self.threads,
             observer,
         };
-        let original = Original::cut(mesh, layout, self.patches, work)?;
+        let original = Original::cut(mesh, layout, self.patches, work)?.with_laplacian(self.laplacian);
         self.embed_in(&Arc::new(original), work)
     }
 
-    /// Signs a mesh that was cut into patches already. Who signs one model for many receivers calls
+    /// Signs a mesh that was cut into patches already, with the Laplacian chosen there. Who signs one model for many receivers calls
     /// [`Original::keep_bases`] first, so that they are computed once.
     ///
     /// # Errors
@@ -228,6 +238,7 @@ impl<'k> Embedder<'k> {
                 coverage: self.coverage,
                 signature,
                 chip_rate: self.chip_rate,
+                laplacian: original.laplacian(),
                 labels,
                 patches,
             },

@@ -127,9 +127,9 @@ pub enum SigmarkError {
         /// The one that was computed.
         found: f64,
     },
-    /// The certificate describes other patches.
+    /// The certificate describes other patches or another Laplacian.
     #[error(
-        "the certificate describes other patches than the original was cut into; cut it as the certificate says"
+        "the certificate describes other patches, or another Laplacian, than the original was prepared with; prepare it as the certificate says"
     )]
     AnotherCut,
     /// The certificate is for another mesh.

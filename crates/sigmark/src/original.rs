@@ -7,7 +7,7 @@ use std::{
 };
 
 use mesh::TriMesh;
-use mhb_core::{Phase, Spectrum, SpectrumError, SpectrumOptions};
+use mhb_core::{LaplacianKind, Phase, Spectrum, SpectrumError};
 
 use crate::{ChipLayout, Observer, Patch, PatchBasis, PatchCount, Patches, SigmarkError, Stage};
 
@@ -39,6 +39,7 @@ pub struct Original {
     mesh: TriMesh,
     layout: ChipLayout,
     patches: Patches,
+    laplacian: LaplacianKind,
     kept: OnceLock<Vec<PatchBasis>>,
 }
 
@@ -55,12 +56,7 @@ impl Original {
     ) -> Result<Self, SigmarkError> {
         work.observer.stage(Stage::Patches);
         let patches = Patches::cut(mesh, layout.functions(), count, work.threads.max(1))?;
-        Ok(Self {
-            mesh: mesh.clone(),
-            layout,
-            patches,
-            kept: OnceLock::new(),
-        })
+        Ok(Self::with_patches(mesh, layout, patches))
     }
 
     /// A mesh whose patches are known.
@@ -69,7 +65,17 @@ impl Original {
             mesh: mesh.clone(),
             layout,
             patches,
+            laplacian: LaplacianKind::default(),
             kept: OnceLock::new(),
+        }
+    }
+
+    /// Takes the patches' harmonics from another Laplacian than the cotangent one. Bases kept so far are dropped.
+    pub fn with_laplacian(self, laplacian: LaplacianKind) -> Self {
+        Self {
+            laplacian,
+            kept: OnceLock::new(),
+            ..self
         }
     }
 
@@ -81,6 +87,11 @@ impl Original {
     /// Where the chips sit in each patch.
     pub fn layout(&self) -> &ChipLayout {
         &self.layout
+    }
+
+    /// Which Laplacian the patches' harmonics belong to.
+    pub fn laplacian(&self) -> LaplacianKind {
+        self.laplacian
     }
 
     /// The patches.
@@ -220,13 +231,13 @@ impl Original {
                 ControlFlow::Continue(())
             }
         };
-        let options = SpectrumOptions {
-            count: self.layout.functions(),
-            threads: if alone { work.threads.max(1) } else { 1 },
-            ..SpectrumOptions::default()
-        };
-        let spectrum =
-            Spectrum::compute_observed(patch.mesh(), &options, &watch).map_err(|source| match source {
+        let spectrum = Spectrum::builder()
+            .count(self.layout.functions())
+            .laplacian(self.laplacian)
+            .threads(if alone { work.threads.max(1) } else { 1 })
+            .observer(&watch)
+            .compute(patch.mesh())
+            .map_err(|source| match source {
                 SpectrumError::Cancelled => SigmarkError::Cancelled,
                 source => SigmarkError::Spectrum { patch: index, source },
             })?;

@@ -117,7 +117,8 @@ impl<'a> Verifier<'a> {
         let mark = self.certificate.mark();
         original.check_layout(&ChipLayout::new(mark.signature.scheme().bits(), mark.chip_rate)?)?;
         check_digest(self.certificate, original.mesh())?;
-        if mark.labels.unpack(original.mesh().vertex_count())? != original.patches().labels() {
+        let labels = mark.labels.unpack(original.mesh().vertex_count())?;
+        if labels != original.patches().labels() || mark.laplacian != original.laplacian() {
             return Err(SigmarkError::AnotherCut);
         }
         Ok(Self {
@@ -188,7 +189,7 @@ impl<'a> Verifier<'a> {
         if patches.len() != mark.patches.len() {
             return Err(SigmarkError::AnotherCut);
         }
-        let original = Original::with_patches(self.mesh, layout, patches);
+        let original = Original::with_patches(self.mesh, layout, patches).with_laplacian(mark.laplacian);
         Ok(self.cut.get_or_init(|| Arc::new(original)))
     }
 

@@ -88,6 +88,7 @@ fn object(arguments: &Embed, signed: &Signed, certificate: &Path, seconds: &[(&'
         "scheme": scheme,
         "bits": scheme.bits(),
         "chip_rate": arguments.chip_rate,
+        "laplacian": arguments.laplacian.name(),
         "functions": signed.original().layout().functions(),
         "patches": signed.original().patches().len(),
         "unmarked_vertices": signed.original().patches().unmarked_vertices(),
@@ -119,6 +120,7 @@ fn embedder<'k>(arguments: &Embed, key: &'k SigningKey) -> Result<Embedder<'k>> 
         .chip_rate(arguments.chip_rate)
         .strength(arguments.strength())
         .patches(arguments.patches)
+        .laplacian(arguments.laplacian.kind())
         .threads(arguments.threads.count());
     if let Some(profile) = arguments.profile {
         if profile.curve() != key.curve() {

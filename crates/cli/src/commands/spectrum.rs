@@ -1,8 +1,11 @@
-use std::ops::ControlFlow;
+use std::{
+    ops::ControlFlow,
+    sync::{Mutex, PoisonError},
+};
 
 use anyhow::{Context, Result, bail};
 use mesh::Asset;
-use mhb_core::{Phase, Spectrum, SpectrumOptions};
+use mhb_core::{Observer, Phase, Spectrum};
 use serde_json::json;
 
 use crate::{Answer, args, files, npz::Npz, progress::Progress, report};
@@ -15,23 +18,18 @@ pub(crate) fn run(arguments: &args::Spectrum) -> Result<Answer> {
     let progress = Progress::new();
     progress.begin("reading", "reading");
     let asset = files::open_mesh(&arguments.model)?;
-    let mut options = SpectrumOptions {
-        count: arguments.count,
-        threads: arguments.threads.count(),
-        ..SpectrumOptions::default()
-    };
+    let mut builder = Spectrum::builder()
+        .count(arguments.count)
+        .laplacian(arguments.laplacian.kind())
+        .threads(arguments.threads.count());
     if let Some(tolerance) = arguments.tolerance {
-        options.tolerance = tolerance;
+        builder = builder.tolerance(tolerance);
     }
     check_size(arguments, asset.mesh().vertex_count())?;
-    progress.begin("harmonics", "manifold harmonics");
-    let watch = |phase: Phase, fraction: f64| {
-        if phase == Phase::Solving {
-            progress.done(fraction);
-        }
-        ControlFlow::Continue(())
-    };
-    let spectrum = Spectrum::compute_observed(asset.mesh(), &options, &watch)
+    let phases = Phases::new(&progress);
+    let spectrum = builder
+        .observer(&phases)
+        .compute(asset.mesh())
         .with_context(|| arguments.model.display().to_string())?;
     if let Some(output) = &arguments.output {
         progress.begin("writing", "writing");
@@ -46,8 +44,11 @@ pub(crate) fn run(arguments: &args::Spectrum) -> Result<Answer> {
             "count": eigenvalues.len(),
             "vertices": asset.mesh().vertex_count(),
             "eigenvalues": eigenvalues,
+            "laplacian": arguments.laplacian.name(),
             "max_residual": max_residual,
+            "residuals": spectrum.residuals(),
             "inertia_complete": spectrum.certificate().complete,
+            "inertia_counts": spectrum.certificate().counts,
             "output": arguments.output,
             "seconds": report::seconds_json(&seconds),
         }))?;
@@ -70,6 +71,43 @@ pub(crate) fn run(arguments: &args::Spectrum) -> Result<Answer> {
     }
     report::lines(&lines)?;
     Ok(Answer::Yes)
+}
+
+/// Turns the solver's phases into stages of the progress.
+struct Phases<'a> {
+    progress: &'a Progress,
+    present: Mutex<Option<Phase>>,
+}
+
+impl<'a> Phases<'a> {
+    fn new(progress: &'a Progress) -> Self {
+        Self {
+            progress,
+            present: Mutex::new(None),
+        }
+    }
+}
+
+impl Observer for Phases<'_> {
+    fn progress(&self, phase: Phase, fraction: f64) -> ControlFlow<()> {
+        let before = self
+            .present
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .replace(phase);
+        if before != Some(phase) {
+            let (name, doing) = match phase {
+                Phase::Assembly => ("assembly", "assembling the matrices"),
+                Phase::Ordering => ("ordering", "ordering"),
+                Phase::Slicing => ("slicing", "counting eigenvalues"),
+                Phase::Solving => ("solving", "solving"),
+                _ => ("finishing", "joining"),
+            };
+            self.progress.begin(name, doing);
+        }
+        self.progress.done(fraction);
+        ControlFlow::Continue(())
+    }
 }
 
 /// Eigenfunctions that take more memory than this are refused; a machine that has it would need weeks for them.
@@ -127,6 +165,7 @@ fn archive(asset: &Asset, spectrum: &Spectrum) -> Result<Vec<u8>> {
         &[n, k],
         (0..n).flat_map(|i| (0..k).map(move |j| functions[(i, j)])),
     )?;
+    npz.doubles("residuals", &[k], spectrum.residuals().iter().copied())?;
     npz.doubles("mass", &[n], spectrum.mass().iter().copied())?;
     npz.integers("vertex", &vertex)?;
     npz.finish()

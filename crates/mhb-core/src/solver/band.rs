@@ -5,10 +5,12 @@
 //! With r = T y − θ y, the vector T y / θ = y + r / θ costs no solve and has the residual
 //! ‖(A − λ) (y + r/θ)‖ = ‖r‖ / θ² exactly: that is what is compared with the tolerance.
 
+use std::sync::{Mutex, PoisonError};
+
 use faer::{Mat, MatRef};
 
 use super::factor::Factor;
-use super::tall::{LANES, Tall, add, inner};
+use super::tall::{LANES, Tall, add, inner, multiply};
 use crate::canonical::Noise;
 use crate::{SpectrumError, dense};
 
@@ -39,15 +41,21 @@ pub(crate) struct Pairs {
 }
 
 /// Memory that one search after another uses again.
-pub(crate) struct Workspace {
-    basis: Tall,
-}
+///
+/// A Krylov basis is large, and its first use costs as much as a pass over it: the system has to find and clear the pages.
+#[derive(Default)]
+pub(crate) struct Workspaces(Mutex<Vec<Tall>>);
 
-impl Default for Workspace {
-    fn default() -> Self {
-        Self {
-            basis: Tall::zeros(0, 0),
-        }
+impl Workspaces {
+    /// Calls `f` with a matrix of `rows` rows and at least `columns` columns, of any content.
+    fn with<T>(&self, rows: usize, columns: usize, f: impl FnOnce(&mut Tall) -> T) -> T {
+        let spare = self.0.lock().unwrap_or_else(PoisonError::into_inner).pop();
+        let mut basis = spare
+            .filter(|basis| basis.rows() == rows && basis.columns() >= columns)
+            .unwrap_or_else(|| Tall::zeros(rows, columns));
+        let result = f(&mut basis);
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).push(basis);
+        result
     }
 }
 
@@ -70,7 +78,7 @@ pub(crate) fn solve(
     deflated: &Tall,
     block: usize,
     tolerance: f64,
-    workspace: &mut Workspace,
+    workspaces: &Workspaces,
 ) -> Result<Pairs, SpectrumError> {
     let mut search = Search {
         factor,
@@ -83,7 +91,7 @@ pub(crate) fn solve(
     let exactly = match band.count {
         Count::About(expected) => {
             search.expected = expected;
-            return search.run(block, 0, workspace);
+            return search.run(block, 0, workspaces);
         }
         Count::Exactly(count) => count,
     };
@@ -100,7 +108,7 @@ pub(crate) fn solve(
             locked: &locked,
             ..search
         }
-        .run(block, round, workspace)?;
+        .run(block, round, workspaces)?;
         let count = new.values.len();
         orthogonalise(locked.rows(), new.vectors.all_mut(), locked.all());
         orthonormalise_one_by_one(&mut new.vectors, count, &[locked.all()], 0.0);
@@ -167,15 +175,17 @@ struct Ritz {
 
 impl Search<'_> {
     /// Grows the space until the band's pairs have converged, or to its limit.
-    fn run(&self, block: usize, round: u64, workspace: &mut Workspace) -> Result<Pairs, SpectrumError> {
+    fn run(&self, block: usize, round: u64, workspaces: &Workspaces) -> Result<Pairs, SpectrumError> {
         let rows = self.locked.rows();
         let width = block.next_multiple_of(LANES);
         let room = rows.saturating_sub(self.locked.columns() + width);
         let limit = (4 * self.expected + 24 * width).min(room) / width * width;
-        let basis = &mut workspace.basis;
-        if basis.rows() != rows || basis.columns() < limit + width {
-            *basis = Tall::zeros(rows, limit + width);
-        }
+        workspaces.with(rows, limit + width, |basis| self.grow(width, limit, round, basis))
+    }
+
+    /// [`run`](Self::run) with blocks of `width` columns, up to `limit` of them, in the memory of `basis`.
+    fn grow(&self, width: usize, limit: usize, round: u64, basis: &mut Tall) -> Result<Pairs, SpectrumError> {
+        let rows = basis.rows();
         let mut projected = Mat::zeros(limit + width, limit + width);
         self.start(&mut basis.all_mut()[..rows * width], round);
         let (mut size, mut next_check) = (0, 5 * self.expected / 2);
@@ -366,9 +376,7 @@ fn orthonormalise(rows: usize, x: &mut [f64], others: &[&[f64]], scale: f64) -> 
         };
         let scaled = Mat::from_fn(width, width, |i, j| vectors[(i, j)] / values[j].sqrt());
         let factor = Mat::from_fn(width, width, |i, j| values[i].sqrt() * vectors[(j, i)]);
-        let mut q = vec![0.0; x.len()];
-        add(rows, &mut q, x, scaled.as_ref());
-        x.copy_from_slice(&q);
+        multiply(rows, x, scaled.as_ref());
         r = dense::product(factor.as_ref(), r.as_ref());
     }
     r

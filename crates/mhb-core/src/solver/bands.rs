@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use rayon::prelude::*;
 
 use super::Progress;
-use super::band::{self, Band, Count, Pairs, Workspace};
+use super::band::{self, Band, Count, Pairs, Workspaces};
 use super::factor::{Analysis, Factor};
 use super::slicing::{Cut, subdivide};
 use super::tall::Tall;
@@ -66,6 +66,7 @@ pub(crate) struct Bands<'a> {
     pub(crate) zeros: usize,
     pub(crate) options: &'a SpectrumOptions,
     pub(crate) progress: &'a Progress<'a>,
+    pub(crate) workspaces: Workspaces,
 }
 
 impl Bands<'_> {
@@ -91,7 +92,7 @@ impl Bands<'_> {
         let done = AtomicUsize::new(0);
         let solved: Vec<(Cut, Pairs)> = (0..number)
             .into_par_iter()
-            .map_init(Workspace::default, |workspace, k| {
+            .map(|k| {
                 let start = lower + width * k as f64;
                 let factor = self.analysis.factorise_near(start + 0.5 * width, 0.013 * width)?;
                 let band = Band {
@@ -103,7 +104,7 @@ impl Bands<'_> {
                     },
                     count: Count::About(expected),
                 };
-                let pairs = self.around(&factor, band, workspace)?;
+                let pairs = self.around(&factor, band)?;
                 let finished = done.fetch_add(1, Ordering::Relaxed) + 1;
                 self.progress
                     .report(Phase::Solving, finished as f64 / number as f64)?;
@@ -165,7 +166,7 @@ impl Bands<'_> {
         let cuts = subdivide(self.analysis, bottom, top, self.options.band)?;
         let solved: Vec<Pairs> = cuts
             .par_windows(2)
-            .map_init(Workspace::default, |workspace, ends| {
+            .map(|ends| {
                 let [a, b] = [ends[0], ends[1]];
                 let lower = a.shift.max(0.0);
                 let width = b.shift - lower;
@@ -175,7 +176,7 @@ impl Bands<'_> {
                     upper: b.shift,
                     count: Count::Exactly(self.count(a, b)),
                 };
-                self.around(&factor, band, workspace)
+                self.around(&factor, band)
             })
             .collect::<Result<_, SpectrumError>>()?;
         for pairs in solved {
@@ -185,7 +186,7 @@ impl Bands<'_> {
         Ok(())
     }
 
-    fn around(&self, factor: &Factor, band: Band, workspace: &mut Workspace) -> Result<Pairs, SpectrumError> {
+    fn around(&self, factor: &Factor, band: Band) -> Result<Pairs, SpectrumError> {
         let nothing = Tall::zeros(self.kernel.rows(), 0);
         let deflated = if band.lower < 0.0 { self.kernel } else { &nothing };
         band::solve(
@@ -194,7 +195,7 @@ impl Bands<'_> {
             deflated,
             self.options.block,
             self.options.tolerance,
-            workspace,
+            &self.workspaces,
         )
     }
 }

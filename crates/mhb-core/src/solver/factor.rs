@@ -96,7 +96,7 @@ impl Analysis {
                 Default::default(),
             )
             .map_err(|_| failed)?;
-        let packed = Packed::new(structure, &values);
+        let packed = Packed::new(structure, values);
         let below = packed.inverse_pivots().iter().filter(|e| **e < 0.0).count();
         let factor = Factor {
             shift,

@@ -12,6 +12,7 @@ use std::ops::ControlFlow;
 
 use faer::{Mat, MatRef};
 
+use self::band::Workspaces;
 use self::bands::{Bands, Certified};
 use self::factor::Analysis;
 use self::slicing::Cut;
@@ -87,6 +88,7 @@ fn by_bands(
         zeros,
         options,
         progress,
+        workspaces: Workspaces::default(),
     };
     let mut bottom = Cut {
         shift: -1.0,

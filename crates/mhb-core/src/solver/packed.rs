@@ -31,16 +31,17 @@ pub(crate) struct Packed {
 }
 
 impl Packed {
-    /// Repacks a numeric factor, column-major by supernodes with E on the diagonal.
-    pub(crate) fn new(structure: &SymbolicSupernodalCholesky<u32>, values: &[f64]) -> Self {
+    /// Repacks a numeric factor, column-major by supernodes with E on the diagonal, in the memory that it has.
+    pub(crate) fn new(structure: &SymbolicSupernodalCholesky<u32>, values: Vec<f64>) -> Self {
         let size = structure.nrows();
         let mut packed = Self {
             size,
             supernodes: Vec::with_capacity(structure.n_supernodes()),
             rows: Vec::new(),
-            entries: Vec::with_capacity(values.len()),
+            entries: values,
             inverse_pivots: Vec::with_capacity(size),
         };
+        let mut columns = Vec::new();
         for s in 0..structure.n_supernodes() {
             let pattern = structure.supernode(s).pattern();
             let (begin, end) = (
@@ -48,24 +49,27 @@ impl Packed {
                 structure.supernode_end()[s] as usize,
             );
             let (width, height) = (end - begin, pattern.len());
-            let first_value = structure.col_ptr_for_val()[s] as usize;
+            let first_entry = structure.col_ptr_for_val()[s] as usize;
             packed.supernodes.push(Supernode {
                 first_column: begin,
                 width,
                 first_row: packed.rows.len(),
                 height,
-                first_entry: packed.entries.len(),
+                first_entry,
             });
             packed.rows.extend_from_slice(pattern);
             let column_length = width + height;
-            for i in 0..column_length {
-                packed
-                    .entries
-                    .extend((0..width).map(|k| -values[first_value + k * column_length + i]));
+            let entries = &mut packed.entries[first_entry..first_entry + column_length * width];
+            columns.clear();
+            columns.extend_from_slice(entries);
+            for (i, row) in entries.chunks_exact_mut(width).enumerate() {
+                for (k, entry) in row.iter_mut().enumerate() {
+                    *entry = -columns[k * column_length + i];
+                }
             }
             packed
                 .inverse_pivots
-                .extend((0..width).map(|k| values[first_value + k * (column_length + 1)].recip()));
+                .extend((0..width).map(|k| columns[k * (column_length + 1)].recip()));
         }
         packed
     }

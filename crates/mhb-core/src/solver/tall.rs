@@ -129,6 +129,25 @@ pub(crate) fn add(rows: usize, w: &mut [f64], v: &[f64], c: MatRef<'_, f64>) {
     }
 }
 
+/// X ← X C, for C as high as wide.
+pub(crate) fn multiply(rows: usize, x: &mut [f64], c: MatRef<'_, f64>) {
+    let width = x.len() / rows;
+    let mut before = vec![0.0; CHUNK * width];
+    for start in (0..rows).step_by(CHUNK) {
+        let height = CHUNK.min(rows - start);
+        let before = &mut before[..height * width];
+        let chunks = before.chunks_exact_mut(height * LANES);
+        for (saved, block) in chunks.zip(x.chunks_exact_mut(rows * LANES)) {
+            saved.copy_from_slice(&block[start * LANES..(start + height) * LANES]);
+        }
+        for (j, block) in x.chunks_exact_mut(rows * LANES).enumerate() {
+            let target = &mut block[start * LANES..(start + height) * LANES];
+            target.fill(0.0);
+            add(height, target, before, c.subcols(j * LANES, LANES));
+        }
+    }
+}
+
 /// A piece of a coefficient matrix: a block of V by a block of W.
 type Tile = [[f64; LANES]; LANES];
 
@@ -310,6 +329,19 @@ mod tests {
             for k in 0..16 {
                 let errors = w.column(k).enumerate().map(|(i, x)| (x - dense_w[(i, k)]).abs());
                 assert!(errors.fold(0.0, f64::max) < 1e-11 * rows as f64);
+            }
+        }
+    }
+
+    #[test]
+    fn a_matrix_is_multiplied_in_place() {
+        for (rows, columns) in [(1, 8), (129, 8), (300, 24)] {
+            let ((mut x, before), (_, c)) = (noise(rows, columns, 5), noise(columns, columns, 6));
+            multiply(rows, x.all_mut(), c.as_ref());
+            let expected = dense::product(before.as_ref(), c.as_ref());
+            for k in 0..columns {
+                let errors = x.column(k).enumerate().map(|(i, x)| (x - expected[(i, k)]).abs());
+                assert!(errors.fold(0.0, f64::max) < 1e-12);
             }
         }
     }
