@@ -7,11 +7,11 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use faer::{Mat, MatRef};
+use faer::Mat;
 
 use super::factor::Factor;
-use super::tall::{LANES, Tall, add, inner, multiply};
-use crate::canonical::Noise;
+use super::krylov::{Krylov, orthogonalise, orthonormalise_one_by_one};
+use super::tall::{LANES, Tall, add};
 use crate::{SpectrumError, dense};
 
 /// A part of the spectrum around a shift.
@@ -58,9 +58,6 @@ impl Workspaces {
         result
     }
 }
-
-/// Overlaps with the basis below this, relative to what T made of a unit vector, are rounding, and left alone.
-const NEGLIGIBLE: f64 = 1e-13;
 
 /// Residual that rounding may leave in a combination of basis vectors, relative to the norm of A.
 const ROUNDING: f64 = 4e-14;
@@ -185,53 +182,21 @@ impl Search<'_> {
 
     /// [`run`](Self::run) with blocks of `width` columns, up to `limit` of them, in the memory of `basis`.
     fn grow(&self, width: usize, limit: usize, round: u64, basis: &mut Tall) -> Result<Pairs, SpectrumError> {
-        let rows = basis.rows();
-        let mut projected = Mat::zeros(limit + width, limit + width);
-        self.start(&mut basis.all_mut()[..rows * width], round);
-        let (mut size, mut next_check) = (0, 5 * self.expected / 2);
+        let mut space = Krylov::start(self.factor, self.locked, width, limit, round, basis);
+        let mut next_check = 5 * self.expected / 2;
         loop {
-            let (done, next) = basis.split_at_mut(size + width);
-            let next = &mut next[..rows * width];
-            next.copy_from_slice(&done[rows * size..]);
-            self.factor.solve(next);
-            let scale = mean_length(rows, next);
-            // T is symmetric, so in exact arithmetic only the last two blocks overlap with the new one: they go first,
-            // and what rounding leaves is removed against all.
-            let near = size.saturating_sub(width);
-            let leading = orthogonalise(rows, next, &done[rows * near..]);
-            let mut coefficients = inner(rows, done, next);
-            subtract(rows, next, done, coefficients.as_ref(), NEGLIGIBLE * scale);
-            let mut recent = coefficients.as_mut().subrows_mut(near, size + width - near);
-            recent += &leading;
-            orthogonalise(rows, next, self.locked.all());
-            let remainder = orthonormalise(rows, next, &[done, self.locked.all()], scale);
-            projected
-                .as_mut()
-                .submatrix_mut(0, size, size + width, width)
-                .copy_from(coefficients.as_ref());
-            size += width;
-            let full = size + width > limit;
-            if size >= next_check || full {
-                let ritz = Ritz::new(projected.as_ref().submatrix(0, 0, size, size), remainder.as_ref())?;
+            space.grow();
+            let full = space.size() + width > limit;
+            if space.size() >= next_check || full {
+                space.settle();
+                let ritz = Ritz::new(&space)?;
                 let open = self.open(&ritz);
                 if open == 0 || full {
-                    return Ok(self.extract(&ritz, rows, basis.blocks(0, size + width)));
+                    return Ok(self.extract(&ritz, space.rows(), space.blocks()));
                 }
-                next_check = size + (3 * open / 2).max(width);
+                next_check = space.size() + (3 * open / 2).max(width);
             }
         }
-    }
-
-    /// Noise, smoothed by one solve, orthogonal to the locked vectors.
-    fn start(&self, x: &mut [f64], round: u64) {
-        let rows = self.locked.rows();
-        let mut noise = Noise::new(START_SEED, round);
-        x.iter_mut().for_each(|entry| *entry = noise.next());
-        self.factor.solve(x);
-        let scale = mean_length(rows, x);
-        orthogonalise(rows, x, self.locked.all());
-        orthogonalise(rows, x, self.locked.all());
-        orthonormalise(rows, x, &[self.locked.all()], scale);
     }
 
     fn lambda(&self, theta: f64) -> f64 {
@@ -316,11 +281,11 @@ impl Search<'_> {
 }
 
 impl Ritz {
-    /// Of `projected` = Vᵀ T V, whose upper half is read, with T V = V Vᵀ T V + Q R in the last columns, R = `last`.
-    fn new(projected: MatRef<'_, f64>, last: MatRef<'_, f64>) -> Result<Self, SpectrumError> {
-        let (size, width) = (projected.nrows(), last.ncols());
-        let symmetric = Mat::from_fn(size, size, |i, j| projected[(i.min(j), i.max(j))]);
-        let (theta, coordinates) = dense::symmetric_eigen(symmetric.as_ref())?;
+    /// Of Vᵀ T V, with T V = V Vᵀ T V + Q R in the last columns.
+    fn new(space: &Krylov<'_>) -> Result<Self, SpectrumError> {
+        let (size, last) = (space.size(), space.remainder());
+        let width = last.ncols();
+        let (theta, coordinates) = dense::symmetric_eigen(space.projected(size).as_ref())?;
         let remainder = dense::product(last, coordinates.as_ref().subrows(size - width, width));
         let residuals = (0..size)
             .map(|k| remainder.col(k).norm_l2() / (theta[k] * theta[k]))
@@ -333,106 +298,3 @@ impl Ritz {
         })
     }
 }
-
-const START_SEED: u64 = 0x6b72_796c_6f76;
-
-/// X ← X − V Vᵀ X; returns Vᵀ X.
-fn orthogonalise(rows: usize, x: &mut [f64], v: &[f64]) -> Mat<f64> {
-    let coefficients = inner(rows, v, x);
-    add(rows, x, v, (-1.0 * &coefficients).as_ref());
-    coefficients
-}
-
-/// X ← X − V C, without the blocks of V whose coefficients are all at most `negligible`.
-fn subtract(rows: usize, x: &mut [f64], v: &[f64], c: MatRef<'_, f64>, negligible: f64) {
-    for (k, block) in v.chunks_exact(rows * LANES).enumerate() {
-        let c = c.subrows(k * LANES, LANES);
-        if c.norm_max() > negligible {
-            add(rows, x, block, (-1.0 * c).as_ref());
-        }
-    }
-}
-
-/// Root of the mean squared length of the columns.
-fn mean_length(rows: usize, x: &[f64]) -> f64 {
-    (x.iter().map(|entry| entry * entry).sum::<f64>() * rows as f64 / x.len() as f64).sqrt()
-}
-
-/// Orthonormalises the columns of X, which are orthogonal to the `others`, among themselves: X = Q R, returns R.
-///
-/// From the eigenvectors U and eigenvalues Λ of XᵀX: Q = X U Λ^-1/2, R = Λ^1/2 Uᵀ, twice. Where X is too close to
-/// dependent for that, column by column. `scale` is the size that X had before the others were taken out of it.
-fn orthonormalise(rows: usize, x: &mut [f64], others: &[&[f64]], scale: f64) -> Mat<f64> {
-    let width = x.len() / rows;
-    let mut r = Mat::identity(width, width);
-    for floor in [(1e-6 * scale).powi(2), 0.0] {
-        let eigen = dense::symmetric_eigen(inner(rows, x, x).as_ref());
-        let Some((values, vectors)) = eigen.ok().filter(|(values, _)| well_conditioned(values, floor)) else {
-            let mut columns = Tall::zeros(rows, width);
-            columns.all_mut().copy_from_slice(x);
-            let last = orthonormalise_one_by_one(&mut columns, width, others, scale);
-            x.copy_from_slice(columns.all());
-            return dense::product(last.as_ref(), r.as_ref());
-        };
-        let scaled = Mat::from_fn(width, width, |i, j| vectors[(i, j)] / values[j].sqrt());
-        let factor = Mat::from_fn(width, width, |i, j| values[i].sqrt() * vectors[(j, i)]);
-        multiply(rows, x, scaled.as_ref());
-        r = dense::product(factor.as_ref(), r.as_ref());
-    }
-    r
-}
-
-/// Whether a Gram matrix with these ascending eigenvalues leaves half of the digits.
-fn well_conditioned(values: &[f64], floor: f64) -> bool {
-    values
-        .first()
-        .zip(values.last())
-        .is_some_and(|(least, largest)| *least > floor.max(1e-8 * largest))
-}
-
-/// [`orthonormalise`] by Gram–Schmidt, column by column, each twice; R is upper triangular. A column that depends on
-/// those before it is replaced by noise orthogonal to all, with a zero on R's diagonal: the Krylov space has closed, and
-/// goes on in a new direction.
-fn orthonormalise_one_by_one(x: &mut Tall, count: usize, others: &[&[f64]], scale: f64) -> Mat<f64> {
-    let rows = x.rows();
-    let mut r = Mat::zeros(x.columns(), x.columns());
-    for k in 0..count {
-        let mut column = Tall::zeros(rows, 1);
-        column.column_mut(0).zip(x.column(k)).for_each(|(t, s)| *t = s);
-        x.column_mut(k).for_each(|entry| *entry = 0.0);
-        let before = norm(&column).max(scale);
-        for _ in 0..2 {
-            let c = orthogonalise(rows, column.all_mut(), x.all());
-            for i in 0..k {
-                r[(i, k)] += c[(i, 0)];
-            }
-        }
-        r[(k, k)] = norm(&column);
-        let left = r[(k, k)];
-        if left <= 1e-13 * before {
-            r[(k, k)] = 0.0;
-            let mut noise = Noise::new(FRESH_SEED, k as u64);
-            column.column_mut(0).for_each(|entry| *entry = noise.next());
-        }
-        // After cancellation, what is left may have lost its orthogonality to the others.
-        if left <= 1e-3 * before {
-            for _ in 0..2 {
-                for other in others {
-                    orthogonalise(rows, column.all_mut(), other);
-                }
-                orthogonalise(rows, column.all_mut(), x.all());
-            }
-        }
-        let norm = norm(&column);
-        x.column_mut(k)
-            .zip(column.column(0))
-            .for_each(|(t, s)| *t = s / norm);
-    }
-    r
-}
-
-fn norm(column: &Tall) -> f64 {
-    column.column(0).map(|x| x * x).sum::<f64>().sqrt()
-}
-
-const FRESH_SEED: u64 = 0x0066_7265_7368;

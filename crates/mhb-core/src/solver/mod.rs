@@ -4,6 +4,7 @@ mod band;
 mod bands;
 mod factor;
 mod joint;
+mod krylov;
 mod packed;
 mod slicing;
 mod tall;
