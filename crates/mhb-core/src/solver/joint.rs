@@ -12,14 +12,21 @@ use crate::dense;
 const ROWS: usize = 512;
 const COLUMNS: usize = 32;
 
-/// Vectors whose inner products are below this are orthonormal.
+/// Vectors whose inner products are below this are orthonormal, whatever tolerance was asked for.
 const ORTHONORMAL: f64 = 2e-11;
 
-/// Corrections below this are left out.
-const NEGLIGIBLE: f64 = 1e-13;
+/// Inner products that may be left, over the tolerance of the residuals. Vectors with a relative residual of τ are known to some τ k anyway.
+const SLACK: f64 = 0.1;
 
-/// The first `kept` of the kernel's vectors and the bands', in the mesh's ordering, made orthonormal.
-pub(crate) fn join(kernel: MatRef<'_, f64>, certified: Certified, kept: usize, inverse: &[u32]) -> Mat<f64> {
+/// The first `kept` of the kernel's vectors and the bands', in the mesh's ordering, made orthonormal as far as pairs of
+/// this tolerance need it.
+pub(crate) fn join(
+    kernel: MatRef<'_, f64>,
+    certified: Certified,
+    kept: usize,
+    inverse: &[u32],
+    tolerance: f64,
+) -> Mat<f64> {
     let mut joined = Mat::zeros(kernel.nrows(), kept);
     let zeros = kernel.ncols().min(kept);
     joined
@@ -48,15 +55,16 @@ pub(crate) fn join(kernel: MatRef<'_, f64>, certified: Certified, kept: usize, i
         });
     drop(columns);
     drop(certified);
-    orthonormalise(&mut joined, &residuals);
+    orthonormalise(&mut joined, &residuals, ORTHONORMAL.max(SLACK * tolerance));
     joined
 }
 
 /// Newton's iteration towards an orthonormal set: x_j ← x_j − Σ_i w_ij (x_iᵀx_j − δ_ij) x_i with w_ij + w_ji = 1.
 ///
 /// Equal weights give X (XᵀX)^-1/2. Weighting by the residuals, w_ij = r_j / (r_i + r_j), lets the less accurate vector
-/// of two give way, so that pairs from the middle of a band are not spoilt by those from the edge of another.
-fn orthonormalise(x: &mut Mat<f64>, residuals: &[f64]) {
+/// of two give way, so that pairs from the middle of a band are not spoilt by those from the edge of another. Inner products
+/// of `goal` are let pass.
+fn orthonormalise(x: &mut Mat<f64>, residuals: &[f64], goal: f64) {
     for _ in 0..6 {
         let mut correction = gram(x.as_ref());
         let mut defect: f64 = 0.0;
@@ -69,12 +77,13 @@ fn orthonormalise(x: &mut Mat<f64>, residuals: &[f64]) {
                 correction[(i, j)] = -weight * overlap;
             }
         }
-        if defect < ORTHONORMAL {
+        if defect < goal {
             return;
         }
-        add_multiple(x, correction.as_ref());
+        // Of the two corrections of a pair, what is left out stays below half of the goal together.
+        add_multiple(x, correction.as_ref(), 0.25 * goal);
         // What is left is of second order: a few columns overlap with the same one.
-        if 8.0 * defect * defect < ORTHONORMAL {
+        if 8.0 * defect * defect < goal {
             return;
         }
     }
@@ -105,12 +114,12 @@ fn gram(x: MatRef<'_, f64>) -> Mat<f64> {
     gram
 }
 
-/// X ← X + X C, by blocks of rows, without the blocks of C that are negligible.
-fn add_multiple(x: &mut Mat<f64>, c: MatRef<'_, f64>) {
+/// X ← X + X C, by blocks of rows, without the blocks of C whose entries are all below `negligible`.
+fn add_multiple(x: &mut Mat<f64>, c: MatRef<'_, f64>, negligible: f64) {
     let k = x.ncols();
     let tiles: Vec<_> = blocks(k, COLUMNS)
         .flat_map(|source| blocks(k, COLUMNS).map(move |target| (source, target)))
-        .filter(|&((i, height), (j, width))| c.submatrix(i, j, height, width).norm_max() > NEGLIGIBLE)
+        .filter(|&((i, height), (j, width))| c.submatrix(i, j, height, width).norm_max() > negligible)
         .collect();
     let mut row_blocks: Vec<MatMut<'_, f64>> = Vec::new();
     let mut rest = x.as_mut();

@@ -115,7 +115,7 @@ fn by_bands(
     let kept = whole_cluster(&eigenvalues, options.count);
     let eigenvalues = eigenvalues[..kept].to_vec();
     let counts = std::mem::take(&mut certified.cuts);
-    let vectors = joint::join(kernel, certified, kept, analysis.inverse());
+    let vectors = joint::join(kernel, certified, kept, analysis.inverse(), options.tolerance);
     Ok(Solution {
         eigenvalues,
         vectors,
