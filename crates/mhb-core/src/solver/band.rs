@@ -11,7 +11,7 @@ use faer::Mat;
 
 use super::factor::Factor;
 use super::krylov::{Krylov, orthogonalise, orthonormalise_one_by_one};
-use super::tall::{LANES, Tall, add};
+use super::tall::{LANES, Tall, combination};
 use crate::{SpectrumError, dense};
 
 /// A part of the spectrum around a shift.
@@ -255,7 +255,7 @@ impl Search<'_> {
                 .iter_mut()
                 .for_each(|x| *x /= norm);
         }
-        add(rows, vectors.all_mut(), basis, coordinates.as_ref());
+        combination(rows, vectors.all_mut(), basis, coordinates.as_ref());
         let values: Vec<f64> = chosen.iter().map(|&k| self.lambda(ritz.theta[k])).collect();
         let least = values.iter().copied().fold(f64::INFINITY, f64::min);
         if self.tolerance * least.max(1.0) < ROUNDING * self.factor.norm_bound() {

@@ -113,6 +113,15 @@ pub(crate) fn inner(rows: usize, v: &[f64], w: &[f64]) -> Mat<f64> {
 
 /// W ← W + V C.
 pub(crate) fn add(rows: usize, w: &mut [f64], v: &[f64], c: MatRef<'_, f64>) {
+    combine_blocks(rows, w, v, c, false);
+}
+
+/// W ← V C, for V of at least one column. W is not read: pages of fresh memory that are read first are faulted in twice.
+pub(crate) fn combination(rows: usize, w: &mut [f64], v: &[f64], c: MatRef<'_, f64>) {
+    combine_blocks(rows, w, v, c, true);
+}
+
+fn combine_blocks(rows: usize, w: &mut [f64], v: &[f64], c: MatRef<'_, f64>, replace: bool) {
     let (p, q) = (v.len() / rows, w.len() / rows);
     if p > 0 && q > 0 {
         let tile = |t: usize| {
@@ -125,6 +134,7 @@ pub(crate) fn add(rows: usize, w: &mut [f64], v: &[f64], c: MatRef<'_, f64>) {
             v,
             w,
             tiles: &tiles,
+            replace,
         });
     }
 }
@@ -142,8 +152,7 @@ pub(crate) fn multiply(rows: usize, x: &mut [f64], c: MatRef<'_, f64>) {
         }
         for (j, block) in x.chunks_exact_mut(rows * LANES).enumerate() {
             let target = &mut block[start * LANES..(start + height) * LANES];
-            target.fill(0.0);
-            add(height, target, before, c.subcols(j * LANES, LANES));
+            combination(height, target, before, c.subcols(j * LANES, LANES));
         }
     }
 }
@@ -228,6 +237,8 @@ struct Add<'a> {
     v: &'a [f64],
     w: &'a mut [f64],
     tiles: &'a [Tile],
+    /// Whether what is in W gives way.
+    replace: bool,
 }
 
 impl WithSimd for Add<'_> {
@@ -257,11 +268,18 @@ impl Add<'_> {
                     let (w, _) = w.as_chunks_mut::<R>();
                     let (v, _) = v[chunk.clone()].as_chunks::<LANES>();
                     let tile = &self.tiles[i * across + j];
-                    if R == 1 {
-                        combine::<S, R, 8>(simd, v, w, 0, tile);
-                    } else {
-                        combine::<S, R, 4>(simd, v, w, 0, tile);
-                        combine::<S, R, 4>(simd, v, w, 4, tile);
+                    let fresh = self.replace && i == 0;
+                    match (R == 1, fresh) {
+                        (true, false) => combine::<S, R, 8, false>(simd, v, w, 0, tile),
+                        (true, true) => combine::<S, R, 8, true>(simd, v, w, 0, tile),
+                        (false, false) => {
+                            combine::<S, R, 4, false>(simd, v, w, 0, tile);
+                            combine::<S, R, 4, false>(simd, v, w, 4, tile);
+                        }
+                        (false, true) => {
+                            combine::<S, R, 4, true>(simd, v, w, 0, tile);
+                            combine::<S, R, 4, false>(simd, v, w, 4, tile);
+                        }
                     }
                 }
             }
@@ -269,9 +287,9 @@ impl Add<'_> {
     }
 }
 
-/// w += Σ_k v[k] tile[k] for K rows k of the tile.
+/// w += Σ_k v[k] tile[k] for K rows k of the tile; w = if FRESH.
 #[inline(always)]
-fn combine<S: Simd, const R: usize, const K: usize>(
+fn combine<S: Simd, const R: usize, const K: usize, const FRESH: bool>(
     simd: S,
     v: &[[f64; LANES]],
     w: &mut [[S::f64s; R]],
@@ -284,7 +302,8 @@ fn combine<S: Simd, const R: usize, const K: usize>(
     }
     for (v, target) in v.iter().zip(w) {
         // Two sums halve the chain of dependent additions.
-        let (mut even, mut odd) = (*target, [simd.splat_f64s(0.0); R]);
+        let zero = [simd.splat_f64s(0.0); R];
+        let (mut even, mut odd) = (if FRESH { zero } else { *target }, zero);
         for k in (0..K).step_by(2) {
             let factors = [simd.splat_f64s(v[first + k]), simd.splat_f64s(v[first + k + 1])];
             for r in 0..R {
@@ -370,6 +389,7 @@ mod tests {
             v: v.all(),
             w: scalar.all_mut(),
             tiles: &tiles,
+            replace: false,
         }
         .with_simd(pulp::Scalar::new());
         add(rows, w.all_mut(), v.all(), c.as_ref());
