@@ -17,7 +17,8 @@ pub struct SpectrumOptions {
     pub count: usize,
     /// Which Laplacian of the mesh.
     pub laplacian: LaplacianKind,
-    /// Largest relative residual ‖S h − λ D h‖ / λ (in the norm of D⁻¹, for h of D-norm 1) that counts as converged.
+    /// Largest relative residual ‖S h − λ D h‖ / λ (in the norm of D⁻¹, for h of D-norm 1) that counts as converged. Eigenfunctions
+    /// are orthonormal to a tenth of it.
     pub tolerance: f64,
     /// Threads to compute with; the result does not depend on it.
     pub threads: usize,
