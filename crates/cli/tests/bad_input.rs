@@ -587,7 +587,7 @@ fn certificates_that_are_none_are_refused() {
     folder.write("empty.json", "");
     folder.write("cut.json", &json[..json.len() / 2]);
     folder.write("other.json", "{\"asset\": {\"version\": \"2.0\"}}");
-    folder.write("next.json", json.replace("\"version\": 1", "\"version\": 2"));
+    folder.write("next.json", json.replace("\"version\": 2", "\"version\": 3"));
     folder.write("extra.json", json.replacen('{', "{\"note\": \"mine\",", 1));
     folder.write("deep.json", "[".repeat(100_000));
     let remedy = ".cert.json file that `sigmark embed` wrote";
@@ -599,7 +599,7 @@ fn certificates_that_are_none_are_refused() {
         ("deep.json", &["not a Sigmark certificate", remedy]),
         (
             "next.json",
-            &["version 2", "reads version 1", "use the Sigmark that wrote it"],
+            &["version 3", "reads version 2", "use the Sigmark that wrote it"],
         ),
         ("extra.json", &["note", "line 1", remedy]),
         ("owner.pem", &["is a key, not a certificate", remedy]),
@@ -634,6 +634,7 @@ fn edited(value: &Value) -> Value {
         Value::String(text) => match text.as_str() {
             "ecdsa-p256-sha256" => "ecdsa-p256-sha1".into(),
             "message-and-geometry" => "message".into(),
+            "cotangent" => "intrinsic".into(),
             text => {
                 let mut bytes = text.as_bytes().to_vec();
                 let middle = bytes.len() / 2;
@@ -659,7 +660,7 @@ fn no_field_of_a_certificate_can_be_edited_or_left_out_unnoticed() {
         *value = edited(value);
         folder.write("edited.json", serde_json::to_string_pretty(&certificate).unwrap());
         let noticed = match field.as_str() {
-            "/version" => "version 2",
+            "/version" => "version 3",
             "/format" | "/public_key" => "not a Sigmark certificate",
             _ => "seal",
         };
