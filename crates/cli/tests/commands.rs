@@ -405,6 +405,35 @@ fn doubles(npz: &[u8], name: &str) -> (Vec<usize>, Vec<f64>) {
     (shape, values.into_iter().map(f64::from_le_bytes).collect())
 }
 
+/// The two Laplacians agree where the triangles are Delaunay, and differ on slivers; the certificate remembers which one it was.
+#[test]
+fn the_laplacian_can_be_chosen() {
+    let folder = Folder::with_signed_model();
+    folder.write_mesh("torus.ply", &shapes::bumpy_torus(60, 30, 4), Precision::Double);
+    let values = |kind: &str| {
+        let report = folder
+            .done(&format!("spectrum torus.ply -k 20 --laplacian {kind} --json"))
+            .json();
+        assert_eq!(report["laplacian"], kind);
+        assert_eq!(report["residuals"].as_array().unwrap().len(), 20);
+        assert!(!report["inertia_counts"].as_array().unwrap().is_empty());
+        report["eigenvalues"][19].as_f64().unwrap()
+    };
+    let [cotangent, intrinsic] = ["cotangent", "intrinsic"].map(values);
+    assert_ne!(cotangent, intrinsic);
+    assert!((cotangent / intrinsic - 1.0).abs() < 0.1);
+
+    folder.done("embed torus.ply -o signed_torus.ply --key owner.pem --chip-rate 1 --laplacian intrinsic");
+    assert!(
+        folder
+            .text("signed_torus.ply.cert.json")
+            .contains("\"laplacian\": \"intrinsic\"")
+    );
+    folder.done(
+        "verify signed_torus.ply --original torus.ply --certificate signed_torus.ply.cert.json --public-key owner.pub.pem",
+    );
+}
+
 #[test]
 fn a_spectrum_reads_back_from_its_file_and_is_mass_orthonormal() {
     let folder = Folder::empty();
