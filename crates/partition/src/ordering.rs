@@ -74,7 +74,16 @@ pub fn nested_dissection(graph: &Graph, options: &OrderingOptions) -> Result<Ord
     let mut unit = graph.clone();
     unit.vertex_weights.fill(1);
     unit.edge_weights.fill(1);
-    let order = Dissection { options, team: &team }.order(&unit, &Rng::new(options.seed));
+    let order = Dissection {
+        options,
+        team: &team,
+        whole: &unit,
+    }
+    .order(
+        &unit,
+        &(0..unit.vertex_count() as u32).collect::<Vec<_>>(),
+        &Rng::new(options.seed),
+    );
     let mut position = vec![0; order.len()];
     order
         .iter()
@@ -89,16 +98,17 @@ const SMALL: usize = 1000;
 struct Dissection<'a> {
     options: &'a OrderingOptions,
     team: &'a Team,
+    whole: &'a Graph,
 }
 
 impl Dissection<'_> {
     /// The vertices of a graph in order of elimination.
-    fn order(&self, graph: &Graph, rng: &Rng) -> Vec<u32> {
+    fn order(&self, graph: &Graph, names: &[u32], rng: &Rng) -> Vec<u32> {
         if graph.vertex_count() <= self.options.leaf_size.max(1) {
-            return min_degree(graph);
+            return min_degree(self.whole, names);
         }
         if graph.neighbours.is_empty() {
-            return (0..graph.vertex_count() as u32).collect();
+            return names.to_vec();
         }
         let tries = self
             .options
@@ -106,19 +116,20 @@ impl Dissection<'_> {
             .div_ceil(if graph.vertex_count() < SMALL { 2 } else { 1 });
         let separation = separate(graph, tries, self.team, &mut rng.fork(0));
         if separation.weight[0] == 0 || separation.weight[1] == 0 {
-            return by_degree(graph);
+            return by_degree(graph).into_iter().map(|v| names[v as usize]).collect();
         }
         let half = |side: u8| {
             let (subgraph, vertices) = induced(graph, &separation.side, side);
-            let order = self.order(&subgraph, &rng.fork(1 + u64::from(side)));
-            order
-                .into_iter()
-                .map(|v| vertices[v as usize])
-                .collect::<Vec<u32>>()
+            let names: Vec<u32> = vertices.iter().map(|&v| names[v as usize]).collect();
+            self.order(&subgraph, &names, &rng.fork(1 + u64::from(side)))
         };
         let (mut order, second) = self.team.join(|| half(0), || half(1));
         order.extend(second);
-        order.extend((0..graph.vertex_count() as u32).filter(|&v| separation.side[v as usize] == SEPARATOR));
+        order.extend(
+            (0..graph.vertex_count())
+                .filter(|&v| separation.side[v] == SEPARATOR)
+                .map(|v| names[v]),
+        );
         order
     }
 }
