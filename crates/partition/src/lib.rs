@@ -48,7 +48,7 @@ mod kway;
 mod local_search;
 mod matching;
 mod metis_format;
-mod min_degree;
+mod min_fill;
 mod multilevel;
 mod options;
 mod ordering;

@@ -1,8 +1,8 @@
 //! Nested dissection (George 1973): separators last, halves before them, and so on in the halves; small leaves by minimum
-//! degree.
+//! fill, the separators around them counted.
 
 use crate::bisect::induced;
-use crate::min_degree::min_degree;
+use crate::min_fill::min_fill;
 use crate::rng::Rng;
 use crate::separator::{SEPARATOR, separate};
 use crate::team::Team;
@@ -13,7 +13,7 @@ use crate::{Graph, PartitionError};
 pub struct OrderingOptions {
     /// Equal seeds give equal orderings, on any number of threads.
     pub seed: u64,
-    /// Graphs of at most this many vertices are ordered by minimum degree; at most 1000 is sensible.
+    /// Graphs of at most this many vertices are ordered by minimum fill; at most 1000 is sensible.
     pub leaf_size: usize,
     /// Separators tried in each step (half as many on small graphs); the lightest is kept.
     pub tries: usize,
@@ -25,8 +25,8 @@ impl Default for OrderingOptions {
     fn default() -> Self {
         Self {
             seed: 0,
-            leaf_size: 120,
-            tries: 4,
+            leaf_size: 80,
+            tries: 2,
             threads: 1,
         }
     }
@@ -74,16 +74,13 @@ pub fn nested_dissection(graph: &Graph, options: &OrderingOptions) -> Result<Ord
     let mut unit = graph.clone();
     unit.vertex_weights.fill(1);
     unit.edge_weights.fill(1);
-    let order = Dissection {
+    let dissection = Dissection {
         options,
         team: &team,
         whole: &unit,
-    }
-    .order(
-        &unit,
-        &(0..unit.vertex_count() as u32).collect::<Vec<_>>(),
-        &Rng::new(options.seed),
-    );
+    };
+    let all = (0..unit.vertex_count() as u32).collect();
+    let order = dissection.order(&unit, all, &Rng::new(options.seed));
     let mut position = vec![0; order.len()];
     order
         .iter()
@@ -102,13 +99,13 @@ struct Dissection<'a> {
 }
 
 impl Dissection<'_> {
-    /// The vertices of a graph in order of elimination.
-    fn order(&self, graph: &Graph, names: &[u32], rng: &Rng) -> Vec<u32> {
+    /// The `vertices` of the whole graph in order of elimination; `graph` is what they induce.
+    fn order(&self, graph: &Graph, vertices: Vec<u32>, rng: &Rng) -> Vec<u32> {
         if graph.vertex_count() <= self.options.leaf_size.max(1) {
-            return min_degree(self.whole, names);
+            return min_fill(self.whole, &vertices);
         }
         if graph.neighbours.is_empty() {
-            return names.to_vec();
+            return vertices;
         }
         let tries = self
             .options
@@ -116,27 +113,27 @@ impl Dissection<'_> {
             .div_ceil(if graph.vertex_count() < SMALL { 2 } else { 1 });
         let separation = separate(graph, tries, self.team, &mut rng.fork(0));
         if separation.weight[0] == 0 || separation.weight[1] == 0 {
-            return by_degree(graph).into_iter().map(|v| names[v as usize]).collect();
+            return by_degree(graph, vertices);
         }
         let half = |side: u8| {
-            let (subgraph, vertices) = induced(graph, &separation.side, side);
-            let names: Vec<u32> = vertices.iter().map(|&v| names[v as usize]).collect();
-            self.order(&subgraph, &names, &rng.fork(1 + u64::from(side)))
+            let (subgraph, places) = induced(graph, &separation.side, side);
+            let inside = places.iter().map(|&place| vertices[place as usize]).collect();
+            self.order(&subgraph, inside, &rng.fork(1 + u64::from(side)))
         };
         let (mut order, second) = self.team.join(|| half(0), || half(1));
         order.extend(second);
-        order.extend(
-            (0..graph.vertex_count())
-                .filter(|&v| separation.side[v] == SEPARATOR)
-                .map(|v| names[v]),
-        );
+        let separator = vertices
+            .iter()
+            .zip(&separation.side)
+            .filter(|(_, side)| **side == SEPARATOR);
+        order.extend(separator.map(|(v, _)| v));
         order
     }
 }
 
 /// For graphs that have no separator worth the name, such as cliques.
-fn by_degree(graph: &Graph) -> Vec<u32> {
-    let mut order: Vec<u32> = (0..graph.vertex_count() as u32).collect();
-    order.sort_by_key(|&v| graph.degree(v as usize));
-    order
+fn by_degree(graph: &Graph, vertices: Vec<u32>) -> Vec<u32> {
+    let mut places: Vec<usize> = (0..vertices.len()).collect();
+    places.sort_by_key(|&place| graph.degree(place));
+    places.into_iter().map(|place| vertices[place]).collect()
 }

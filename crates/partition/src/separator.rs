@@ -1,8 +1,10 @@
 //! Vertex separators: a multilevel bisection whose border is kept as a set of vertices and refined as such.
 //!
 //! Moving a separator vertex to one side draws its neighbours on the other side into the separator; the gain is the
-//! weight that the separator loses. Passes of such moves, with rollback to the best prefix, follow Ashcraft and Liu
-//! (1998) and Hendrickson and Rothberg (1998).
+//! weight that the separator loses (Ashcraft and Liu 1998, Hendrickson and Rothberg 1998). A sweep moves vertices to one side
+//! only, those that it draws in too, and rolls back to its best prefix; the next goes the other way. So the whole
+//! separator travels across the graph, through places where it is heavier, as in METIS' one-sided refinement. Moves to
+//! both sides in one pass undo each other: with them factors filled in by 7 % more.
 
 use crate::Graph;
 use crate::buckets::GainBuckets;
@@ -21,8 +23,8 @@ const MAX_SHARE: f64 = 0.6;
 const MIDDLE: usize = 3000;
 /// Size of the graph on which halves are grown, and how many times.
 const COARSEST: usize = 100;
-const GROWN: usize = 4;
-const PASSES: usize = 6;
+const GROWN: usize = 2;
+const SWEEPS: usize = 12;
 
 /// Two sides without edges between them, and what separates them.
 #[derive(Clone, Debug)]
@@ -80,6 +82,11 @@ fn refine_up(
 /// What is compared: excess weight, separator weight, imbalance.
 type Standing = (i64, i64, i64);
 
+/// Whether the separator is so much heavier than the best that going on is worth less.
+fn far_from(best: Standing, now: Standing) -> bool {
+    now.1 > best.1 + best.1 / 7
+}
+
 impl Separation {
     /// The border vertices of the side where they weigh less.
     fn beside(graph: &Graph, halves: &Bisection) -> Self {
@@ -121,26 +128,34 @@ impl Separation {
     }
 }
 
+/// Sweeps the separator to and fro until neither direction makes it lighter.
 fn refine(graph: &Graph, separation: &mut Separation, limit: i64, rng: &mut Rng) {
     let count = graph.vertex_count();
     let span = (0..count)
         .map(|v| neighbourhood_weight(graph, v))
         .max()
         .unwrap_or(0);
-    let new_queue = || GainBuckets::new(count, i32::try_from(span).unwrap_or(i32::MAX));
-    let mut pass = Pass {
+    let mut members: Vec<u32> = (0..count as u32)
+        .filter(|&v| separation.side[v as usize] == SEPARATOR)
+        .collect();
+    let mut sweep = Sweep {
         graph,
-        separation,
         limit,
-        queues: [new_queue(), new_queue()],
-        drawn_weight: [vec![0; count], vec![0; count]],
-        moved: vec![false; count],
-        journal: Vec::new(),
+        to: u8::from(separation.weight[1] < separation.weight[0]),
+        separation,
+        queue: GainBuckets::new(count, i32::try_from(span).unwrap_or(i32::MAX)),
+        gain: vec![0; count],
+        movers: Vec::new(),
+        drawn: Vec::new(),
     };
-    for _ in 0..PASSES {
-        if !pass.run(rng) {
+    let mut failures = 0;
+    for _ in 0..SWEEPS {
+        rng.shuffle(&mut members);
+        failures = if sweep.run(&mut members) { 0 } else { failures + 1 };
+        if failures == 2 {
             return;
         }
+        sweep.to = 1 - sweep.to;
     }
 }
 
@@ -155,147 +170,91 @@ fn neighbourhood_weight(graph: &Graph, vertex: usize) -> i64 {
             .sum::<i64>()
 }
 
-/// The state of one pass.
-struct Pass<'a> {
+/// Moves of separator vertices to one side.
+struct Sweep<'a> {
     graph: &'a Graph,
     separation: &'a mut Separation,
     limit: i64,
-    /// Separator vertices by their gain when moved to side 0 or 1.
-    queues: [GainBuckets; 2],
-    /// Weight that a separator vertex draws in when it moves to side 0 or 1. Valid for queued vertices.
-    drawn_weight: [Vec<i32>; 2],
-    moved: Vec<bool>,
-    /// Moves of the pass.
-    journal: Vec<Step>,
-}
-
-/// A vertex that left the separator and those that it drew in.
-struct Step {
-    vertex: usize,
+    /// The side that separator vertices move to; they draw in their neighbours on the other.
+    to: u8,
+    /// Separator vertices by gain.
+    queue: GainBuckets,
+    /// The weight that the separator loses when a vertex moves. Valid for queued vertices.
+    gain: Vec<i32>,
+    /// The vertices that moved, each with the number of vertices that were drawn in before it.
+    movers: Vec<(u32, usize)>,
     drawn: Vec<u32>,
 }
 
-impl Pass<'_> {
-    /// Whether the separation got better.
-    fn run(&mut self, rng: &mut Rng) -> bool {
-        let count = self.graph.vertex_count() as u32;
-        let mut members: Vec<u32> = (0..count)
-            .filter(|&v| self.separation.side[v as usize] == SEPARATOR)
-            .collect();
-        rng.shuffle(&mut members);
-        let patience = (members.len() / 2).clamp(20, 200);
+impl Sweep<'_> {
+    /// Whether the separation got better. `members` are the separator's vertices, before and after.
+    fn run(&mut self, members: &mut Vec<u32>) -> bool {
         members.iter().for_each(|&v| self.enqueue(v as usize));
+        let patience = (3 * members.len()).clamp(20, 300);
         let start = self.separation.standing(self.limit);
         let (mut best, mut best_len) = (start, 0);
-        while let Some((vertex, side)) = self.next_move() {
-            let step = self.apply(vertex, side);
-            self.journal.push(step);
+        while let Some(vertex) = self.queue.pop() {
+            let weight = i64::from(self.graph.vertex_weights[vertex]);
+            if self.separation.weight[usize::from(self.to)] + weight > self.limit {
+                continue;
+            }
+            self.apply(vertex);
             let standing = self.separation.standing(self.limit);
+            let since_best = self.movers.len() - best_len;
             if standing < best {
-                (best, best_len) = (standing, self.journal.len());
-            } else if self.journal.len() - best_len > patience {
+                (best, best_len) = (standing, self.movers.len());
+            } else if since_best > patience && far_from(best, standing) || since_best > 3 * patience {
                 break;
             }
         }
-        self.queues.iter_mut().for_each(GainBuckets::clear);
+        self.queue.clear();
         self.roll_back(best_len);
+        members.append(&mut self.drawn);
+        members.retain(|&v| self.separation.side[v as usize] == SEPARATOR);
         (best.0, best.1) < (start.0, start.1)
     }
 
     fn roll_back(&mut self, keep: usize) {
-        self.journal
-            .iter()
-            .for_each(|step| self.moved[step.vertex] = false);
-        for step in self.journal.drain(keep..).rev() {
-            let other = 1 - self.separation.side[step.vertex];
-            self.separation.put(self.graph, step.vertex, SEPARATOR);
-            for u in step.drawn {
-                self.separation.put(self.graph, u as usize, other);
+        for (vertex, before) in self.movers.drain(keep..).rev() {
+            self.separation.put(self.graph, vertex as usize, SEPARATOR);
+            for u in self.drawn.drain(before..) {
+                self.separation.put(self.graph, u as usize, 1 - self.to);
             }
         }
-        self.journal.clear();
+        self.movers.clear();
     }
 
     fn enqueue(&mut self, vertex: usize) {
-        let mut drawn = [0, 0];
-        for &u in self.graph.neighbours(vertex) {
-            let side = self.separation.side[u as usize];
-            if side != SEPARATOR {
-                drawn[usize::from(1 - side)] += self.graph.vertex_weights[u as usize];
-            }
-        }
-        for side in 0..2 {
-            self.drawn_weight[side][vertex] = drawn[side];
-            self.requeue(vertex, side);
-        }
+        let other = 1 - self.to;
+        let beyond = self.graph.neighbours(vertex).iter().map(|&u| u as usize);
+        let drawn: i32 = beyond
+            .filter(|&u| self.separation.side[u] == other)
+            .map(|u| self.graph.vertex_weights[u])
+            .sum();
+        self.gain[vertex] = self.graph.vertex_weights[vertex] - drawn;
+        self.queue.insert(vertex, self.gain[vertex]);
     }
 
-    fn requeue(&mut self, vertex: usize, side: usize) {
-        let gain = self.graph.vertex_weights[vertex] - self.drawn_weight[side][vertex];
-        self.queues[side].set(vertex, gain);
-    }
-
-    /// The feasible move of greatest gain; of equals the one to the lighter side.
-    fn next_move(&mut self) -> Option<(usize, u8)> {
-        loop {
-            let mut best: Option<(i32, i64, usize, usize)> = None;
-            for side in 0..2 {
-                if let Some(v) = self.queues[side].peek() {
-                    let gain = self.graph.vertex_weights[v] - self.drawn_weight[side][v];
-                    let room = self.limit - self.separation.weight[side];
-                    if best.is_none_or(|(g, r, ..)| (gain, room) > (g, r)) {
-                        best = Some((gain, room, v, side));
+    fn apply(&mut self, vertex: usize) {
+        let graph = self.graph;
+        self.movers.push((vertex as u32, self.drawn.len()));
+        self.separation.put(graph, vertex, self.to);
+        let first = self.drawn.len();
+        for &u in graph.neighbours(vertex) {
+            if self.separation.side[u as usize] == 1 - self.to {
+                self.separation.put(graph, u as usize, SEPARATOR);
+                self.drawn.push(u);
+                for &x in graph.neighbours(u as usize) {
+                    let x = x as usize;
+                    if self.queue.contains(x) {
+                        self.gain[x] += graph.vertex_weights[u as usize];
+                        self.queue.set(x, self.gain[x]);
                     }
                 }
             }
-            let (_, room, vertex, side) = best?;
-            self.queues[side].remove(vertex);
-            if i64::from(self.graph.vertex_weights[vertex]) <= room {
-                self.queues[1 - side].remove(vertex);
-                return Some((vertex, side as u8));
-            }
         }
-    }
-
-    fn apply(&mut self, vertex: usize, side: u8) -> Step {
-        let graph = self.graph;
-        self.separation.put(graph, vertex, side);
-        self.moved[vertex] = true;
-        let other = 1 - side;
-        let mut drawn = Vec::new();
-        for &u in graph.neighbours(vertex) {
-            let u = u as usize;
-            if self.separation.side[u] == other {
-                self.separation.put(graph, u, SEPARATOR);
-                drawn.push(u as u32);
-                self.change_drawn(u, vertex, usize::from(side), -graph.vertex_weights[u]);
-                if !self.moved[u] {
-                    self.enqueue(u);
-                }
-            } else if self.separation.side[u] == SEPARATOR {
-                self.change(u, usize::from(other), graph.vertex_weights[vertex]);
-            }
-        }
-        Step { vertex, drawn }
-    }
-
-    /// Vertex `drawn` is no longer on the side opposite `side`: its separator neighbours draw in less.
-    fn change_drawn(&mut self, drawn: usize, mover: usize, side: usize, weight: i32) {
-        for &x in self.graph.neighbours(drawn) {
-            if x as usize != mover && self.separation.side[x as usize] == SEPARATOR {
-                self.change(x as usize, side, weight);
-            }
-        }
-    }
-
-    fn change(&mut self, vertex: usize, side: usize, weight: i32) {
-        let queued = [self.queues[0].contains(vertex), self.queues[1].contains(vertex)];
-        if queued == [false, false] {
-            return;
-        }
-        self.drawn_weight[side][vertex] += weight;
-        if queued[side] {
-            self.requeue(vertex, side);
+        for i in first..self.drawn.len() {
+            self.enqueue(self.drawn[i] as usize);
         }
     }
 }
