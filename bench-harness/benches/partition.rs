@@ -80,6 +80,42 @@ fn ordering(criterion: &mut Criterion) {
             },
         );
     }
+    let cases = [
+        (
+            "separators, one try",
+            OrderingOptions {
+                tries: 1,
+                ..Default::default()
+            },
+        ),
+        (
+            "separators, eight tries",
+            OrderingOptions {
+                tries: 8,
+                ..Default::default()
+            },
+        ),
+        (
+            "leaves of 400",
+            OrderingOptions {
+                leaf_size: 400,
+                ..Default::default()
+            },
+        ),
+    ];
+    for (name, options) in &cases {
+        group.bench_function(*name, |bencher| {
+            bencher.iter(|| nested_dissection(&graph, options));
+        });
+    }
+    let leaf = edge_graph(&surface(600)).expect("the surface has few edges");
+    let whole = OrderingOptions {
+        leaf_size: leaf.vertex_count(),
+        ..Default::default()
+    };
+    group.bench_function("minimum fill, 642 vertices", |bencher| {
+        bencher.iter(|| nested_dissection(&leaf, &whole));
+    });
     let ordering = nested_dissection(&graph, &OrderingOptions::default()).expect("the graph is sound");
     group.bench_function("column counts", |bencher| {
         bencher.iter(|| column_counts(&graph, &ordering));

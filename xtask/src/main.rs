@@ -4,6 +4,7 @@
 mod bench;
 mod machine;
 mod meshes;
+mod patches;
 mod picture;
 mod pictures;
 mod process;
@@ -40,6 +41,9 @@ enum Task {
         /// Meshes with more vertices are passed over
         #[arg(long, default_value_t = 50_000)]
         most_vertices: usize,
+        /// Only cut them into patches, whatever their size, and look at these
+        #[arg(long, conflicts_with = "most_vertices")]
+        patches_only: bool,
     },
     /// Hold the partitioner or the eigen-solver against its peers, and write what came out into results/
     #[command(subcommand)]
@@ -58,7 +62,14 @@ fn main() -> ExitCode {
         Task::Meshes {
             folder,
             most_vertices,
-        } => meshes::run(&folder, most_vertices),
+            patches_only,
+        } => {
+            if patches_only {
+                patches::run(&folder)
+            } else {
+                meshes::run(&folder, most_vertices)
+            }
+        }
         Task::Bench(bench) => bench::run(bench),
         Task::Pictures { meshes } => pictures::run(&meshes),
     };

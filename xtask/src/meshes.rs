@@ -53,7 +53,7 @@ pub(crate) fn run(folder: &Path, most_vertices: usize) -> Result<()> {
 }
 
 /// Mesh files below a folder, by name.
-fn files(folder: &Path) -> Result<Vec<PathBuf>> {
+pub(crate) fn files(folder: &Path) -> Result<Vec<PathBuf>> {
     let mut found = Vec::new();
     for entry in fs::read_dir(folder).with_context(|| folder.display().to_string())? {
         let path = entry?.path();
