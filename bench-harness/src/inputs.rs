@@ -7,7 +7,7 @@ use std::{
 use anyhow::{Context, Result};
 use flate2::read::MultiGzDecoder;
 use mesh::{Edges, Format, TriMesh, shapes};
-use partition::{Graph, Options, partition, read_metis};
+use partition::{Graph, read_metis};
 
 /// An irregular closed surface of at least `vertices` vertices, and fewer than four times as many. Deterministic.
 pub fn surface(vertices: usize) -> TriMesh {
@@ -83,29 +83,4 @@ pub fn edge_graph(mesh: &TriMesh) -> Result<Graph> {
         None,
         None,
     )?)
-}
-
-/// The mesh itself if it has at most `most` vertices; else the largest of the fewest connected patches that size.
-///
-/// # Errors
-/// When the mesh can't be partitioned.
-pub fn largest_patch(mesh: &TriMesh, most: usize) -> Result<TriMesh> {
-    let parts = mesh.vertex_count().div_ceil(most);
-    if parts == 1 {
-        return Ok(mesh.clone());
-    }
-    let options = Options {
-        parts,
-        contiguous: true,
-        ..Default::default()
-    };
-    let division = partition(&edge_graph(mesh)?, &options)?;
-    let largest = (0..parts).max_by_key(|&p| division.weights[p]).unwrap_or(0) as u32;
-    let inside: Vec<[u32; 3]> = mesh
-        .triangles()
-        .iter()
-        .filter(|corners| corners.iter().all(|&v| division.part_of[v as usize] == largest))
-        .copied()
-        .collect();
-    Ok(mesh::Welded::new(mesh.positions(), &inside)?.mesh().clone())
 }

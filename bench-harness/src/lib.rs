@@ -1,7 +1,8 @@
 //! What every comparison and benchmark shares: the inputs, and one judge for all solvers.
 //!
 //! Inputs are files ([`mesh_files`], [`graph_files`]) or made-up surfaces of a wished size ([`surface`]). A graph is either read
-//! ([`read_graph`]) or made of the edges of a mesh ([`edge_graph`]). [`worst_residual`] judges eigenpairs, whoever computed them.
+//! ([`read_graph`]) or made of the edges of a mesh ([`edge_graph`]). Peers in other languages read a problem from files
+//! ([`write_matrices`]); [`faer_lanczos`] is the peer in Rust. [`worst_residual`] judges eigenpairs, whoever computed them.
 //!
 //! ```
 //! use bench_harness::{edge_graph, surface, worst_residual};
@@ -17,7 +18,11 @@
 //! ```
 
 mod inputs;
+mod lanczos;
+mod matrices;
 mod residual;
 
-pub use inputs::{edge_graph, graph_files, largest_patch, mesh_files, name_of, read_graph, surface};
+pub use inputs::{edge_graph, graph_files, mesh_files, name_of, read_graph, surface};
+pub use lanczos::{Pairs, faer_lanczos};
+pub use matrices::{fingerprint, read_matrices, write_matrices};
 pub use residual::worst_residual;

@@ -20,6 +20,14 @@ fn processor() -> String {
     model.unwrap_or_else(|| format!("{} {}", std::env::consts::OS, std::env::consts::ARCH))
 }
 
+/// The most memory that this process ever held, in bytes; `None` where the system does not say.
+pub(crate) fn peak_memory() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kibibytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(1024 * kibibytes)
+}
+
 /// How much other work the machine had: timings on a busy machine mean less.
 pub(crate) fn load() -> String {
     let linux = std::fs::read_to_string("/proc/loadavg").ok();

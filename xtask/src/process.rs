@@ -2,7 +2,7 @@
 
 use std::{
     path::{Path, PathBuf},
-    process::{Command, Stdio},
+    process::{Command, ExitStatus, Stdio},
 };
 
 use anyhow::{Context, Result, bail};
@@ -10,6 +10,48 @@ use anyhow::{Context, Result, bail};
 /// Runs a program to its end and gives what it printed. Its standard error is shown only if it fails.
 pub(crate) fn output(command: &mut Command) -> Result<String> {
     output_with_code(command, &[0])
+}
+
+/// As [`output`], but `None` of a program that was stopped because it had taken `seconds` of CPU time. Without a Unix shell there is
+/// no limit.
+pub(crate) fn output_within(seconds: u64, program: &Command) -> Result<Option<String>> {
+    let limited = format!("ulimit -S -t {seconds} && exec \"$@\"");
+    let mut command = Command::new("sh");
+    command.arg("-c").arg(limited).arg("sh");
+    command.arg(program.get_program()).args(program.get_args());
+    for (name, value) in program.get_envs() {
+        if let Some(value) = value {
+            command.env(name, value);
+        }
+    }
+    let shown = format!("{program:?}");
+    let result = command
+        .stdin(Stdio::null())
+        .output()
+        .with_context(|| format!("{shown}: can't be started"))?;
+    if ran_out(result.status) {
+        return Ok(None);
+    }
+    if !result.status.success() {
+        let said = String::from_utf8_lossy(&result.stderr);
+        bail!("{shown}: {}\n{}", result.status, said.trim_end());
+    }
+    Ok(Some(String::from_utf8_lossy(&result.stdout).into_owned()))
+}
+
+/// Whether a program ended because its CPU time was used up.
+fn ran_out(status: ExitStatus) -> bool {
+    #[cfg(unix)]
+    {
+        use std::os::unix::process::ExitStatusExt;
+        const SIGXCPU: i32 = 24;
+        status.signal() == Some(SIGXCPU)
+    }
+    #[cfg(not(unix))]
+    {
+        let _ = status;
+        false
+    }
 }
 
 /// As [`output`], for programs that say something by exit codes other than 0.
@@ -54,4 +96,22 @@ pub(crate) fn build_sigmark() -> Result<PathBuf> {
     executable
         .next_back()
         .context("cargo built no binary named sigmark")
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_program_that_takes_too_long_is_stopped_and_others_are_heard() {
+        let mut endless = Command::new("sh");
+        endless.args(["-c", "while :; do :; done"]);
+        assert_eq!(output_within(1, &endless).unwrap(), None);
+        let mut short = Command::new("sh");
+        short.args(["-c", "echo $WORD"]).env("WORD", "done");
+        assert_eq!(output_within(9, &short).unwrap().as_deref(), Some("done\n"));
+        let mut wrong = Command::new("sh");
+        wrong.args(["-c", "exit 3"]);
+        assert!(output_within(9, &wrong).is_err());
+    }
 }

@@ -90,12 +90,21 @@ impl Python {
         script: &str,
         arguments: impl IntoIterator<Item = I>,
     ) -> Result<String> {
-        output(
-            Command::new(&self.interpreter)
-                .arg(self.scripts.join(script))
-                .args(arguments)
-                .envs(self.variables.iter().copied()),
-        )
+        output(&mut self.command(script, arguments))
+    }
+
+    /// What runs a script.
+    pub(crate) fn command<I: AsRef<std::ffi::OsStr>>(
+        &self,
+        script: &str,
+        arguments: impl IntoIterator<Item = I>,
+    ) -> Command {
+        let mut command = Command::new(&self.interpreter);
+        command
+            .arg(self.scripts.join(script))
+            .args(arguments)
+            .envs(self.variables.iter().copied());
+        command
     }
 
     /// The bunny that comes with pymeshlab.

@@ -30,26 +30,15 @@ pub(crate) enum Bench {
         #[arg(long)]
         no_kaffpa: bool,
     },
-    /// Eigen-solver beside ARPACK (with SuperLU, with CHOLMOD) and LOBPCG, through scipy
+    /// Eigen-solver beside ARPACK, Spectra, LOBPCG and faer's Lanczos; at loose tolerances; on many patches, for many pairs
     ///
-    /// Makes a Python environment in bench-harness/.venv. Finished peer cells are kept in .cache/bench.
-    Eigen {
-        /// Mesh files; of one with more than 60 000 vertices, the largest patch is taken
-        #[arg(long, value_name = "DIR")]
-        meshes: PathBuf,
-        /// Only files whose name begins so; may be repeated
-        #[arg(long, value_name = "NAME")]
-        only: Vec<String>,
-        /// Numbers of pairs
-        #[arg(long, value_delimiter = ',', default_value = "325,513")]
-        counts: Vec<usize>,
-        /// LOBPCG too: every step solves a dense problem of three times the pairs
-        #[arg(long)]
-        lobpcg: bool,
-        /// Times are medians over so many rounds
-        #[arg(long, default_value_t = 3)]
-        rounds: usize,
-    },
+    /// Makes a Python environment in bench-harness/.venv, and compiles bench-harness/peers/spectra.cpp. What is missing is left out, and
+    /// said. Finished peer cells are kept in .cache/bench/eigen, so that a run that was interrupted goes on; remove that folder to
+    /// measure all anew.
+    Eigen(eigen::Options),
+    /// Solve one problem in a process of its own, for `eigen`
+    #[command(hide = true)]
+    Solve(eigen::Alone),
 }
 
 pub(crate) fn run(bench: Bench) -> Result<()> {
@@ -60,12 +49,7 @@ pub(crate) fn run(bench: Bench) -> Result<()> {
             rounds,
             no_kaffpa,
         } => partition::run(&graphs, &meshes, rounds.max(1), !no_kaffpa),
-        Bench::Eigen {
-            meshes,
-            only,
-            counts,
-            lobpcg,
-            rounds,
-        } => eigen::run(&meshes, &only, &counts, rounds.max(1), lobpcg),
+        Bench::Eigen(options) => eigen::run(&options),
+        Bench::Solve(alone) => eigen::solve_alone(&alone),
     }
 }

@@ -11,7 +11,7 @@ use serde_json::Value;
 use crate::{process::root, python::Python};
 
 /// One thread, whatever library a peer computes with.
-const ONE_THREAD: [(&str, &str); 4] = [
+pub(crate) const ONE_THREAD: [(&str, &str); 4] = [
     ("OMP_NUM_THREADS", "1"),
     ("OPENBLAS_NUM_THREADS", "1"),
     ("MKL_NUM_THREADS", "1"),
@@ -33,9 +33,22 @@ pub(crate) fn folder(comparison: &str) -> Result<PathBuf> {
 
 /// The cell in `folder` of this name: as it was finished before, or measured now.
 pub(crate) fn cell(folder: &Path, name: &str, measure: impl FnOnce() -> Result<Value>) -> Result<Value> {
+    cell_that(folder, name, |_| true, measure)
+}
+
+/// As [`cell`], but one that was finished before must be `good`.
+pub(crate) fn cell_that(
+    folder: &Path,
+    name: &str,
+    good: impl FnOnce(&Value) -> bool,
+    measure: impl FnOnce() -> Result<Value>,
+) -> Result<Value> {
     let path = folder.join(format!("{name}.json"));
     if let Ok(text) = fs::read_to_string(&path) {
-        return serde_json::from_str(&text).with_context(|| path.display().to_string());
+        let finished = serde_json::from_str(&text).with_context(|| path.display().to_string())?;
+        if good(&finished) {
+            return Ok(finished);
+        }
     }
     let value = measure()?;
     fs::write(&path, value.to_string()).with_context(|| path.display().to_string())?;
