@@ -1,8 +1,9 @@
-//! Assembly of the Laplacian, and whole spectra: against the size of the mesh, the number of pairs, the tolerance.
+//! Assembly of the Laplacian; the solver's steps; whole spectra: against the size of the mesh, the number of pairs, the tolerance.
 #![allow(missing_docs)]
 
 use bench_harness::surface;
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use mhb_core::bench::{Factorised, Ordered, rayleigh_ritz};
 use mhb_core::{Laplacian, Spectrum, SpectrumOptions};
 
 fn assembly(criterion: &mut Criterion) {
@@ -14,6 +15,48 @@ fn assembly(criterion: &mut Criterion) {
         });
     }
     group.finish();
+}
+
+/// What a band of the spectrum is made of: a factorisation, solves by blocks, and Rayleigh–Ritz in a Krylov space.
+fn steps(criterion: &mut Criterion) {
+    /// Columns of a band's Krylov space, and pairs that come out of it.
+    const SPACE: usize = 232;
+    const PAIRS: usize = 84;
+    let mut group = criterion.benchmark_group("steps");
+    group.sample_size(10);
+    for vertices in [10_000, 40_000] {
+        let laplacian = Laplacian::cotangent(&surface(vertices)).expect("the surface has an area");
+        let rows = laplacian.mass().len();
+        group.bench_function(BenchmarkId::new("ordering", rows), |bencher| {
+            bencher.iter(|| Ordered::new(&laplacian));
+        });
+        let ordered = Ordered::new(&laplacian).expect("the surface is connected");
+        // Among the eigenvalues of a surface of unit area, which are about 4π k.
+        let shift = 1000.0;
+        group.bench_function(BenchmarkId::new("factorisation", rows), |bencher| {
+            bencher.iter(|| ordered.factorise(shift));
+        });
+        let factor = ordered.factorise(shift).expect("the shift is no eigenvalue");
+        let mut block: Vec<f64> = (0..rows * Factorised::LANES).map(wave).collect();
+        let name = format!("solve of {}", Factorised::LANES);
+        group.bench_function(BenchmarkId::new(name, rows), |bencher| {
+            bencher.iter(|| {
+                factor.solve(&mut block);
+                let scale = block.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+                block.iter_mut().for_each(|x| *x /= scale);
+            });
+        });
+        let basis: Vec<f64> = (0..rows * SPACE).map(wave).collect();
+        group.bench_function(BenchmarkId::new("Rayleigh-Ritz", rows), |bencher| {
+            bencher.iter(|| rayleigh_ritz(rows, &basis, &basis, PAIRS));
+        });
+    }
+    group.finish();
+}
+
+/// Numbers of about 1 without a pattern that matters here.
+fn wave(i: usize) -> f64 {
+    (i as f64 * 0.7).sin()
 }
 
 fn spectrum(criterion: &mut Criterion) {
@@ -64,5 +107,5 @@ fn transform(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, assembly, spectrum, transform);
+criterion_group!(benches, assembly, steps, spectrum, transform);
 criterion_main!(benches);

@@ -59,3 +59,7 @@ pub use error::SpectrumError;
 pub use laplacian::{Laplacian, LaplacianKind, full_mass, lumped_mass, stiffness};
 pub use observer::{Observer, Phase, Stopwatch, Unobserved};
 pub use spectrum::{Certificate, Spectrum, SpectrumOptions};
+
+#[cfg(feature = "bench-internals")]
+#[doc(hidden)]
+pub use solver::bench;

@@ -2,6 +2,8 @@
 
 mod band;
 mod bands;
+#[cfg(feature = "bench-internals")]
+pub mod bench;
 mod factor;
 mod joint;
 mod krylov;

@@ -214,7 +214,7 @@ impl Results<'_> {
             "# The eigen-solver beside its peers\n\nWritten by `cargo xtask bench eigen`. Everyone solves the same matrices, cotangent stiffness and lumped mass, for the lowest pairs; \
              one judge takes the residual max ‖S h − λ D h‖_{{D⁻¹}} / λ of what they return. CPU seconds are user and system time of the solve, factorisation included, \
              on one thread unless said otherwise; medians of {rounds} round(s) of ours and {peer_rounds} of the peers'. Lanczos methods run in shift-invert mode, σ = −0.01 on unit area, \
-             with as many vectors as their makers advise, twice the pairs. LOBPCG has the exact inverse as preconditioner, and ends after a number of steps. \
+             with as many vectors as their makers advise, twice the pairs. LOBPCG has the exact inverse as preconditioner, a fifth more vectors than pairs, and ends after 60 steps at the latest. \
              Ours proves by inertia that no pair is missing. Cells of the peers that an earlier run finished are not measured again.\n\n{}\n{}{}; {}.\n",
             sections.join("\n"),
             machine::description(),
@@ -389,7 +389,7 @@ fn chart(cells: &[Cell]) -> Chart {
         let words = match cell.outcome {
             Outcome::Stopped(_) => format!("stopped at {cpu:.0} s"),
             Outcome::Done { residual, .. } if !cell.converged() => {
-                format!("{cpu:.0} s, residual only {residual:.0e}")
+                format!("{cpu:.1} s, residual only {residual:.0e}")
             }
             Outcome::Done { .. } => format!("{cpu:.1} s{times}"),
         };
