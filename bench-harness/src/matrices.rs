@@ -18,10 +18,7 @@ pub fn write_matrices(folder: &Path, laplacian: &Laplacian) -> Result<()> {
     let integers = |numbers: &[usize]| numbers.iter().flat_map(|&i| (i as u64).to_le_bytes()).collect();
     let reals = |numbers: &[f64]| numbers.iter().flat_map(|x| x.to_le_bytes()).collect();
     let files: [(&str, Vec<u8>); 4] = [
-        (
-            "offsets.u64",
-            integers(&stiffness.indptr().raw_storage().to_vec()),
-        ),
+        ("offsets.u64", integers(stiffness.indptr().raw_storage())),
         ("columns.u64", integers(stiffness.indices())),
         ("values.f64", reals(stiffness.data())),
         ("mass.f64", reals(laplacian.mass())),

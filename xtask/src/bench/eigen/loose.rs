@@ -30,7 +30,7 @@ const PUBLISHED: [(&str, usize, f64, f64); 6] = [
 const MESHES: [&str; 3] = ["turbine_blade_100k", "ct_skull_179k_boundary", "dragon_vrip_438k"];
 
 pub(super) const WORDS: &str = "HSIM (Nasikun and Hildebrandt 2021) is made for loose tolerances. Its figures are the published ones for 100 pairs (arXiv \
-    2111.09244, Table 1, hierarchy included), on its authors' machine, which that text does not describe, and meshes that we do not have; so no ratio is given. Ours run on one \
+    2111.09244, Table 1, hierarchy included), on its authors' machine, which that text does not describe, and meshes that we do not have; so no ratio is given. Ours are CPU seconds on one \
     thread of the machine named below, each whole mesh in one piece, and prove by inertia that no pair is missing, which HSIM does not.";
 
 /// The smaller meshes first.

@@ -401,3 +401,72 @@ fn chart(cells: &[Cell]) -> Chart {
     }
     chart
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn few_pairs_come_first_and_only_they_are_solved_to_both_tolerances() {
+        let cases: Vec<_> = cases(&[325, 513])
+            .iter()
+            .map(|case| (case.count, case.tolerance))
+            .collect();
+        assert_eq!(cases, [(325, 1e-6), (325, 1e-8), (513, 1e-6)]);
+    }
+
+    #[test]
+    fn a_round_that_was_stopped_leaves_no_median_and_a_bad_residual_shows() {
+        let done = |cpu, residual| Outcome::Done {
+            cpu,
+            wall: cpu,
+            residual,
+        };
+        let rounds = [done(3.0, 1e-7), done(1.0, 1e-3), done(2.0, 1e-8)];
+        assert_eq!(
+            Outcome::median(&rounds),
+            Outcome::Done {
+                cpu: 2.0,
+                wall: 2.0,
+                residual: 1e-3
+            }
+        );
+        let stopped = Outcome::Stopped(900.0);
+        assert_eq!(Outcome::median(&[rounds[0], stopped]), stopped);
+    }
+
+    #[test]
+    fn what_was_stopped_or_missed_its_tolerance_says_so_in_table_and_chart() {
+        let cell = |solver, outcome| Cell {
+            mesh: "m".into(),
+            vertices: 10,
+            case: Case {
+                count: 3,
+                tolerance: 1e-6,
+            },
+            solver,
+            outcome,
+        };
+        let done = |cpu, residual| Outcome::Done {
+            cpu,
+            wall: cpu,
+            residual,
+        };
+        let cells = [
+            cell(OURS, done(2.0, 1e-7)),
+            cell("slow", Outcome::Stopped(60.0)),
+            cell("loose", done(8.0, 1e-3)),
+            cell("good", done(6.0, 1e-9)),
+        ];
+        let table = comparison(&cells);
+        assert_eq!(table.rows[1][5..], ["> 60", "", "stopped", "> 30.00"]);
+        assert_eq!(table.rows[2][7..], ["1.0e-3, not converged", "4.00"]);
+        assert_eq!(table.rows[3][7..], ["1.0e-9", "3.00"]);
+        let svg = chart(&cells).svg();
+        assert_eq!(svg.matches("stroke-dasharray").count(), 2);
+        let place = |words: &str| svg.find(words).unwrap();
+        assert!(place("2.0 s") < place("6.0 s, 3.0 ×"));
+        assert!(place("6.0 s, 3.0 ×") < place("residual only 1e-3"));
+        assert!(place("residual only 1e-3") < place("stopped at 60 s"));
+    }
+}
