@@ -3,6 +3,7 @@
 //! ```text
 //! cargo run --release -p mhb-core --example lowest -- model.ply 325 1e-6 2
 //! ```
+#![allow(clippy::print_stdout)]
 
 use std::{path::Path, time::Instant};
 

@@ -109,13 +109,14 @@ impl<C: Fn() -> Duration + Sync> Observer for Stopwatch<'_, C> {
 
 impl Laps {
     fn enter(&mut self, phase: Phase, now: Duration) {
-        if let Some((before, since)) = self.running.replace((phase, now)) {
-            if let Some((_, sum)) = self.sums.iter_mut().find(|(known, _)| *known == before) {
-                *sum += now.saturating_sub(since);
-            }
-        }
         if !self.sums.iter().any(|(known, _)| *known == phase) {
             self.sums.push((phase, Duration::ZERO));
+        }
+        let before = self.running.replace((phase, now));
+        for (known, sum) in &mut self.sums {
+            if let Some((_, since)) = before.filter(|(phase, _)| phase == known) {
+                *sum += now.saturating_sub(since);
+            }
         }
     }
 }
