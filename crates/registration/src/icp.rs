@@ -167,9 +167,38 @@ fn robust_deviation(rows: &[Row]) -> f64 {
     1.4826 * *median
 }
 
-/// The weighted least-squares step (ω, τ, σ); it does not move along directions that the rows leave
-/// undetermined.
-fn solve(rows: &[Row], spread: f64) -> Option<[f64; 7]> {
+/// Directions in which the suspect can slide on the original, if only a little: how many eigenvalues of the
+/// mean of JᵀJ vanish (Gelfand et al., *Geometrically stable sampling for the ICP algorithm*, 3DIM 2003).
+/// All seven when the surfaces hardly meet. Runs in the current pool.
+pub(crate) fn free_directions(
+    original: &Sampled,
+    suspect: &Sampled,
+    transform: &Similarity,
+    tolerance: f64,
+) -> usize {
+    let gate = tolerance * original.diagonal.min(transform.scale * suspect.diagonal);
+    let rows = sample_rows(original, suspect, transform, gate, SLIDING_SAMPLES);
+    if rows.len() < FEWEST_PAIRS {
+        return 7;
+    }
+    let (normal, _) = normal_equations(&rows, f64::INFINITY);
+    let Ok(eigen) = normal.self_adjoint_eigen(Side::Lower) else {
+        return 7;
+    };
+    let values = eigen.S().column_vector();
+    let bound = SLIDING * rows.len() as f64;
+    (0..7).filter(|&k| values[k] < bound).count()
+}
+
+/// Samples of each surface that say whether the surfaces slide.
+const SLIDING_SAMPLES: usize = 2_000;
+
+/// Mean square distance from the original, per square of the motion, below which a motion counts as sliding;
+/// lengths in units of the diagonal, angles in radians.
+const SLIDING: f64 = 1e-4;
+
+/// Σ w J Jᵀ and −Σ w J r, lengths in units of the original's diagonal, w = exp(−r²/2ν²) with ν the spread.
+fn normal_equations(rows: &[Row], spread: f64) -> (Mat<f64>, [f64; 7]) {
     let mut normal = [[0.0; 7]; 7];
     let mut right = [0.0; 7];
     for (jacobian, r) in rows {
@@ -182,7 +211,13 @@ fn solve(rows: &[Row], spread: f64) -> Option<[f64; 7]> {
             right[i] -= scaled * r;
         }
     }
-    let normal = Mat::from_fn(7, 7, |i, j| normal[i.max(j)][i.min(j)]);
+    (Mat::from_fn(7, 7, |i, j| normal[i.max(j)][i.min(j)]), right)
+}
+
+/// The weighted least-squares step (ω, τ, σ); it does not move along directions that the rows leave
+/// undetermined.
+fn solve(rows: &[Row], spread: f64) -> Option<[f64; 7]> {
+    let (normal, right) = normal_equations(rows, spread);
     let eigen = normal.self_adjoint_eigen(Side::Lower).ok()?;
     let (values, vectors) = (eigen.S().column_vector(), eigen.U());
     let mut step = [0.0; 7];

@@ -58,19 +58,24 @@ mod error;
 mod field;
 mod guesses;
 mod icp;
+mod observer;
 mod overlap;
 mod resample;
 mod sampled;
+mod search;
 mod surface;
 mod threads;
 mod umeyama;
 mod vector;
 
-pub use align::{AlignOptions, Alignment, Basis, Stage, align, align_until};
+pub use align::{
+    AlignOptions, Alignment, Basis, PointPair, align, align_observed, align_points, align_until,
+};
 pub use connectivity::{
     Correspondence, Difference, match_candidates, match_components, match_connectivity, match_surroundings,
 };
 pub use error::RegistrationError;
+pub use observer::{Observer, Stage};
 pub use resample::{ResampleOptions, Resampled, resample, resample_on};
 pub use surface::{Hit, Nearest, Surface};
 pub use umeyama::{Fit, Handedness, fit_similarity, umeyama};

@@ -13,6 +13,7 @@ use super::Correspondence;
 use super::colours::{Colouring, Colours};
 use super::graph::Graph;
 use super::propagation::{Flag, Propagation, fit};
+use crate::observer::Observer;
 use crate::vector::{add, scaled, squared, sub};
 use mesh::Similarity;
 use std::collections::HashMap;
@@ -40,8 +41,9 @@ pub(super) fn candidates(
     onto: &Graph<'_>,
     colours: &Colours,
     limit: usize,
+    observer: &dyn Observer,
 ) -> Vec<Correspondence> {
-    let mut search = Search::new(from, onto, colours);
+    let mut search = Search::new(from, onto, colours, observer);
     let starts = search.hypotheses();
     let mut maps: Vec<Placed> = starts.into_iter().map(|start| search.complete(start)).collect();
     maps.sort_by(|x, y| {
@@ -96,10 +98,16 @@ struct Search<'a> {
     images: Vec<Vec<Flag>>,
     /// Centroids of the suspect's parts.
     centroids: Vec<[f64; 3]>,
+    observer: &'a dyn Observer,
 }
 
 impl<'a> Search<'a> {
-    fn new(from: &'a Graph<'a>, onto: &'a Graph<'a>, colours: &'a Colours) -> Self {
+    fn new(
+        from: &'a Graph<'a>,
+        onto: &'a Graph<'a>,
+        colours: &'a Colours,
+        observer: &'a dyn Observer,
+    ) -> Self {
         let (parts, mut images) = parts(from, onto, colours);
         let propagation = Propagation::new(from, onto, colours);
         let centroids = centroids(onto);
@@ -114,6 +122,7 @@ impl<'a> Search<'a> {
             parts,
             images,
             centroids,
+            observer,
         }
     }
 
@@ -186,7 +195,8 @@ impl<'a> Search<'a> {
     /// Maps a part by the image of its seed, if that leads to a map.
     fn place(&mut self, placed: &mut Placed, part: usize, image: Flag) {
         let target = self.onto.part_of(image.corners[0]);
-        if !placed.taken[target] && self.propagation.run(self.parts[part].seed, image, usize::MAX) {
+        let free = !placed.taken[target] && !self.observer.cancelled();
+        if free && self.propagation.run(self.parts[part].seed, image, usize::MAX) {
             placed.pairs.extend(&self.propagation.pairs);
             placed.taken[target] = true;
             placed.done[part] = true;
@@ -213,6 +223,9 @@ impl<'a> Search<'a> {
             let size = (BUDGET / images.len().max(1)).max(SMALLEST_NEIGHBOURHOOD);
             let mut ranked: Vec<(f64, Flag)> = Vec::new();
             for &image in &images {
+                if self.observer.cancelled() {
+                    return Vec::new();
+                }
                 if self.propagation.run(seed, image, size) {
                     let fit = fit(self.from, self.onto, &self.propagation.pairs);
                     ranked.push((fit.map_or(f64::INFINITY, |fit| fit.residual), image));
@@ -235,6 +248,9 @@ impl<'a> Search<'a> {
         let mut fitted = 0;
         let mut transform = Similarity::IDENTITY;
         for part in order {
+            if self.observer.cancelled() {
+                break;
+            }
             if placed.pairs.len() >= 2 * fitted {
                 fitted = placed.pairs.len();
                 transform = fit(self.from, self.onto, &placed.pairs).map_or(transform, |fit| fit.transform);
