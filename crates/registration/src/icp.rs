@@ -195,7 +195,7 @@ const SLIDING_SAMPLES: usize = 2_000;
 
 /// Mean square distance from the original, per square of the motion, below which a motion counts as sliding;
 /// lengths in units of the diagonal, angles in radians.
-const SLIDING: f64 = 1e-4;
+const SLIDING: f64 = 1e-3;
 
 /// Σ w J Jᵀ and −Σ w J r, lengths in units of the original's diagonal, w = exp(−r²/2ν²) with ν the spread.
 fn normal_equations(rows: &[Row], spread: f64) -> (Mat<f64>, [f64; 7]) {
