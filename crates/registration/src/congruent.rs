@@ -8,7 +8,6 @@
 //! What is left of the original is all in the suspect, so any base will do, and two good sites are enough
 //! where four points would need four.
 
-use crate::field::Field;
 use crate::sampled::Sampled;
 use crate::threads;
 use crate::vector::{Mat3, Vec3, add, apply, cross, dot, norm, product, scaled, squared, sub, transposed};
@@ -64,13 +63,8 @@ struct Pair {
     twist: f64,
 }
 
-/// The `count` best guesses; `field` is the original's. Runs in the current pool.
-pub(crate) fn guesses(
-    original: &Sampled,
-    suspect: &Sampled,
-    field: &Field<'_>,
-    count: usize,
-) -> Vec<Similarity> {
+/// The `count` best guesses. Runs in the current pool.
+pub(crate) fn guesses(original: &Sampled, suspect: &Sampled, count: usize) -> Vec<Similarity> {
     let index = Index::of(sites(original, SITES));
     let sites = sites(suspect, SUSPECT_SITES);
     let bases = bases(&index, &sites, suspect.diagonal);
@@ -81,11 +75,11 @@ pub(crate) fn guesses(
         .take(GUESSES)
         .collect();
     let glanced = ranked(candidates, |guess| {
-        score(original, field, &sites, guess, suspect.diagonal, FIRST_LOOK)
+        score(original, &sites, guess, suspect.diagonal, FIRST_LOOK)
     });
     let promising = glanced.into_iter().take(SECOND_LOOKS).collect();
     let looked = ranked(promising, |guess| {
-        score(original, field, &sites, guess, suspect.diagonal, SECOND_LOOK)
+        score(original, &sites, guess, suspect.diagonal, SECOND_LOOK)
     });
     distinct(looked.into_iter(), suspect, original.diagonal, count)
 }
@@ -258,19 +252,12 @@ fn bin(angle: f64) -> usize {
 /// The mean over about `count` sites of |cos| (1 − (distance / limit)²), cos being that of the angle between
 /// the normals, over the sites that face the original's way or over those that face the opposite way,
 /// whichever is more.
-fn score(
-    original: &Sampled,
-    field: &Field<'_>,
-    sites: &[Site],
-    guess: &Similarity,
-    diagonal: f64,
-    count: usize,
-) -> f64 {
+fn score(original: &Sampled, sites: &[Site], guess: &Similarity, diagonal: f64, count: usize) -> f64 {
     let limit = NEAR * guess.scale * diagonal;
     let mut sums = [0.0_f64; 2];
     let picked = sites.iter().step_by((sites.len() / count).max(1));
     for site in picked.clone() {
-        let near = field
+        let near = original
             .near(guess.apply(site.point))
             .filter(|(_, distance)| *distance < limit);
         if let Some((sample, distance)) = near {

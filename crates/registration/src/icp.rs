@@ -32,6 +32,9 @@ pub(crate) struct Effort {
 /// Which points are paired with the other surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Ends {
+    /// Samples of both surfaces, each with a sample about nearest to it: quick, and right to the samples'
+    /// spacing.
+    Rough,
     /// Samples of both surfaces.
     Samples,
     /// The suspect's vertices alone: re-meshing leaves them on the surface, and cuts the corners in between.
@@ -59,6 +62,9 @@ const FEWEST_PAIRS: usize = 20;
 /// not moved along.
 const SLIPPERY: f64 = 1e-11;
 
+/// How far beside each other samples that are about nearest may lie, as a fraction of the diagonal.
+const SPACING: f64 = 0.03;
+
 type Row = ([f64; 7], f64);
 
 /// Refines `start`; none when too few pairs remain or the scale runs away. Runs in the current pool.
@@ -75,6 +81,7 @@ pub(crate) fn refine(
     let mut last = f64::INFINITY;
     for step in 0..effort.steps {
         let rows = match ends {
+            Ends::Rough => rough_rows(original, suspect, &transform, gate, effort.samples),
             Ends::Samples => sample_rows(original, suspect, &transform, gate, effort.samples),
             Ends::Vertices => vertex_rows(original, suspect, &transform, gate),
         };
@@ -108,12 +115,16 @@ fn row(original: &Sampled, p: Vec3, q: Vec3, n: Vec3) -> Option<Row> {
     if distance > 1e-9 * original.diagonal && along.abs() < ALONG_NORMAL * distance {
         return None;
     }
+    Some(plain_row(original, p, n, along))
+}
+
+fn plain_row(original: &Sampled, p: Vec3, n: Vec3, along: f64) -> Row {
     let arm = scaled(sub(p, original.centroid), 1.0 / original.diagonal);
     let [a, b, c] = cross(arm, n);
-    Some((
+    (
         [a, b, c, n[0], n[1], n[2], dot(n, arm)],
         along / original.diagonal,
-    ))
+    )
 }
 
 /// The row of a moved suspect point and the nearest point of the original.
@@ -157,6 +168,35 @@ fn sample_rows(
         row(original, transform.apply(nearest.point), q, normal)
     });
     there.into_iter().chain(back).flatten().collect()
+}
+
+fn rough_rows(
+    original: &Sampled,
+    suspect: &Sampled,
+    transform: &Similarity,
+    gate: f64,
+    samples: usize,
+) -> Vec<Row> {
+    let inverse = transform.inverse();
+    let spaced = SPACING * original.diagonal;
+    let pair = |p: Vec3, q: usize| {
+        let (q, normal) = (
+            original.points[q],
+            original.normals[original.triangles[q] as usize],
+        );
+        let along = dot(normal, sub(p, q));
+        let beside = squared(sub(p, q)) - along * along;
+        (along.abs() <= gate && beside <= spaced * spaced).then(|| plain_row(original, p, normal, along))
+    };
+    let there = suspect.some(samples).filter_map(|i| {
+        let p = transform.apply(suspect.points[i]);
+        pair(p, original.near(p)?.0)
+    });
+    let back = original.some(samples).filter_map(|i| {
+        let (near, _) = suspect.near(inverse.apply(original.points[i]))?;
+        pair(transform.apply(suspect.points[near]), i)
+    });
+    there.chain(back).collect()
 }
 
 /// 1.4826 times the median of |r|: the standard deviation, if the residuals are normal.

@@ -2,7 +2,7 @@
 //! with care.
 
 use crate::align::{AlignOptions, Alignment, Basis};
-use crate::field::{Field, rough_score};
+use crate::field::rough_score;
 use crate::icp::{self, Effort, Ends};
 use crate::observer::{Observer, Stage, begin, go_on};
 use crate::overlap::Overlap;
@@ -16,17 +16,27 @@ const SAMPLES: usize = 20_000;
 
 /// First look at a guess: few samples, few steps, a wide gate.
 const GLANCE: Effort = Effort {
-    samples: 250,
-    steps: 12,
+    samples: 500,
+    steps: 15,
     gate: 0.15,
 };
 
-/// Second look, at the best guesses.
-const LOOK: Effort = Effort {
-    samples: 2_000,
-    steps: 25,
-    gate: 0.05,
-};
+/// Samples by which guesses are ranked after a glance.
+const GLANCED_SAMPLES: usize = 250;
+
+/// Second look, at the best guesses, first roughly.
+const LOOK: [Effort; 2] = [
+    Effort {
+        samples: 2_000,
+        steps: 15,
+        gate: 0.05,
+    },
+    Effort {
+        samples: 2_000,
+        steps: 15,
+        gate: 0.02,
+    },
+];
 
 /// Refinement of the best, first with some samples and then with all.
 const CARE: [Effort; 2] = [
@@ -42,10 +52,13 @@ const CARE: [Effort; 2] = [
     },
 ];
 
-/// Rotations tried when principal axes fail, and how many of them are refined.
+/// Rotations tried when principal axes fail, and guesses of a kind that get a glance.
 const ROTATIONS: usize = 576;
 const REFINED: usize = 32;
-const FINALISTS: usize = 4;
+
+/// Guesses that get a longer look, and those of them whose look is not only rough.
+const LOOKED_AT: usize = 6;
+const FINALISTS: usize = 2;
 
 /// Samples of each surface by which rotations are ranked.
 const ROUGH_SAMPLES: usize = 200;
@@ -56,8 +69,9 @@ const WORTH_A_LOOK: f64 = 0.7;
 /// A share of overlap at which no other guess is needed.
 const CONVINCING: f64 = 0.97;
 
-/// A score below which further refinement is not worth its time.
+/// Scores below which a guess is not worth a longer look, and the best not worth care.
 const HOPELESS: f64 = 0.3;
+const NOT_ALIGNED: f64 = 0.5;
 
 /// Guesses that score at least this fraction of the best fit about as well.
 const ABOUT_AS_WELL: f64 = 0.98;
@@ -100,12 +114,11 @@ impl<'a> Search<'a> {
         cheap.extend(guesses::principal_axes(&self.original, &self.suspect));
         let mut ranked = self.finalists(cheap)?;
         if !self.convinced(&ranked) {
-            let fields = [Field::of(&self.original), Field::of(&self.suspect)];
             let rotations = guesses::all_rotations(&self.original, &self.suspect, ROTATIONS);
-            ranked.extend(self.finalists(self.promising(rotations, &fields))?);
+            ranked.extend(self.finalists(self.promising(rotations))?);
             if !self.convinced(&ranked) {
                 go_on(self.observer)?;
-                let partial = congruent::guesses(&self.original, &self.suspect, &fields[0], REFINED);
+                let partial = congruent::guesses(&self.original, &self.suspect, REFINED);
                 ranked.extend(self.finalists(partial)?);
             }
         }
@@ -114,7 +127,7 @@ impl<'a> Search<'a> {
 
     /// The best pose that given guesses lead to.
     pub(crate) fn from_guesses(&self, guesses: Vec<Similarity>) -> Result<Alignment, RegistrationError> {
-        let near = self.refined(guesses, LOOK)?;
+        let near = self.looked_at(guesses)?;
         self.settled(near, Basis::Points)
     }
 
@@ -125,7 +138,7 @@ impl<'a> Search<'a> {
         let Some(&(score, best)) = ranked.first() else {
             return Ok(self.judged(Similarity::IDENTITY, basis));
         };
-        let transform = if score > HOPELESS {
+        let transform = if score > NOT_ALIGNED {
             self.cared_for(best)?
         } else {
             best
@@ -155,31 +168,50 @@ impl<'a> Search<'a> {
 
     /// Refines guesses at a glance, and the best of them with a longer look.
     fn finalists(&self, guesses: Vec<Similarity>) -> Result<Ranked, RegistrationError> {
-        let mut glanced = self.refined(guesses, GLANCE)?;
+        let glanced = self.each(guesses, |guess| self.refined(guess, GLANCE, Ends::Rough))?;
+        let mut glanced = self.ranked(glanced, GLANCED_SAMPLES);
         let best = glanced.first().map_or(0.0, |(score, _)| *score);
         if best < HOPELESS {
             glanced.truncate(1);
             return Ok(glanced);
         }
         glanced.retain(|(score, _)| *score >= WORTH_A_LOOK * best);
-        glanced.truncate(FINALISTS);
-        let guesses = glanced.into_iter().map(|(_, guess)| guess).collect();
-        self.refined(guesses, LOOK)
+        glanced.truncate(LOOKED_AT);
+        self.looked_at(glanced.into_iter().map(|(_, guess)| guess).collect())
     }
 
-    /// Refines guesses and ranks the results, the best first.
-    fn refined(&self, guesses: Vec<Similarity>, effort: Effort) -> Result<Ranked, RegistrationError> {
+    /// Refines guesses with a longer look.
+    fn looked_at(&self, guesses: Vec<Similarity>) -> Result<Ranked, RegistrationError> {
+        let rough = self.each(guesses, |guess| self.refined(guess, LOOK[0], Ends::Rough))?;
+        let best = self.ranked(rough, GLANCED_SAMPLES).into_iter().take(FINALISTS);
+        let best = best.map(|(_, guess)| guess).collect();
+        let exact = self.each(best, |guess| self.refined(guess, LOOK[1], Ends::Samples))?;
+        Ok(self.ranked(exact, LOOK[1].samples))
+    }
+
+    /// What becomes of each guess.
+    fn each(
+        &self,
+        guesses: Vec<Similarity>,
+        refined: impl Fn(Similarity) -> Option<Similarity>,
+    ) -> Result<Vec<Similarity>, RegistrationError> {
         let total = guesses.len();
-        let mut refined = Vec::new();
+        let mut better = Vec::new();
         for (done, guess) in guesses.into_iter().enumerate() {
             begin(self.observer, Stage::Guesses { done, total })?;
-            let better = icp::refine(&self.original, &self.suspect, guess, effort, Ends::Samples);
-            refined.extend(better.map(|better| better.transform));
+            better.extend(refined(guess));
         }
-        Ok(self.ranked(refined, effort.samples, self.options.tolerance))
+        Ok(better)
     }
 
-    fn ranked(&self, guesses: Vec<Similarity>, samples: usize, tolerance: f64) -> Ranked {
+    fn refined(&self, guess: Similarity, effort: Effort, ends: Ends) -> Option<Similarity> {
+        let better = icp::refine(&self.original, &self.suspect, guess, effort, ends);
+        better.map(|better| better.transform)
+    }
+
+    /// Guesses with their scores, the best first.
+    fn ranked(&self, guesses: Vec<Similarity>, samples: usize) -> Ranked {
+        let &AlignOptions { tolerance, .. } = self.options;
         let score =
             |t: &Similarity| Overlap::measure(&self.original, &self.suspect, t, tolerance, samples).score;
         let mut ranked: Ranked = guesses.into_iter().map(|guess| (score(&guess), guess)).collect();
@@ -188,10 +220,16 @@ impl<'a> Search<'a> {
     }
 
     /// The guesses that look best from afar.
-    fn promising(&self, guesses: Vec<Similarity>, [original, suspect]: &[Field<'_>; 2]) -> Vec<Similarity> {
+    fn promising(&self, guesses: Vec<Similarity>) -> Vec<Similarity> {
         let tolerance = 10.0 * self.options.tolerance;
         let scores = threads::map(guesses.len(), |i| {
-            rough_score(original, suspect, &guesses[i], tolerance, ROUGH_SAMPLES)
+            rough_score(
+                &self.original,
+                &self.suspect,
+                &guesses[i],
+                tolerance,
+                ROUGH_SAMPLES,
+            )
         });
         let mut order: Vec<usize> = (0..guesses.len()).collect();
         order.sort_by(|&i, &j| scores[j].total_cmp(&scores[i]));
@@ -202,7 +240,7 @@ impl<'a> Search<'a> {
     fn convinced(&self, ranked: &Ranked) -> bool {
         ranked.iter().any(|(_, guess)| {
             let &AlignOptions { tolerance, .. } = self.options;
-            let overlap = Overlap::measure(&self.original, &self.suspect, guess, tolerance, LOOK.samples);
+            let overlap = Overlap::measure(&self.original, &self.suspect, guess, tolerance, CARE[0].samples);
             overlap.of_suspect >= CONVINCING
         })
     }
