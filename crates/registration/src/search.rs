@@ -54,7 +54,7 @@ const CARE: [Effort; 2] = [
 
 /// Rotations tried when principal axes fail, and guesses of a kind that get a glance.
 const ROTATIONS: usize = 576;
-const REFINED: usize = 32;
+const REFINED: usize = 64;
 
 /// Guesses that get a longer look, and those of them whose look is not only rough.
 const LOOKED_AT: usize = 6;
