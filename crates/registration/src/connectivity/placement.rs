@@ -21,6 +21,10 @@ use std::collections::HashMap;
 /// Vertices visited in each stage of the choice.
 const BUDGET: usize = 20_000_000;
 
+/// Images looked at to place parts, after which the rest is left: only thousands of equal parts far from their
+/// places need so many.
+const MOST_VISITS: usize = 20 * BUDGET;
+
 /// The fewest vertices on which images of the anchor are compared.
 const SMALLEST_NEIGHBOURHOOD: usize = 64;
 
@@ -98,6 +102,8 @@ struct Search<'a> {
     images: Vec<Vec<Flag>>,
     /// Centroids of the suspect's parts.
     centroids: Vec<[f64; 3]>,
+    /// Images that were looked at to place parts.
+    visits: usize,
     observer: &'a dyn Observer,
 }
 
@@ -122,6 +128,7 @@ impl<'a> Search<'a> {
             parts,
             images,
             centroids,
+            visits: 0,
             observer,
         }
     }
@@ -248,7 +255,7 @@ impl<'a> Search<'a> {
         let mut fitted = 0;
         let mut transform = Similarity::IDENTITY;
         for part in order {
-            if self.observer.cancelled() {
+            if self.observer.cancelled() || self.visits > MOST_VISITS {
                 break;
             }
             if placed.pairs.len() >= 2 * fitted {
@@ -284,7 +291,7 @@ impl<'a> Search<'a> {
     /// The [`NEAREST_IMAGES`] free images of a part's seed that lie nearest by centroid and seed.
     ///
     /// Looks outward from the part's own x in the suspect's frame, until all that is left is farther off in x alone.
-    fn nearest_images(&self, placed: &Placed, part: usize, transform: &Similarity) -> Vec<Flag> {
+    fn nearest_images(&mut self, placed: &Placed, part: usize, transform: &Similarity) -> Vec<Flag> {
         let Part {
             seed,
             images,
@@ -292,13 +299,15 @@ impl<'a> Search<'a> {
             ..
         } = self.parts[part];
         let images = &self.images[images];
-        let here = transform.inverse().apply(centroid)[0];
+        // Distances of centroids are compared in the suspect's frame, where they need no transform.
+        let (here, unit) = (transform.inverse().apply(centroid), transform.scale);
         let target = |flag: &Flag| self.onto.part_of(flag.corners[0]);
-        let offset = |flag: &Flag| (self.centroids[target(flag)][0] - here).abs();
-        let middle = images.partition_point(|flag| self.centroids[target(flag)][0] < here);
+        let offset = |flag: &Flag| (self.centroids[target(flag)][0] - here[0]).abs();
+        let middle = images.partition_point(|flag| self.centroids[target(flag)][0] < here[0]);
         let mut left = images[..middle].iter().rev().peekable();
         let mut right = images[middle..].iter().peekable();
         let mut nearest: Vec<(f64, Flag)> = Vec::with_capacity(NEAREST_IMAGES + 1);
+        let mut visits = 0;
         loop {
             let leftward = match (left.peek(), right.peek()) {
                 (Some(l), Some(r)) => offset(l) < offset(r),
@@ -310,13 +319,14 @@ impl<'a> Search<'a> {
             let bound = nearest
                 .get(NEAREST_IMAGES - 1)
                 .map_or(f64::INFINITY, |(worst, _)| *worst);
-            if (transform.scale * offset(image)).powi(2) > bound {
+            if (unit * offset(image)).powi(2) > bound {
                 break;
             }
-            if placed.taken[target(image)] {
+            visits += 1;
+            let apart = unit * unit * squared(sub(self.centroids[target(image)], here));
+            if apart >= bound || placed.taken[target(image)] {
                 continue;
             }
-            let apart = squared(sub(transform.apply(self.centroids[target(image)]), centroid));
             let corners = seed.corners.into_iter().zip(image.corners);
             let score = apart + self.distance(corners, transform) / 3.0;
             if score < bound {
@@ -324,6 +334,7 @@ impl<'a> Search<'a> {
                 nearest.truncate(NEAREST_IMAGES);
             }
         }
+        self.visits += visits;
         nearest.into_iter().map(|(_, image)| image).collect()
     }
 
