@@ -7,6 +7,14 @@
 //! original are filed under the three angles; bases are the pairs in the suspect with the fewest partners.
 //! What is left of the original is all in the suspect, so any base will do, and two good sites are enough
 //! where four points would need four.
+//!
+//! The scale is unknown, and that is what 4-points congruent sets suffer from. They first collect the pairs of
+//! the original that are as long as a base's two diagonals; without a scale these are all N² pairs, and the
+//! sets are all couples of pairs whose intersections, as the base's ratios have them, lie within ε of each
+//! other: about N⁴ (ε/D)³ for a diagonal D, 10⁶ for each base at N = 1000 and ε = D/100, of which each has to
+//! be checked. Normals take over what the lengths cannot do: three angles kept to ±8° leave about 1500 of the
+//! 10⁶ pairs for a base (measured on half a horse of 202 sites: 100 000 guesses from its rarest bases, 590 of
+//! them within 15 % of the diagonal of the right pose).
 
 use crate::sampled::Sampled;
 use crate::threads;
