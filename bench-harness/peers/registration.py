@@ -84,7 +84,10 @@ def meshlab(original, suspect):
     meshes = pymeshlab.MeshSet(verbose=False)
     meshes.load_new_mesh(original)
     meshes.load_new_mesh(suspect)
-    run = lambda: meshes.compute_matrix_by_icp_between_meshes(referencemesh=0, sourcemesh=1, maxiternum=STEPS)
+    # Its distances are absolute, and it stops as soon as the target is reached.
+    diagonal = meshes.mesh(0).bounding_box().diagonal()
+    options = {"mindistabs": GATE * diagonal, "trgdistabs": 1e-9 * diagonal, "samplenum": 20_000, "maxiternum": STEPS}
+    run = lambda: meshes.compute_matrix_by_icp_between_meshes(referencemesh=0, sourcemesh=1, **options)
     _, cost = timed(run)
     return meshes.mesh(1).transform_matrix(), cost
 

@@ -192,7 +192,7 @@ pub fn align_points(
                 return Ok(found);
             }
         }
-        search.from_guesses(guesses)
+        search.at_guesses(guesses)
     })?
 }
 

@@ -126,7 +126,7 @@ impl<'a> Search<'a> {
     }
 
     /// The best pose that given guesses lead to.
-    pub(crate) fn from_guesses(&self, guesses: Vec<Similarity>) -> Result<Alignment, RegistrationError> {
+    pub(crate) fn at_guesses(&self, guesses: Vec<Similarity>) -> Result<Alignment, RegistrationError> {
         let near = self.looked_at(guesses)?;
         self.settled(near, Basis::Points)
     }
