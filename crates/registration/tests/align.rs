@@ -265,7 +265,7 @@ fn an_alignment_can_be_cancelled_wherever_it_is() {
     for suspect in suspects {
         let (found, asked) = aligned(&suspect, usize::MAX);
         assert!(found.is_ok() && asked > 10, "{asked}");
-        for limit in [0, 1, 2, asked / 4, asked / 2, asked - 1] {
+        for limit in [0, 1, asked / 2, asked - 1] {
             let (stopped, more) = aligned(&suspect, limit);
             assert_eq!(stopped, Err(RegistrationError::Stopped));
             // Nothing more than loops that were under way.
