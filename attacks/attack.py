@@ -2,12 +2,26 @@
 
 import argparse
 
+import crop
+import laplacian
+import loop
 import noise
+import remesh
 import similarity
+import simplify
 import taubin
 from meshfile import load, save
 
-ATTACKS = {"similarity": similarity, "noise": noise, "taubin": taubin}
+ATTACKS = {
+    "crop": crop,
+    "laplacian": laplacian,
+    "loop": loop,
+    "noise": noise,
+    "remesh": remesh,
+    "similarity": similarity,
+    "simplify": simplify,
+    "taubin": taubin,
+}
 
 
 def main() -> None:

@@ -91,7 +91,7 @@ fn check(asset: &Asset, other_model: Option<&TriMesh>) -> Result<Vec<String>> {
     let certificate = signed.certificate();
     let verifier =
         Verifier::new(original, certificate, certificate.public_key())?.original(signed.original())?;
-    let moved = shapes::moved(&marked, &random_similarity(original));
+    let moved = shapes::moved(&marked, &random_similarity(original, 7));
     let suspects = [
         ("untouched", marked.clone()),
         ("moved, turned and scaled", moved.clone()),
@@ -132,8 +132,8 @@ fn shown(verdict: &Verdict) -> String {
 }
 
 /// Uniform rotation, scale between 0.01 and 100, shift by up to ten diagonals.
-fn random_similarity(mesh: &TriMesh) -> Similarity {
-    let mut rng = ChaCha20Rng::seed_from_u64(7);
+pub(crate) fn random_similarity(mesh: &TriMesh, seed: u64) -> Similarity {
+    let mut rng = ChaCha20Rng::seed_from_u64(seed);
     let mut uniform = || 2.0 * f64::from(rng.next_u32()) / f64::from(u32::MAX) - 1.0;
     // A point in the unit ball of four dimensions points in a uniformly random direction.
     let quaternion = loop {

@@ -1,12 +1,10 @@
 //! From a suspect in unknown pose to the similarity that brings it back.
 
-use crate::connectivity::{Correspondence, match_candidates, match_surroundings};
-use crate::field::{Field, rough_score};
-use crate::icp::{self, Effort, Ends};
-use crate::overlap::Overlap;
-use crate::sampled::Sampled;
-use crate::vector::{norm, sub};
-use crate::{Handedness, RegistrationError, congruent, guesses, threads};
+use crate::connectivity::{Correspondence, map_candidates, map_surroundings};
+use crate::observer::{Observer, Stage, Watch, begin, go_on};
+use crate::search::Search;
+use crate::vector::{norm, squared, sub};
+use crate::{Handedness, RegistrationError, fit_similarity, threads};
 use mesh::{Similarity, TriMesh};
 use std::ops::ControlFlow;
 
@@ -42,25 +40,18 @@ pub enum Basis {
     Surroundings,
     /// The surfaces alone.
     Surface,
+    /// The surfaces, from pairs of points that were given.
+    Points,
 }
 
-/// What is being done, for progress displays; the caller may stop at each.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Stage {
-    /// Looking for vertices that survived.
-    Connectivity,
-    /// Sampling surfaces and building search trees.
-    Preparation,
-    /// Trying first guesses.
-    Guesses {
-        /// How many were tried.
-        done: usize,
-        /// How many there are in this round.
-        total: usize,
-    },
-    /// Refining the best guess.
-    Refinement,
+/// A point of the suspect and the point of the original where it belongs: on the surfaces or near them, not
+/// necessarily vertices.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PointPair {
+    /// In the suspect's coordinates.
+    pub suspect: [f64; 3],
+    /// In the original's coordinates.
+    pub original: [f64; 3],
 }
 
 /// Where the suspect belongs, and how well it fits there.
@@ -76,12 +67,30 @@ pub struct Alignment {
     pub coverage: f64,
     /// Root mean square distance of the overlapping surface, as a fraction of the original's diagonal.
     pub residual: f64,
-    /// Whether the overlap is large enough to call the suspect aligned.
+    /// Whether the overlap is large enough to call the suspect aligned. A plane never is when the surfaces
+    /// alone speak for it, since it lies on any flat place.
     pub aligned: bool,
     /// The vertices that were found again, if any.
     pub correspondence: Option<Correspondence>,
     /// Other transforms that fit about as well: the shape is symmetric, or nearly so.
     pub alternatives: Vec<Similarity>,
+    /// In how many of the seven directions (three of rotation, three of translation, one of scale) the
+    /// surfaces slide on each other: 3 for a sphere, 1 for another surface of revolution, 4 for a plane. 0
+    /// when vertices were found again.
+    pub free_directions: usize,
+}
+
+impl Alignment {
+    /// Whether the suspect is a mirrored copy: det R = −1. The transform mirrors it back.
+    pub fn mirrored(&self) -> bool {
+        self.transform.mirrors()
+    }
+
+    /// Whether other poses fit about as well: the [alternatives](Self::alternatives), or, when there are
+    /// [free directions](Self::free_directions), infinitely many.
+    pub fn ambiguous(&self) -> bool {
+        self.free_directions > 0 || !self.alternatives.is_empty()
+    }
 }
 
 /// Finds the similarity that takes the suspect to the original, mirrored if need be, without an initial
@@ -98,51 +107,118 @@ pub fn align(
     suspect: &TriMesh,
     options: &AlignOptions,
 ) -> Result<Alignment, RegistrationError> {
-    align_until(original, suspect, options, &mut |_| ControlFlow::Continue(()))
+    align_observed(original, suspect, options, &())
 }
 
-/// As [`align`]; `watch` hears of each stage and may stop the search, by the clock for instance.
+/// As [`align`]; `watch` hears of each stage and may stop the search there.
 ///
 /// # Errors
-/// As [`align`], and [`RegistrationError::Stopped`].
+/// As [`align_observed`].
 pub fn align_until(
     original: &TriMesh,
     suspect: &TriMesh,
     options: &AlignOptions,
     watch: &mut (dyn FnMut(Stage) -> ControlFlow<()> + Send),
 ) -> Result<Alignment, RegistrationError> {
+    align_observed(original, suspect, options, &Watch::new(watch))
+}
+
+/// As [`align`], told to an observer, which may end it at any time.
+///
+/// # Errors
+/// As [`align`], and [`RegistrationError::Stopped`].
+pub fn align_observed(
+    original: &TriMesh,
+    suspect: &TriMesh,
+    options: &AlignOptions,
+    observer: &dyn Observer,
+) -> Result<Alignment, RegistrationError> {
     check(options)?;
     threads::in_pool(options.threads, || {
-        let mut at = |stage| match watch(stage) {
-            ControlFlow::Continue(()) => Ok(()),
-            ControlFlow::Break(()) => Err(RegistrationError::Stopped),
-        };
-        at(Stage::Connectivity)?;
-        let by_vertices = by_vertices(original, suspect);
-        at(Stage::Preparation)?;
-        let pair = Pair {
-            original: Sampled::of(original, "original", SAMPLES)?,
-            suspect: Sampled::of(suspect, "suspect", SAMPLES)?,
-            options,
-        };
-        if let Some(ByVertices {
-            transform,
-            basis,
-            correspondence,
-            alternatives,
-        }) = by_vertices
-        {
-            let found = pair.judged(transform, basis, Some(correspondence), alternatives);
-            if found.aligned {
-                return Ok(found);
-            }
+        begin(observer, Stage::Connectivity)?;
+        let maps = by_vertices(original, suspect, observer)?;
+        begin(observer, Stage::Preparation)?;
+        let search = Search::new(original, suspect, options, observer)?;
+        if let Some(found) = maps.and_then(|maps| maps.judged(&search, 0)) {
+            return Ok(found);
         }
-        pair.by_surface(&mut at)
+        search.by_surface()
     })?
 }
 
-/// Samples of each surface.
-const SAMPLES: usize = 20_000;
+/// As [`align_observed`], from at least three pairs of corresponding points instead of guesses, for suspects
+/// that [`align`] cannot bring back.
+///
+/// The pairs need be no better than a few hundredths of the diagonal: the same fine alignment follows. Three
+/// pairs, or pairs in one plane, do not tell a mirrored copy from one that is not; then both are tried, and
+/// the surfaces decide. Of the maps of a symmetric net, the pairs choose the nearest.
+///
+/// ```
+/// use mesh::shapes;
+/// use registration::{PointPair, align_points};
+///
+/// let original = shapes::bumpy_torus(24, 16, 1);
+/// let suspect = shapes::scaled(&original, 100.0);
+/// let pairs = [0, 100, 200].map(|v| PointPair {
+///     suspect: suspect.positions()[v].map(|x| x + 2.0),
+///     original: original.positions()[v],
+/// });
+/// let found = align_points(&original, &suspect, &pairs, &Default::default(), &())?;
+/// assert!(found.aligned && (found.transform.scale - 0.01).abs() < 1e-12);
+/// # Ok::<(), registration::RegistrationError>(())
+/// ```
+///
+/// # Errors
+/// As [`align_observed`]; when there are fewer than three pairs, when a coordinate is not finite, and when the
+/// points of either mesh lie on one line.
+pub fn align_points(
+    original: &TriMesh,
+    suspect: &TriMesh,
+    pairs: &[PointPair],
+    options: &AlignOptions,
+    observer: &dyn Observer,
+) -> Result<Alignment, RegistrationError> {
+    check(options)?;
+    let guesses = fits(original, pairs)?;
+    threads::in_pool(options.threads, || {
+        begin(observer, Stage::Connectivity)?;
+        let maps = by_vertices(original, suspect, observer)?;
+        begin(observer, Stage::Preparation)?;
+        let search = Search::new(original, suspect, options, observer)?;
+        if let Some(maps) = maps {
+            let (chosen, off) = maps.nearest(pairs);
+            let agrees = off <= POINTS_OFF * original.bounding_box().diagonal();
+            if let Some(found) = maps.judged(&search, chosen).filter(|_| agrees) {
+                return Ok(found);
+            }
+        }
+        search.at_guesses(guesses)
+    })?
+}
+
+/// Given points that lie farther off than this, root mean square, as a fraction of the original's diagonal,
+/// speak for another pose.
+const POINTS_OFF: f64 = 0.1;
+
+/// Points given by hand are off by about this fraction of the diagonal.
+const CARELESS: f64 = 0.01;
+
+/// The similarities that pairs of points leave open: one of each hand, or one alone if the other hand does
+/// not fit the pairs.
+fn fits(original: &TriMesh, pairs: &[PointPair]) -> Result<Vec<Similarity>, RegistrationError> {
+    let (from, onto): (Vec<_>, Vec<_>) = pairs.iter().map(|pair| (pair.suspect, pair.original)).unzip();
+    let proper = fit_similarity(&from, &onto, None, Handedness::Proper)?;
+    let careless = CARELESS * original.bounding_box().diagonal();
+    let bound = 2.0 * proper.residual.min(proper.mirrored_residual) + careless;
+    let mut open = Vec::new();
+    if proper.residual <= bound {
+        open.push(proper.transform);
+    }
+    if proper.mirrored_residual <= bound {
+        open.push(fit_similarity(&from, &onto, None, Handedness::Mirrored)?.transform);
+    }
+    Ok(open)
+}
 
 fn check(options: &AlignOptions) -> Result<(), RegistrationError> {
     let &AlignOptions {
@@ -180,35 +256,61 @@ const MOST_MAPS: usize = 128;
 
 /// What surviving vertices say.
 struct ByVertices {
-    transform: Similarity,
     basis: Basis,
-    correspondence: Correspondence,
-    alternatives: Vec<Similarity>,
+    /// Not empty; several where the net is symmetric, the best first.
+    maps: Vec<(Similarity, Correspondence)>,
 }
 
-/// The similarity between vertices that survived, if enough did.
-fn by_vertices(original: &TriMesh, suspect: &TriMesh) -> Option<ByVertices> {
-    let fit = |map: &Correspondence| map.fit_robustly(original, suspect, Handedness::Either);
-    if let Ok(maps) = match_candidates(original, suspect, MOST_MAPS) {
-        let mut maps = maps.into_iter();
-        let correspondence = maps.next()?;
-        let transform = fit(&correspondence).ok()?.transform;
-        let alternatives = maps.filter_map(|map| Some(fit(&map).ok()?.transform)).collect();
-        return Some(ByVertices {
-            transform,
-            basis: Basis::Connectivity,
-            correspondence,
-            alternatives,
-        });
+impl ByVertices {
+    /// The map that brings given points nearest to where they belong, and how near, root mean square.
+    fn nearest(&self, pairs: &[PointPair]) -> (usize, f64) {
+        let off = |transform: &Similarity| {
+            let apart = pairs
+                .iter()
+                .map(|pair| squared(sub(transform.apply(pair.suspect), pair.original)));
+            (apart.sum::<f64>() / pairs.len() as f64).sqrt()
+        };
+        let distances = self.maps.iter().map(|(transform, _)| off(transform));
+        let nearest = distances.enumerate().min_by(|x, y| x.1.total_cmp(&y.1));
+        nearest.unwrap_or((0, f64::INFINITY))
     }
-    let correspondence = without_strays(match_surroundings(original, suspect), original, suspect)?;
-    let transform = fit(&correspondence).ok()?.transform;
-    Some(ByVertices {
-        transform,
-        basis: Basis::Surroundings,
-        correspondence,
-        alternatives: Vec::new(),
-    })
+
+    /// The alignment by one of the maps, if the surfaces agree.
+    fn judged(mut self, search: &Search<'_>, chosen: usize) -> Option<Alignment> {
+        let (transform, correspondence) = self.maps.remove(chosen);
+        let alternatives = self.maps.into_iter().map(|(transform, _)| transform).collect();
+        let found = Alignment {
+            correspondence: Some(correspondence),
+            alternatives,
+            ..search.judged(transform, self.basis)
+        };
+        found.aligned.then_some(found)
+    }
+}
+
+/// The similarities between vertices that survived, if enough did.
+fn by_vertices(
+    original: &TriMesh,
+    suspect: &TriMesh,
+    observer: &dyn Observer,
+) -> Result<Option<ByVertices>, RegistrationError> {
+    let fitted = |map: Correspondence| {
+        let fit = map.fit_robustly(original, suspect, Handedness::Either).ok()?;
+        Some((fit.transform, map))
+    };
+    let whole = map_candidates(original, suspect, MOST_MAPS, observer);
+    go_on(observer)?;
+    let (basis, maps) = match whole {
+        Ok(maps) => (Basis::Connectivity, maps),
+        Err(_difference) => {
+            let part = map_surroundings(original, suspect, observer);
+            let part = without_strays(part, original, suspect);
+            (Basis::Surroundings, part.into_iter().collect())
+        }
+    };
+    go_on(observer)?;
+    let maps: Vec<_> = maps.into_iter().filter_map(fitted).collect();
+    Ok((!maps.is_empty()).then_some(ByVertices { basis, maps }))
 }
 
 /// Drops pairs that lie far off the similarity of all, until the rest agree; none when too few are left.
@@ -229,212 +331,4 @@ fn without_strays(mut map: Correspondence, original: &TriMesh, suspect: &TriMesh
         }
     }
     (map.matched() >= FEWEST_SURVIVORS).then_some(map)
-}
-
-/// First look at a guess: few samples, few steps, a wide gate.
-const GLANCE: Effort = Effort {
-    samples: 250,
-    steps: 12,
-    gate: 0.15,
-};
-
-/// Second look, at the best guesses.
-const LOOK: Effort = Effort {
-    samples: 2_000,
-    steps: 25,
-    gate: 0.05,
-};
-
-/// Refinement of the best, first with some samples and then with all.
-const CARE: [Effort; 2] = [
-    Effort {
-        samples: 4_000,
-        steps: 40,
-        gate: 0.02,
-    },
-    Effort {
-        samples: SAMPLES,
-        steps: 6,
-        gate: 0.01,
-    },
-];
-
-/// Rotations tried when principal axes fail, and how many of them are refined.
-const ROTATIONS: usize = 576;
-const REFINED: usize = 32;
-const FINALISTS: usize = 4;
-
-/// Samples of each surface by which rotations are ranked.
-const ROUGH_SAMPLES: usize = 200;
-
-/// Guesses that score less than this fraction of the best at a glance are dropped.
-const WORTH_A_LOOK: f64 = 0.7;
-
-/// A share of overlap at which no other guess is needed.
-const CONVINCING: f64 = 0.97;
-
-/// A score below which further refinement is not worth its time.
-const HOPELESS: f64 = 0.3;
-
-struct Pair<'a> {
-    original: Sampled,
-    suspect: Sampled,
-    options: &'a AlignOptions,
-}
-
-type Ranked = Vec<(f64, Similarity)>;
-
-impl Pair<'_> {
-    fn by_surface(
-        &self,
-        at: &mut dyn FnMut(Stage) -> Result<(), RegistrationError>,
-    ) -> Result<Alignment, RegistrationError> {
-        let mut cheap = vec![Similarity::IDENTITY];
-        cheap.extend(guesses::principal_axes(&self.original, &self.suspect));
-        let mut ranked = self.finalists(cheap, at)?;
-        if !self.convinced(&ranked) {
-            let fields = [Field::of(&self.original), Field::of(&self.suspect)];
-            let rotations = guesses::all_rotations(&self.original, &self.suspect, ROTATIONS);
-            ranked.extend(self.finalists(self.promising(rotations, &fields), at)?);
-            if !self.convinced(&ranked) {
-                let partial = congruent::guesses(&self.original, &self.suspect, &fields[0], REFINED);
-                ranked.extend(self.finalists(partial, at)?);
-            }
-        }
-        ranked.sort_by(|x, y| y.0.total_cmp(&x.0));
-        at(Stage::Refinement)?;
-        let Some(&(score, best)) = ranked.first() else {
-            return Ok(self.judged(Similarity::IDENTITY, Basis::Surface, None, Vec::new()));
-        };
-        let transform = if score > HOPELESS {
-            self.cared_for(best)
-        } else {
-            best
-        };
-        let alternatives = self.alternatives(&ranked, score, &transform);
-        Ok(self.judged(transform, Basis::Surface, None, alternatives))
-    }
-
-    /// Refines the best guess by samples of both surfaces and by the suspect's vertices, and keeps what
-    /// agrees better.
-    fn cared_for(&self, guess: Similarity) -> Similarity {
-        let refined = |start: Similarity, effort: Effort, ends: Ends| {
-            icp::refine(&self.original, &self.suspect, start, effort, ends)
-        };
-        let start = refined(guess, CARE[0], Ends::Samples).map_or(guess, |refined| refined.transform);
-        let by_samples = refined(start, CARE[1], Ends::Samples);
-        let by_vertices = refined(start, CARE[1], Ends::Vertices);
-        let both = [by_samples, by_vertices].into_iter().flatten();
-        let better = both.min_by(|x, y| x.deviation.total_cmp(&y.deviation));
-        better.map_or(start, |refined| refined.transform)
-    }
-
-    /// Refines guesses at a glance, and the best of them with a longer look.
-    fn finalists(
-        &self,
-        guesses: Vec<Similarity>,
-        at: &mut dyn FnMut(Stage) -> Result<(), RegistrationError>,
-    ) -> Result<Ranked, RegistrationError> {
-        let mut glanced = self.refined(guesses, GLANCE, at)?;
-        let best = glanced.first().map_or(0.0, |(score, _)| *score);
-        if best < HOPELESS {
-            glanced.truncate(1);
-            return Ok(glanced);
-        }
-        glanced.retain(|(score, _)| *score >= WORTH_A_LOOK * best);
-        glanced.truncate(FINALISTS);
-        let guesses = glanced.into_iter().map(|(_, guess)| guess).collect();
-        self.refined(guesses, LOOK, at)
-    }
-
-    /// Refines guesses and ranks the results, the best first.
-    fn refined(
-        &self,
-        guesses: Vec<Similarity>,
-        effort: Effort,
-        at: &mut dyn FnMut(Stage) -> Result<(), RegistrationError>,
-    ) -> Result<Ranked, RegistrationError> {
-        let total = guesses.len();
-        let mut refined = Vec::new();
-        for (done, guess) in guesses.into_iter().enumerate() {
-            at(Stage::Guesses { done, total })?;
-            let better = icp::refine(&self.original, &self.suspect, guess, effort, Ends::Samples);
-            refined.extend(better.map(|better| better.transform));
-        }
-        Ok(self.ranked(refined, effort.samples, self.options.tolerance))
-    }
-
-    fn ranked(&self, guesses: Vec<Similarity>, samples: usize, tolerance: f64) -> Ranked {
-        let score =
-            |t: &Similarity| Overlap::measure(&self.original, &self.suspect, t, tolerance, samples).score;
-        let mut ranked: Ranked = guesses.into_iter().map(|guess| (score(&guess), guess)).collect();
-        ranked.sort_by(|x, y| y.0.total_cmp(&x.0));
-        ranked
-    }
-
-    /// The guesses that look best from afar.
-    fn promising(&self, guesses: Vec<Similarity>, [original, suspect]: &[Field<'_>; 2]) -> Vec<Similarity> {
-        let tolerance = 10.0 * self.options.tolerance;
-        let scores = threads::map(guesses.len(), |i| {
-            rough_score(original, suspect, &guesses[i], tolerance, ROUGH_SAMPLES)
-        });
-        let mut order: Vec<usize> = (0..guesses.len()).collect();
-        order.sort_by(|&i, &j| scores[j].total_cmp(&scores[i]));
-        order.into_iter().take(REFINED).map(|i| guesses[i]).collect()
-    }
-
-    /// Whether one of the guesses so far leaves little to be wished.
-    fn convinced(&self, ranked: &Ranked) -> bool {
-        ranked.iter().any(|(_, guess)| {
-            let &AlignOptions { tolerance, .. } = self.options;
-            let overlap = Overlap::measure(&self.original, &self.suspect, guess, tolerance, LOOK.samples);
-            overlap.of_suspect >= CONVINCING
-        })
-    }
-
-    /// Transforms that score about as well as the best and differ from it by more than the tolerance.
-    fn alternatives(&self, ranked: &Ranked, best: f64, transform: &Similarity) -> Vec<Similarity> {
-        let mut others: Vec<Similarity> = Vec::new();
-        for (score, other) in ranked {
-            let differs = |from: &Similarity| {
-                let apart = |i: usize| {
-                    let p = self.suspect.points[i];
-                    norm(sub(other.apply(p), from.apply(p)))
-                };
-                self.suspect
-                    .some(100)
-                    .any(|i| apart(i) > 2.0 * self.options.tolerance * self.original.diagonal)
-            };
-            if *score >= 0.98 * best && differs(transform) && others.iter().all(differs) {
-                others.push(*other);
-            }
-        }
-        others
-    }
-
-    fn judged(
-        &self,
-        transform: Similarity,
-        basis: Basis,
-        correspondence: Option<Correspondence>,
-        alternatives: Vec<Similarity>,
-    ) -> Alignment {
-        let overlap = Overlap::measure(
-            &self.original,
-            &self.suspect,
-            &transform,
-            self.options.tolerance,
-            SAMPLES,
-        );
-        Alignment {
-            transform,
-            basis,
-            overlap: overlap.of_suspect,
-            coverage: overlap.of_original,
-            residual: overlap.residual,
-            aligned: overlap.of_suspect >= self.options.least_overlap,
-            correspondence,
-            alternatives,
-        }
-    }
 }

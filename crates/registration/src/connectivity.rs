@@ -7,6 +7,7 @@ mod placement;
 mod propagation;
 mod surroundings;
 
+use crate::observer::Observer;
 use crate::vector::{norm, sub};
 use crate::{Fit, Handedness, RegistrationError, fit_similarity};
 use graph::Graph;
@@ -191,6 +192,16 @@ pub fn match_candidates(
     suspect: &TriMesh,
     limit: usize,
 ) -> Result<Vec<Correspondence>, Difference> {
+    map_candidates(original, suspect, limit, &())
+}
+
+/// As [`match_candidates`]; what it gives when cancelled means nothing.
+pub(crate) fn map_candidates(
+    original: &TriMesh,
+    suspect: &TriMesh,
+    limit: usize,
+    observer: &dyn Observer,
+) -> Result<Vec<Correspondence>, Difference> {
     compare_counts(original, suspect)?;
     if limit <= 1
         && let Some(same_order) = identity(original, suspect)
@@ -198,12 +209,12 @@ pub fn match_candidates(
         return Ok(vec![same_order]);
     }
     let (from, onto) = (Graph::of(original), Graph::of(suspect));
-    let colours = colours::refine(&from, &onto);
+    let colours = colours::refine(&from, &onto, observer);
     match colours.unmatched() {
         0 => {}
         vertices => return Err(Difference::Surroundings { vertices }),
     }
-    let mut maps = placement::candidates(&from, &onto, &colours, limit.max(1));
+    let mut maps = placement::candidates(&from, &onto, &colours, limit.max(1), observer);
     let vertices = from.used_vertices - maps.first().map_or(0, Correspondence::matched);
     if vertices > 0 {
         return Err(Difference::Unmapped { vertices });
@@ -222,11 +233,11 @@ pub fn match_components(original: &TriMesh, suspect: &TriMesh) -> Correspondence
         return same_order;
     }
     let (from, onto) = (Graph::of(original), Graph::of(suspect));
-    let colours = colours::refine(&from, &onto);
+    let colours = colours::refine(&from, &onto, &());
     let none = Correspondence {
         suspect_of: vec![None; original.vertex_count()],
     };
-    placement::candidates(&from, &onto, &colours, 1)
+    placement::candidates(&from, &onto, &colours, 1, &())
         .pop()
         .unwrap_or(none)
 }
@@ -238,7 +249,16 @@ pub fn match_components(original: &TriMesh, suspect: &TriMesh) -> Correspondence
 /// Nothing proves the result: near altered places a pair may be wrong, and a re-meshed suspect gives few
 /// pairs or none. Fit robustly, and look at the residuals.
 pub fn match_surroundings(original: &TriMesh, suspect: &TriMesh) -> Correspondence {
-    surroundings::correspondence(&Graph::of(original), &Graph::of(suspect))
+    map_surroundings(original, suspect, &())
+}
+
+/// As [`match_surroundings`]; what it gives when cancelled means nothing.
+pub(crate) fn map_surroundings(
+    original: &TriMesh,
+    suspect: &TriMesh,
+    observer: &dyn Observer,
+) -> Correspondence {
+    surroundings::correspondence(&Graph::of(original), &Graph::of(suspect), observer)
 }
 
 /// The map of each vertex to itself, if that is right.

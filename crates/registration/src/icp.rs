@@ -32,6 +32,9 @@ pub(crate) struct Effort {
 /// Which points are paired with the other surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Ends {
+    /// Samples of both surfaces, each with a sample about nearest to it: quick, and right to the samples'
+    /// spacing.
+    Rough,
     /// Samples of both surfaces.
     Samples,
     /// The suspect's vertices alone: re-meshing leaves them on the surface, and cuts the corners in between.
@@ -59,6 +62,9 @@ const FEWEST_PAIRS: usize = 20;
 /// not moved along.
 const SLIPPERY: f64 = 1e-11;
 
+/// How far beside each other samples that are about nearest may lie, as a fraction of the diagonal.
+const SPACING: f64 = 0.03;
+
 type Row = ([f64; 7], f64);
 
 /// Refines `start`; none when too few pairs remain or the scale runs away. Runs in the current pool.
@@ -75,6 +81,7 @@ pub(crate) fn refine(
     let mut last = f64::INFINITY;
     for step in 0..effort.steps {
         let rows = match ends {
+            Ends::Rough => rough_rows(original, suspect, &transform, gate, effort.samples),
             Ends::Samples => sample_rows(original, suspect, &transform, gate, effort.samples),
             Ends::Vertices => vertex_rows(original, suspect, &transform, gate),
         };
@@ -108,12 +115,16 @@ fn row(original: &Sampled, p: Vec3, q: Vec3, n: Vec3) -> Option<Row> {
     if distance > 1e-9 * original.diagonal && along.abs() < ALONG_NORMAL * distance {
         return None;
     }
+    Some(plain_row(original, p, n, along))
+}
+
+fn plain_row(original: &Sampled, p: Vec3, n: Vec3, along: f64) -> Row {
     let arm = scaled(sub(p, original.centroid), 1.0 / original.diagonal);
     let [a, b, c] = cross(arm, n);
-    Some((
+    (
         [a, b, c, n[0], n[1], n[2], dot(n, arm)],
         along / original.diagonal,
-    ))
+    )
 }
 
 /// The row of a moved suspect point and the nearest point of the original.
@@ -159,6 +170,35 @@ fn sample_rows(
     there.into_iter().chain(back).flatten().collect()
 }
 
+fn rough_rows(
+    original: &Sampled,
+    suspect: &Sampled,
+    transform: &Similarity,
+    gate: f64,
+    samples: usize,
+) -> Vec<Row> {
+    let inverse = transform.inverse();
+    let spaced = SPACING * original.diagonal;
+    let pair = |p: Vec3, q: usize| {
+        let (q, normal) = (
+            original.points[q],
+            original.normals[original.triangles[q] as usize],
+        );
+        let along = dot(normal, sub(p, q));
+        let beside = squared(sub(p, q)) - along * along;
+        (along.abs() <= gate && beside <= spaced * spaced).then(|| plain_row(original, p, normal, along))
+    };
+    let there = suspect.some(samples).filter_map(|i| {
+        let p = transform.apply(suspect.points[i]);
+        pair(p, original.near(p)?.0)
+    });
+    let back = original.some(samples).filter_map(|i| {
+        let (near, _) = suspect.near(inverse.apply(original.points[i]))?;
+        pair(transform.apply(suspect.points[near]), i)
+    });
+    there.chain(back).collect()
+}
+
 /// 1.4826 times the median of |r|: the standard deviation, if the residuals are normal.
 fn robust_deviation(rows: &[Row]) -> f64 {
     let mut sizes: Vec<f64> = rows.iter().map(|(_, r)| r.abs()).collect();
@@ -167,9 +207,38 @@ fn robust_deviation(rows: &[Row]) -> f64 {
     1.4826 * *median
 }
 
-/// The weighted least-squares step (ω, τ, σ); it does not move along directions that the rows leave
-/// undetermined.
-fn solve(rows: &[Row], spread: f64) -> Option<[f64; 7]> {
+/// Directions in which the suspect can slide on the original, if only a little: how many eigenvalues of the
+/// mean of JᵀJ vanish (Gelfand et al., *Geometrically stable sampling for the ICP algorithm*, 3DIM 2003).
+/// All seven when the surfaces hardly meet. Runs in the current pool.
+pub(crate) fn free_directions(
+    original: &Sampled,
+    suspect: &Sampled,
+    transform: &Similarity,
+    tolerance: f64,
+) -> usize {
+    let gate = tolerance * original.diagonal.min(transform.scale * suspect.diagonal);
+    let rows = sample_rows(original, suspect, transform, gate, SLIDING_SAMPLES);
+    if rows.len() < FEWEST_PAIRS {
+        return 7;
+    }
+    let (normal, _) = normal_equations(&rows, f64::INFINITY);
+    let Ok(eigen) = normal.self_adjoint_eigen(Side::Lower) else {
+        return 7;
+    };
+    let values = eigen.S().column_vector();
+    let bound = SLIDING * rows.len() as f64;
+    (0..7).filter(|&k| values[k] < bound).count()
+}
+
+/// Samples of each surface that say whether the surfaces slide.
+const SLIDING_SAMPLES: usize = 2_000;
+
+/// Mean square distance from the original, per square of the motion, below which a motion counts as sliding;
+/// lengths in units of the diagonal, angles in radians.
+const SLIDING: f64 = 1e-3;
+
+/// Σ w J Jᵀ and −Σ w J r, lengths in units of the original's diagonal, w = exp(−r²/2ν²) with ν the spread.
+fn normal_equations(rows: &[Row], spread: f64) -> (Mat<f64>, [f64; 7]) {
     let mut normal = [[0.0; 7]; 7];
     let mut right = [0.0; 7];
     for (jacobian, r) in rows {
@@ -182,7 +251,13 @@ fn solve(rows: &[Row], spread: f64) -> Option<[f64; 7]> {
             right[i] -= scaled * r;
         }
     }
-    let normal = Mat::from_fn(7, 7, |i, j| normal[i.max(j)][i.min(j)]);
+    (Mat::from_fn(7, 7, |i, j| normal[i.max(j)][i.min(j)]), right)
+}
+
+/// The weighted least-squares step (ω, τ, σ); it does not move along directions that the rows leave
+/// undetermined.
+fn solve(rows: &[Row], spread: f64) -> Option<[f64; 7]> {
+    let (normal, right) = normal_equations(rows, spread);
     let eigen = normal.self_adjoint_eigen(Side::Lower).ok()?;
     let (values, vectors) = (eigen.S().column_vector(), eigen.U());
     let mut step = [0.0; 7];

@@ -1,7 +1,9 @@
 use crate::RegistrationError;
+use crate::field::Field;
 use crate::surface::{Surface, triangle_normals};
 use crate::vector::{Mat3, Vec3, add, cross, norm, scaled, sub};
 use mesh::TriMesh;
+use std::sync::OnceLock;
 
 /// A mesh prepared for alignment: its surface for queries, and points spread evenly over it.
 pub(crate) struct Sampled {
@@ -18,6 +20,7 @@ pub(crate) struct Sampled {
     pub(crate) centroid: Vec3,
     /// Area-weighted covariance of position.
     pub(crate) covariance: Mat3,
+    field: OnceLock<Field>,
 }
 
 impl Sampled {
@@ -48,7 +51,15 @@ impl Sampled {
             diagonal,
             centroid,
             covariance,
+            field: OnceLock::new(),
         })
+    }
+
+    /// A sample about nearest to `p` and its distance, in constant time; none for points far outside.
+    pub(crate) fn near(&self, p: Vec3) -> Option<(usize, f64)> {
+        let field = self.field.get_or_init(|| Field::of(&self.points, self.diagonal));
+        let sample = field.near(p)?;
+        Some((sample, norm(sub(self.points[sample], p))))
     }
 
     /// About `count` of the points, evenly spread.

@@ -111,11 +111,16 @@ impl Surface {
             }
             let node = self.nodes[node as usize];
             if node.count == 0 {
-                let [near, far] = [node.first, node.first + 1]
-                    .map(|child| (child, distance_to_box(&self.nodes[child as usize], p)));
-                let (near, far) = if far.1 < near.1 { (far, near) } else { (near, far) };
-                stack.push(far.0, far.1);
-                stack.push(near.0, near.1);
+                let (left, right) = (node.first, node.first + 1);
+                let to_left = distance_to_box(&self.nodes[left as usize], p);
+                let to_right = distance_to_box(&self.nodes[right as usize], p);
+                if to_right < to_left {
+                    stack.push_nearer(left, to_left, best);
+                    stack.push_nearer(right, to_right, best);
+                } else {
+                    stack.push_nearer(right, to_right, best);
+                    stack.push_nearer(left, to_left, best);
+                }
                 continue;
             }
             for leaf in node.first as usize..(node.first + node.count) as usize {
@@ -157,14 +162,15 @@ impl Surface {
             }
             let node = self.nodes[node as usize];
             if node.count == 0 {
-                let [near, far] = [node.first, node.first + 1]
-                    .map(|child| (child, line.reach(&self.nodes[child as usize])));
-                let (near, far) = if far.1 < near.1 { (far, near) } else { (near, far) };
-                if far.1 <= best {
-                    stack.push(far.0, far.1);
-                }
-                if near.1 <= best {
-                    stack.push(near.0, near.1);
+                let (left, right) = (node.first, node.first + 1);
+                let to_left = line.reach(&self.nodes[left as usize]);
+                let to_right = line.reach(&self.nodes[right as usize]);
+                if to_right < to_left {
+                    stack.push_nearer(left, to_left, best);
+                    stack.push_nearer(right, to_right, best);
+                } else {
+                    stack.push_nearer(right, to_right, best);
+                    stack.push_nearer(left, to_left, best);
                 }
                 continue;
             }
@@ -360,6 +366,13 @@ impl Stack {
     fn push(&mut self, node: u32, distance: f64) {
         self.nodes[self.len] = (node, distance);
         self.len += 1;
+    }
+
+    /// Leaves out what lies farther than the best so far.
+    fn push_nearer(&mut self, node: u32, distance: f64, best: f64) {
+        if distance <= best {
+            self.push(node, distance);
+        }
     }
 
     fn pop(&mut self) -> Option<(u32, f64)> {

@@ -1,8 +1,12 @@
 //! A suspect in any pose is brought back onto its original, and anything else is told apart from it.
 
 use mesh::{Edges, Similarity, TriMesh, shapes};
-use registration::{AlignOptions, Alignment, Basis, RegistrationError, Stage, align, align_until};
+use registration::{
+    AlignOptions, Alignment, Basis, Observer, PointPair, RegistrationError, Stage, align, align_observed,
+    align_points, align_until,
+};
 use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// A pose unlike the original's: turned by about 150°, a hundredth of the size, ten diagonals away.
 fn away() -> Similarity {
@@ -230,6 +234,174 @@ fn the_search_can_be_watched_and_stopped() {
         };
         let stopped = align_until(&original, &suspect, &AlignOptions::default(), &mut watch);
         assert_eq!(stopped, Err(RegistrationError::Stopped));
+    }
+}
+
+/// Cancels when asked for the n-th time.
+struct Patience {
+    asked: AtomicUsize,
+    limit: usize,
+}
+
+impl Observer for Patience {
+    fn cancelled(&self) -> bool {
+        self.asked.fetch_add(1, Ordering::Relaxed) >= self.limit
+    }
+}
+
+#[test]
+fn an_alignment_can_be_cancelled_wherever_it_is() {
+    let original = shapes::icosphere(3);
+    let suspects = [
+        shapes::shuffled(&original, 1),
+        divided(&cut(&shapes::bumpy_block(1, 4, 3), 0.4)),
+    ];
+    let aligned = |suspect: &TriMesh, limit| {
+        let asked = AtomicUsize::new(0);
+        let patience = Patience { asked, limit };
+        let found = align_observed(&original, suspect, &AlignOptions::default(), &patience);
+        (found, patience.asked.into_inner())
+    };
+    for suspect in suspects {
+        let (found, asked) = aligned(&suspect, usize::MAX);
+        assert!(found.is_ok() && asked > 10, "{asked}");
+        for limit in [0, 1, asked / 2, asked - 1] {
+            let (stopped, more) = aligned(&suspect, limit);
+            assert_eq!(stopped, Err(RegistrationError::Stopped));
+            // Nothing more than loops that were under way.
+            assert!(more - limit < 150, "{limit} {more}");
+        }
+    }
+}
+
+/// Pairs of points on the faces of two copies of a mesh, each off by up to `error` of the diagonal.
+fn pairs(original: &TriMesh, suspect: &TriMesh, count: usize, error: f64) -> Vec<PointPair> {
+    let size = error * original.bounding_box().diagonal();
+    let middle = |mesh: &TriMesh, t: usize| {
+        let [a, b, c] = mesh.corners(t);
+        std::array::from_fn(|i| (a[i] + b[i] + c[i]) / 3.0)
+    };
+    let step = original.triangle_count() / count;
+    let pair = |k: usize| {
+        let point: [f64; 3] = middle(original, k * step);
+        let wrong = [0.3, 0.7, 0.9].map(|x: f64| size * (2.0 * (x * (k + 1) as f64).fract() - 1.0));
+        PointPair {
+            suspect: middle(suspect, k * step),
+            original: std::array::from_fn(|i| point[i] + wrong[i]),
+        }
+    };
+    (0..count).map(pair).collect()
+}
+
+#[test]
+fn given_points_lead_to_the_same_fine_alignment() {
+    let original = shapes::bumpy_sphere(4, 1);
+    let options = AlignOptions::default();
+    for (count, mirrored) in [(3, false), (3, true), (8, true)] {
+        let mut copy = original.clone();
+        if mirrored {
+            copy = shapes::mirrored(&copy);
+        }
+        let copy = shapes::moved(&copy, &away());
+        let pairs = pairs(&original, &copy, count, 0.03);
+        let suspect = divided(&copy);
+        let found = align_points(&original, &suspect, &pairs, &options, &()).unwrap();
+        assert_eq!((found.basis, found.aligned), (Basis::Points, true));
+        assert_eq!(found.mirrored(), mirrored);
+        assert!(found.residual < 1e-12 && !found.ambiguous(), "{}", found.residual);
+        let found = align_points(&original, &copy, &pairs, &options, &()).unwrap();
+        assert_eq!((found.basis, found.aligned), (Basis::Connectivity, true));
+    }
+}
+
+#[test]
+fn given_points_choose_among_the_maps_of_a_symmetric_net() {
+    let original = shapes::icosphere(2);
+    let suspect = shapes::moved(&original, &away());
+    let pairs = pairs(&original, &suspect, 5, 0.02);
+    let found = align_points(&original, &suspect, &pairs, &AlignOptions::default(), &()).unwrap();
+    assert_eq!(
+        (found.basis, found.alternatives.len()),
+        (Basis::Connectivity, 119)
+    );
+    assert!(miss(&found, &original, &suspect, &away()) < 1e-12);
+}
+
+#[test]
+fn points_that_determine_nothing_are_refused() {
+    let original = shapes::bumpy_sphere(2, 1);
+    let options = AlignOptions::default();
+    let given = |pairs: &[PointPair]| align_points(&original, &original, pairs, &options, &());
+    let pair = |p: [f64; 3]| PointPair {
+        suspect: p,
+        original: p,
+    };
+    let two = [pair([0.0; 3]), pair([1.0, 0.0, 0.0])];
+    assert_eq!(given(&two), Err(RegistrationError::TooFewPoints { given: 2 }));
+    let line = [0.0, 1.0, 3.0].map(|x| pair([x, x, 0.0]));
+    assert!(matches!(given(&line), Err(RegistrationError::Collinear { .. })));
+    let nowhere = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, f64::NAN, 0.0]].map(pair);
+    assert_eq!(given(&nowhere), Err(RegistrationError::NotFinite { index: 2 }));
+}
+
+#[test]
+fn a_mirrored_copy_is_recognised_and_mirrored_back() {
+    let original = shapes::bumpy_torus(24, 16, 2);
+    for suspect in [original.clone(), divided(&original)] {
+        for mirrored in [false, true] {
+            let suspect = if mirrored {
+                shapes::mirrored(&suspect)
+            } else {
+                suspect.clone()
+            };
+            let (found, _) = aligned(&original, &suspect);
+            assert_eq!((found.aligned, found.mirrored()), (true, mirrored));
+            assert!(found.residual < 1e-12, "{}", found.residual);
+        }
+    }
+}
+
+#[test]
+fn the_directions_in_which_a_surface_slides_on_itself_are_counted() {
+    let ball = shapes::icosphere(4);
+    let ring = shapes::torus(120, 60, 1.0, 0.4);
+    let bumpy = shapes::bumpy_torus(24, 16, 2);
+    for (original, free) in [(ball, 3), (ring, 1), (bumpy, 0)] {
+        let (found, _) = aligned(&original, &divided(&original));
+        assert_eq!((found.aligned, found.free_directions), (true, free));
+        assert_eq!(found.ambiguous(), free > 0);
+    }
+}
+
+#[test]
+fn what_lies_on_any_flat_place_is_not_aligned() {
+    let original = shapes::bumpy_block(1, 4, 3);
+    let triangle = TriMesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], vec![[0, 1, 2]]).unwrap();
+    for suspect in [triangle, shapes::rectangle(4, 4, 1.0, 2.0)] {
+        for original in [&original, &shapes::cube(1.0)] {
+            let found = align(original, &suspect, &AlignOptions::default()).unwrap();
+            assert!(!found.aligned, "{found:?}");
+        }
+    }
+}
+
+#[test]
+fn size_facing_and_number_of_pieces_do_not_matter() {
+    let piece = shapes::bumpy_sphere(2, 1);
+    let places = (0..30).map(|i| {
+        let [x, y, z] = [0.618, 0.755, 0.570].map(|step| 20.0 * (step * f64::from(i)).fract());
+        shapes::translated(&shapes::scaled(&piece, 1.0 + 0.03 * f64::from(i)), [x, y, z])
+    });
+    let original = shapes::disjoint_union(&places.collect::<Vec<_>>());
+    let larger = shapes::scaled(&original, 1000.0);
+    for suspect in [larger.clone(), shapes::inside_out(&larger), divided(&larger)] {
+        let found = align(&original, &suspect, &AlignOptions::default()).unwrap();
+        assert!(found.aligned && !found.ambiguous());
+        assert!(
+            found.residual < 1e-12 && (found.transform.scale * 1000.0 - 1.0).abs() < 1e-12,
+            "{}",
+            found.residual
+        );
     }
 }
 

@@ -5,6 +5,8 @@ mod eigen;
 mod measure;
 mod partition;
 mod peers;
+mod registration;
+mod registration_peers;
 
 use std::path::PathBuf;
 
@@ -39,6 +41,30 @@ pub(crate) enum Bench {
     /// Solve one problem in a process of its own, for `eigen`
     #[command(hide = true)]
     Solve(eigen::Alone),
+    /// Registration: how often, how exactly and how fast attacked and moved meshes come back; beside its peers
+    ///
+    /// Makes Python environments in attacks/.venv and bench-harness/.venv. Finished draws are kept in .cache/bench/registration;
+    /// delete it after a change of the program.
+    Registration {
+        /// Mesh files
+        #[arg(long, value_name = "DIR")]
+        meshes: PathBuf,
+        /// Only files whose name begins so; may be repeated
+        #[arg(long, value_name = "NAME")]
+        only: Vec<String>,
+        /// Only attacks whose name begins so; may be repeated
+        #[arg(long, value_name = "NAME")]
+        attack: Vec<String>,
+        /// Random poses of each mesh after each attack
+        #[arg(long, default_value_t = 20)]
+        draws: u64,
+        /// Meshes with more vertices are passed over
+        #[arg(long, default_value_t = usize::MAX, hide_default_value = true)]
+        most_vertices: usize,
+        /// Leave the peers out
+        #[arg(long)]
+        no_peers: bool,
+    },
 }
 
 pub(crate) fn run(bench: Bench) -> Result<()> {
@@ -51,5 +77,22 @@ pub(crate) fn run(bench: Bench) -> Result<()> {
         } => partition::run(&graphs, &meshes, rounds.max(1), !no_kaffpa),
         Bench::Eigen(options) => eigen::run(&options),
         Bench::Solve(alone) => eigen::solve_alone(&alone),
+        Bench::Registration {
+            meshes,
+            only,
+            attack,
+            draws,
+            most_vertices,
+            no_peers,
+        } => {
+            let selection = registration::Selection {
+                only,
+                attacks: attack,
+                draws,
+                most_vertices,
+                with_peers: !no_peers,
+            };
+            registration::run(&meshes, &selection)
+        }
     }
 }

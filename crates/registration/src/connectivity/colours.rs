@@ -6,6 +6,7 @@
 //! the matching then finds out.
 
 use super::graph::Graph;
+use crate::observer::Observer;
 
 /// After so many rounds a colour describes all that lies within 16 edges: what is still alike is left to the
 /// matching.
@@ -28,13 +29,13 @@ pub(super) struct Colouring {
 /// The colours of one mesh after some rounds.
 pub(super) struct Refinement(Vec<u64>);
 
-pub(super) fn refine(original: &Graph<'_>, suspect: &Graph<'_>) -> Colours {
+pub(super) fn refine(original: &Graph<'_>, suspect: &Graph<'_>, observer: &dyn Observer) -> Colours {
     let (mut here, mut there) = (Refinement::start(original), Refinement::start(suspect));
     let mut classes = 0;
     for _round in 0..ROUNDS {
         let sorted = here.sorted(original);
         let count = sorted.chunk_by(|x, y| x.0 == y.0).count();
-        if count == classes || enough(original, &sorted) {
+        if count == classes || enough(original, &sorted) || observer.cancelled() {
             break;
         }
         classes = count;

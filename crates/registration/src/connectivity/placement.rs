@@ -13,12 +13,17 @@ use super::Correspondence;
 use super::colours::{Colouring, Colours};
 use super::graph::Graph;
 use super::propagation::{Flag, Propagation, fit};
+use crate::observer::Observer;
 use crate::vector::{add, scaled, squared, sub};
 use mesh::Similarity;
 use std::collections::HashMap;
 
 /// Vertices visited in each stage of the choice.
 const BUDGET: usize = 20_000_000;
+
+/// Images looked at to place parts, after which the rest is left: only thousands of equal parts far from their
+/// places need so many.
+const MOST_VISITS: usize = 20 * BUDGET;
 
 /// The fewest vertices on which images of the anchor are compared.
 const SMALLEST_NEIGHBOURHOOD: usize = 64;
@@ -40,8 +45,9 @@ pub(super) fn candidates(
     onto: &Graph<'_>,
     colours: &Colours,
     limit: usize,
+    observer: &dyn Observer,
 ) -> Vec<Correspondence> {
-    let mut search = Search::new(from, onto, colours);
+    let mut search = Search::new(from, onto, colours, observer);
     let starts = search.hypotheses();
     let mut maps: Vec<Placed> = starts.into_iter().map(|start| search.complete(start)).collect();
     maps.sort_by(|x, y| {
@@ -96,10 +102,18 @@ struct Search<'a> {
     images: Vec<Vec<Flag>>,
     /// Centroids of the suspect's parts.
     centroids: Vec<[f64; 3]>,
+    /// Images that were looked at to place parts.
+    visits: usize,
+    observer: &'a dyn Observer,
 }
 
 impl<'a> Search<'a> {
-    fn new(from: &'a Graph<'a>, onto: &'a Graph<'a>, colours: &'a Colours) -> Self {
+    fn new(
+        from: &'a Graph<'a>,
+        onto: &'a Graph<'a>,
+        colours: &'a Colours,
+        observer: &'a dyn Observer,
+    ) -> Self {
         let (parts, mut images) = parts(from, onto, colours);
         let propagation = Propagation::new(from, onto, colours);
         let centroids = centroids(onto);
@@ -114,6 +128,8 @@ impl<'a> Search<'a> {
             parts,
             images,
             centroids,
+            visits: 0,
+            observer,
         }
     }
 
@@ -186,7 +202,8 @@ impl<'a> Search<'a> {
     /// Maps a part by the image of its seed, if that leads to a map.
     fn place(&mut self, placed: &mut Placed, part: usize, image: Flag) {
         let target = self.onto.part_of(image.corners[0]);
-        if !placed.taken[target] && self.propagation.run(self.parts[part].seed, image, usize::MAX) {
+        let free = !placed.taken[target] && !self.observer.cancelled();
+        if free && self.propagation.run(self.parts[part].seed, image, usize::MAX) {
             placed.pairs.extend(&self.propagation.pairs);
             placed.taken[target] = true;
             placed.done[part] = true;
@@ -213,6 +230,9 @@ impl<'a> Search<'a> {
             let size = (BUDGET / images.len().max(1)).max(SMALLEST_NEIGHBOURHOOD);
             let mut ranked: Vec<(f64, Flag)> = Vec::new();
             for &image in &images {
+                if self.observer.cancelled() {
+                    return Vec::new();
+                }
                 if self.propagation.run(seed, image, size) {
                     let fit = fit(self.from, self.onto, &self.propagation.pairs);
                     ranked.push((fit.map_or(f64::INFINITY, |fit| fit.residual), image));
@@ -235,6 +255,9 @@ impl<'a> Search<'a> {
         let mut fitted = 0;
         let mut transform = Similarity::IDENTITY;
         for part in order {
+            if self.observer.cancelled() || self.visits > MOST_VISITS {
+                break;
+            }
             if placed.pairs.len() >= 2 * fitted {
                 fitted = placed.pairs.len();
                 transform = fit(self.from, self.onto, &placed.pairs).map_or(transform, |fit| fit.transform);
@@ -268,7 +291,7 @@ impl<'a> Search<'a> {
     /// The [`NEAREST_IMAGES`] free images of a part's seed that lie nearest by centroid and seed.
     ///
     /// Looks outward from the part's own x in the suspect's frame, until all that is left is farther off in x alone.
-    fn nearest_images(&self, placed: &Placed, part: usize, transform: &Similarity) -> Vec<Flag> {
+    fn nearest_images(&mut self, placed: &Placed, part: usize, transform: &Similarity) -> Vec<Flag> {
         let Part {
             seed,
             images,
@@ -276,13 +299,15 @@ impl<'a> Search<'a> {
             ..
         } = self.parts[part];
         let images = &self.images[images];
-        let here = transform.inverse().apply(centroid)[0];
+        // Distances of centroids are compared in the suspect's frame, where they need no transform.
+        let (here, unit) = (transform.inverse().apply(centroid), transform.scale);
         let target = |flag: &Flag| self.onto.part_of(flag.corners[0]);
-        let offset = |flag: &Flag| (self.centroids[target(flag)][0] - here).abs();
-        let middle = images.partition_point(|flag| self.centroids[target(flag)][0] < here);
+        let offset = |flag: &Flag| (self.centroids[target(flag)][0] - here[0]).abs();
+        let middle = images.partition_point(|flag| self.centroids[target(flag)][0] < here[0]);
         let mut left = images[..middle].iter().rev().peekable();
         let mut right = images[middle..].iter().peekable();
         let mut nearest: Vec<(f64, Flag)> = Vec::with_capacity(NEAREST_IMAGES + 1);
+        let mut visits = 0;
         loop {
             let leftward = match (left.peek(), right.peek()) {
                 (Some(l), Some(r)) => offset(l) < offset(r),
@@ -294,13 +319,14 @@ impl<'a> Search<'a> {
             let bound = nearest
                 .get(NEAREST_IMAGES - 1)
                 .map_or(f64::INFINITY, |(worst, _)| *worst);
-            if (transform.scale * offset(image)).powi(2) > bound {
+            if (unit * offset(image)).powi(2) > bound {
                 break;
             }
-            if placed.taken[target(image)] {
+            visits += 1;
+            let apart = unit * unit * squared(sub(self.centroids[target(image)], here));
+            if apart >= bound || placed.taken[target(image)] {
                 continue;
             }
-            let apart = squared(sub(transform.apply(self.centroids[target(image)]), centroid));
             let corners = seed.corners.into_iter().zip(image.corners);
             let score = apart + self.distance(corners, transform) / 3.0;
             if score < bound {
@@ -308,6 +334,7 @@ impl<'a> Search<'a> {
                 nearest.truncate(NEAREST_IMAGES);
             }
         }
+        self.visits += visits;
         nearest.into_iter().map(|(_, image)| image).collect()
     }
 

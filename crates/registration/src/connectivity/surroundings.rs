@@ -3,6 +3,7 @@
 use super::Correspondence;
 use super::colours::Refinement;
 use super::graph::Graph;
+use crate::observer::Observer;
 use std::collections::VecDeque;
 
 /// Colours describe what lies within this many edges: enough for an irregular net, few enough to spare most
@@ -13,9 +14,9 @@ const NONE: u32 = u32::MAX;
 
 /// Pairs the vertices whose surroundings, out to some distance, are unique in both meshes and alike, then
 /// grows these pairs across shared edges for as long as the triangles of both meshes go on alike.
-pub(super) fn correspondence(from: &Graph<'_>, onto: &Graph<'_>) -> Correspondence {
+pub(super) fn correspondence(from: &Graph<'_>, onto: &Graph<'_>, observer: &dyn Observer) -> Correspondence {
     let mut pairing = Pairing::new(from, onto);
-    pairing.sow(&best_seeds(from, onto));
+    pairing.sow(&best_seeds(from, onto, observer));
     pairing.grow();
     Correspondence {
         suspect_of: pairing.image.iter().map(|&w| (w != NONE).then_some(w)).collect(),
@@ -24,7 +25,7 @@ pub(super) fn correspondence(from: &Graph<'_>, onto: &Graph<'_>) -> Corresponden
 
 /// The image of each vertex of the original, at the distance that gives the most neighbours with neighbouring
 /// images.
-fn best_seeds(from: &Graph<'_>, onto: &Graph<'_>) -> Vec<u32> {
+fn best_seeds(from: &Graph<'_>, onto: &Graph<'_>, observer: &dyn Observer) -> Vec<u32> {
     let (mut here, mut there) = (Refinement::start(from), Refinement::start(onto));
     let mut best = (0, vec![NONE; from.mesh.vertex_count()]);
     for _distance in 0..FARTHEST {
@@ -34,7 +35,7 @@ fn best_seeds(from: &Graph<'_>, onto: &Graph<'_>) -> Vec<u32> {
         let count = seeds.iter().filter(|&&w| w != NONE).count();
         if count > best.0 {
             best = (count, seeds);
-        } else if 2 * count < best.0 {
+        } else if 2 * count < best.0 || observer.cancelled() {
             break;
         }
     }

@@ -1,0 +1,294 @@
+//! The pose by the surfaces alone: guesses from cheap to dear, each refined and measured; the best is refined
+//! with care.
+
+use crate::align::{AlignOptions, Alignment, Basis};
+use crate::field::rough_score;
+use crate::icp::{self, Effort, Ends};
+use crate::observer::{Observer, Stage, begin, go_on};
+use crate::overlap::Overlap;
+use crate::sampled::Sampled;
+use crate::vector::{norm, sub};
+use crate::{RegistrationError, congruent, guesses, threads};
+use mesh::{Similarity, TriMesh};
+
+/// Samples of each surface.
+const SAMPLES: usize = 20_000;
+
+/// First look at a guess: few samples, few steps, a wide gate.
+const GLANCE: Effort = Effort {
+    samples: 500,
+    steps: 15,
+    gate: 0.15,
+};
+
+/// Samples by which guesses are ranked after a glance.
+const GLANCED_SAMPLES: usize = 250;
+
+/// Second look, at the best guesses, first roughly.
+const LOOK: [Effort; 2] = [
+    Effort {
+        samples: 2_000,
+        steps: 15,
+        gate: 0.05,
+    },
+    Effort {
+        samples: 2_000,
+        steps: 15,
+        gate: 0.02,
+    },
+];
+
+/// Refinement of the best, first with some samples and then with all.
+const CARE: [Effort; 2] = [
+    Effort {
+        samples: 4_000,
+        steps: 40,
+        gate: 0.02,
+    },
+    Effort {
+        samples: SAMPLES,
+        steps: 6,
+        gate: 0.01,
+    },
+];
+
+/// Rotations tried when principal axes fail, and guesses of a kind that get a glance.
+const ROTATIONS: usize = 576;
+const REFINED: usize = 64;
+
+/// Guesses that get a longer look, and those of them whose look is not only rough.
+const LOOKED_AT: usize = 6;
+const FINALISTS: usize = 2;
+
+/// Samples of each surface by which rotations are ranked.
+const ROUGH_SAMPLES: usize = 200;
+
+/// Guesses that score less than this fraction of the best at a glance are dropped.
+const WORTH_A_LOOK: f64 = 0.7;
+
+/// A share of overlap at which no other guess is needed.
+const CONVINCING: f64 = 0.97;
+
+/// Scores below which a guess is not worth a longer look, and the best not worth care.
+const HOPELESS: f64 = 0.3;
+const NOT_ALIGNED: f64 = 0.5;
+
+/// Guesses that score at least this fraction of the best fit about as well.
+const ABOUT_AS_WELL: f64 = 0.98;
+
+/// The least overlapping directions of a plane: two of translation, one of rotation, and scale.
+const PLANE: usize = 4;
+
+/// Guesses with their scores, the best first.
+type Ranked = Vec<(f64, Similarity)>;
+
+pub(crate) struct Search<'a> {
+    original: Sampled,
+    suspect: Sampled,
+    options: &'a AlignOptions,
+    observer: &'a dyn Observer,
+}
+
+impl<'a> Search<'a> {
+    pub(crate) fn new(
+        original: &TriMesh,
+        suspect: &TriMesh,
+        options: &'a AlignOptions,
+        observer: &'a dyn Observer,
+    ) -> Result<Self, RegistrationError> {
+        let original = Sampled::of(original, "original", SAMPLES)?;
+        go_on(observer)?;
+        let suspect = Sampled::of(suspect, "suspect", SAMPLES)?;
+        go_on(observer)?;
+        Ok(Self {
+            original,
+            suspect,
+            options,
+            observer,
+        })
+    }
+
+    /// The best pose that guesses of all kinds lead to.
+    pub(crate) fn by_surface(&self) -> Result<Alignment, RegistrationError> {
+        let mut cheap = vec![Similarity::IDENTITY];
+        cheap.extend(guesses::principal_axes(&self.original, &self.suspect));
+        let mut ranked = self.finalists(cheap)?;
+        if !self.convinced(&ranked) {
+            let rotations = guesses::all_rotations(&self.original, &self.suspect, ROTATIONS);
+            ranked.extend(self.finalists(self.promising(rotations))?);
+            if !self.convinced(&ranked) {
+                go_on(self.observer)?;
+                let partial = congruent::guesses(&self.original, &self.suspect, REFINED);
+                ranked.extend(self.finalists(partial)?);
+            }
+        }
+        self.settled(ranked, Basis::Surface)
+    }
+
+    /// The best pose that given guesses lead to.
+    pub(crate) fn at_guesses(&self, guesses: Vec<Similarity>) -> Result<Alignment, RegistrationError> {
+        let near = self.looked_at(guesses)?;
+        self.settled(near, Basis::Points)
+    }
+
+    /// Refines the best guess, and judges it.
+    fn settled(&self, mut ranked: Ranked, basis: Basis) -> Result<Alignment, RegistrationError> {
+        ranked.sort_by(|x, y| y.0.total_cmp(&x.0));
+        begin(self.observer, Stage::Refinement)?;
+        let Some(&(score, best)) = ranked.first() else {
+            return Ok(self.judged(Similarity::IDENTITY, basis));
+        };
+        let transform = if score > NOT_ALIGNED {
+            self.cared_for(best)?
+        } else {
+            best
+        };
+        let alternatives = self.alternatives(&ranked, score, &transform);
+        Ok(Alignment {
+            alternatives,
+            ..self.judged(transform, basis)
+        })
+    }
+
+    /// Refines the best guess by samples of both surfaces and by the suspect's vertices, and keeps what
+    /// agrees better.
+    fn cared_for(&self, guess: Similarity) -> Result<Similarity, RegistrationError> {
+        let refined = |start: Similarity, effort: Effort, ends: Ends| {
+            go_on(self.observer)?;
+            let refined = icp::refine(&self.original, &self.suspect, start, effort, ends);
+            Ok::<_, RegistrationError>(refined)
+        };
+        let start = refined(guess, CARE[0], Ends::Samples)?.map_or(guess, |refined| refined.transform);
+        let by_samples = refined(start, CARE[1], Ends::Samples)?;
+        let by_vertices = refined(start, CARE[1], Ends::Vertices)?;
+        let both = [by_samples, by_vertices].into_iter().flatten();
+        let better = both.min_by(|x, y| x.deviation.total_cmp(&y.deviation));
+        Ok(better.map_or(start, |refined| refined.transform))
+    }
+
+    /// Refines guesses at a glance, and the best of them with a longer look.
+    fn finalists(&self, guesses: Vec<Similarity>) -> Result<Ranked, RegistrationError> {
+        let glanced = self.each(guesses, |guess| self.refined(guess, GLANCE, Ends::Rough))?;
+        let mut glanced = self.ranked(glanced, GLANCED_SAMPLES);
+        let best = glanced.first().map_or(0.0, |(score, _)| *score);
+        if best < HOPELESS {
+            glanced.truncate(1);
+            return Ok(glanced);
+        }
+        glanced.retain(|(score, _)| *score >= WORTH_A_LOOK * best);
+        glanced.truncate(LOOKED_AT);
+        self.looked_at(glanced.into_iter().map(|(_, guess)| guess).collect())
+    }
+
+    /// Refines guesses with a longer look.
+    fn looked_at(&self, guesses: Vec<Similarity>) -> Result<Ranked, RegistrationError> {
+        let rough = self.each(guesses, |guess| self.refined(guess, LOOK[0], Ends::Rough))?;
+        let best = self.ranked(rough, GLANCED_SAMPLES).into_iter().take(FINALISTS);
+        let best = best.map(|(_, guess)| guess).collect();
+        let exact = self.each(best, |guess| self.refined(guess, LOOK[1], Ends::Samples))?;
+        Ok(self.ranked(exact, LOOK[1].samples))
+    }
+
+    /// What becomes of each guess.
+    fn each(
+        &self,
+        guesses: Vec<Similarity>,
+        refined: impl Fn(Similarity) -> Option<Similarity>,
+    ) -> Result<Vec<Similarity>, RegistrationError> {
+        let total = guesses.len();
+        let mut better = Vec::new();
+        for (done, guess) in guesses.into_iter().enumerate() {
+            begin(self.observer, Stage::Guesses { done, total })?;
+            better.extend(refined(guess));
+        }
+        Ok(better)
+    }
+
+    fn refined(&self, guess: Similarity, effort: Effort, ends: Ends) -> Option<Similarity> {
+        let better = icp::refine(&self.original, &self.suspect, guess, effort, ends);
+        better.map(|better| better.transform)
+    }
+
+    /// Guesses with their scores, the best first.
+    fn ranked(&self, guesses: Vec<Similarity>, samples: usize) -> Ranked {
+        let &AlignOptions { tolerance, .. } = self.options;
+        let score =
+            |t: &Similarity| Overlap::measure(&self.original, &self.suspect, t, tolerance, samples).score;
+        let mut ranked: Ranked = guesses.into_iter().map(|guess| (score(&guess), guess)).collect();
+        ranked.sort_by(|x, y| y.0.total_cmp(&x.0));
+        ranked
+    }
+
+    /// The guesses that look best from afar.
+    fn promising(&self, guesses: Vec<Similarity>) -> Vec<Similarity> {
+        let tolerance = 10.0 * self.options.tolerance;
+        let scores = threads::map(guesses.len(), |i| {
+            rough_score(
+                &self.original,
+                &self.suspect,
+                &guesses[i],
+                tolerance,
+                ROUGH_SAMPLES,
+            )
+        });
+        let mut order: Vec<usize> = (0..guesses.len()).collect();
+        order.sort_by(|&i, &j| scores[j].total_cmp(&scores[i]));
+        order.into_iter().take(REFINED).map(|i| guesses[i]).collect()
+    }
+
+    /// Whether one of the guesses so far leaves little to be wished.
+    fn convinced(&self, ranked: &Ranked) -> bool {
+        ranked.iter().any(|(_, guess)| {
+            let &AlignOptions { tolerance, .. } = self.options;
+            let overlap = Overlap::measure(&self.original, &self.suspect, guess, tolerance, CARE[0].samples);
+            overlap.of_suspect >= CONVINCING
+        })
+    }
+
+    /// Transforms that score about as well as the best and differ from it by more than the tolerance.
+    fn alternatives(&self, ranked: &Ranked, best: f64, transform: &Similarity) -> Vec<Similarity> {
+        let mut others: Vec<Similarity> = Vec::new();
+        for (score, other) in ranked {
+            let differs = |from: &Similarity| {
+                let apart = |i: usize| {
+                    let p = self.suspect.points[i];
+                    norm(sub(other.apply(p), from.apply(p)))
+                };
+                self.suspect
+                    .some(100)
+                    .any(|i| apart(i) > 2.0 * self.options.tolerance * self.original.diagonal)
+            };
+            if *score >= ABOUT_AS_WELL * best && differs(transform) && others.iter().all(differs) {
+                others.push(*other);
+            }
+        }
+        others
+    }
+
+    /// The alignment by a transform, without correspondence and alternatives.
+    pub(crate) fn judged(&self, transform: Similarity, basis: Basis) -> Alignment {
+        let &AlignOptions {
+            tolerance,
+            least_overlap,
+            ..
+        } = self.options;
+        let overlap = Overlap::measure(&self.original, &self.suspect, &transform, tolerance, SAMPLES);
+        let free_directions = match basis {
+            Basis::Connectivity | Basis::Surroundings => 0,
+            Basis::Surface | Basis::Points => {
+                icp::free_directions(&self.original, &self.suspect, &transform, tolerance)
+            }
+        };
+        Alignment {
+            transform,
+            basis,
+            overlap: overlap.of_suspect,
+            coverage: overlap.of_original,
+            residual: overlap.residual,
+            aligned: overlap.of_suspect >= least_overlap && free_directions < PLANE,
+            correspondence: None,
+            alternatives: Vec::new(),
+            free_directions,
+        }
+    }
+}
