@@ -104,6 +104,7 @@ impl Observer for Progress {
             Stage::Harmonics => "manifold harmonics",
             Stage::Embedding => "signing",
             Stage::Registration => "aligning",
+            Stage::Resampling => "resampling",
             Stage::Detection => "reading the bits",
         };
         self.begin(stage.name(), doing);

@@ -24,10 +24,22 @@ pub(crate) struct Aligned {
     pub(crate) registered: Registered,
     /// Takes the suspect to the original.
     pub(crate) transform: Similarity,
-    /// Share of the original's vertices that were seen.
-    pub(crate) overlap: f64,
     /// RMS distance of corresponding points, in the original's unit.
     pub(crate) residual: f64,
+}
+
+impl Aligned {
+    pub(crate) fn new(original: &TriMesh, registered: Registered, transform: Similarity) -> Self {
+        let pairs = registered.positions.iter().zip(original.positions());
+        let squares: Vec<f64> = pairs
+            .filter_map(|(r, v)| r.map(|r| (0..3).map(|axis| (r[axis] - v[axis]).powi(2)).sum()))
+            .collect();
+        Self {
+            residual: (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt(),
+            registered,
+            transform,
+        }
+    }
 }
 
 /// Gauss–Newton steps. The first fit is off by the size of the mark, and steps converge quadratically.
@@ -83,17 +95,8 @@ pub(crate) fn align(
         .iter()
         .map(|s| s.map(|s| transform.apply(s)))
         .collect();
-    let squares = positions
-        .iter()
-        .zip(original.mesh().positions())
-        .filter_map(|(r, v)| r.map(|r| (0..3).map(|axis| (r[axis] - v[axis]).powi(2)).sum::<f64>()));
-    let matched = correspondence.matched();
-    Ok(Aligned {
-        residual: (squares.sum::<f64>() / matched as f64).sqrt(),
-        overlap: matched as f64 / positions.len() as f64,
-        registered: Registered { positions },
-        transform,
-    })
+    let registered = Registered::by_vertices(positions);
+    Ok(Aligned::new(original.mesh(), registered, transform))
 }
 
 /// Suspect x, y, z; indicator; original x, y, z.

@@ -1,11 +1,27 @@
 use crate::{Original, SigmarkError, Work};
 
-/// A suspect brought onto an original: for every vertex of the original, where the suspect's surface passes it, in the
-/// original's frame; `None` where the suspect has no surface there.
+/// A suspect brought onto an original, and sampled at the original's vertices; everything is in the original's order and frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Registered {
-    /// #V of the original, in its order.
+    /// Where the suspect passes each vertex of the original (#V); `None` where it has no surface.
     pub positions: Vec<Option<[f64; 3]>>,
+    /// The unit vector along which the surface was sampled (#V): what it did across that is not known. `None` where the
+    /// vertex itself was found again.
+    pub along: Vec<Option<[f64; 3]>>,
+}
+
+impl Registered {
+    /// A suspect whose vertices are known to correspond to the original's.
+    pub fn by_vertices(positions: Vec<Option<[f64; 3]>>) -> Self {
+        let along = vec![None; positions.len()];
+        Self { positions, along }
+    }
+
+    /// The share of the original's vertices at which the suspect has no surface, from 0 to 1.
+    pub fn missing(&self) -> f64 {
+        let missing = self.positions.iter().filter(|seen| seen.is_none()).count();
+        missing as f64 / self.positions.len().max(1) as f64
+    }
 }
 
 /// An estimate of every bit of a signature: positive for 1, negative for 0, the larger the surer. The unit is the detector's.
@@ -22,14 +38,15 @@ impl SoftBits {
 /// Reads the bits of a mark from a registered suspect, knowing the original but not the signature.
 ///
 /// That a detector never sees the signature is what makes the p-values of [`statistics`](crate::statistics) hold.
-pub trait Detector: Sync {
-    /// The estimates of all l bits.
+pub trait Detector: std::fmt::Debug + Sync {
+    /// The estimates of all l bits, the mark having the strength `alphas[i]` in patch i.
     ///
     /// # Errors
     /// When the original's bases can't be computed.
     fn detect(
         &self,
         original: &Original,
+        alphas: &[f64],
         suspect: &Registered,
         work: Work<'_>,
     ) -> Result<SoftBits, SigmarkError>;
@@ -37,7 +54,8 @@ pub trait Detector: Sync {
 
 /// The paper's extraction: subtract coefficients and sum each bit's chips over all patches (eq. 15).
 ///
-/// Where the suspect was not seen, the original's vertex takes its place, as in section 4.4.1.
+/// Where the suspect was not seen, the original's vertex takes its place, as in section 4.4.1. Best where all vertices were
+/// found again: the basis is orthonormal then, and the bits do not disturb each other.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct CoefficientDetector;
 
@@ -45,6 +63,7 @@ impl Detector for CoefficientDetector {
     fn detect(
         &self,
         original: &Original,
+        _alphas: &[f64],
         suspect: &Registered,
         work: Work<'_>,
     ) -> Result<SoftBits, SigmarkError> {

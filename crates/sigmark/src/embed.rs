@@ -349,11 +349,9 @@ impl Signed {
         if self.is_surely_readable(positions) {
             return Ok(1.0);
         }
-        let registered = Registered {
-            positions: positions.iter().copied().map(Some).collect(),
-        };
+        let registered = Registered::by_vertices(positions.iter().copied().map(Some).collect());
         let extracted = CoefficientDetector
-            .detect(&self.original, &registered, work)?
+            .detect(&self.original, &self.alphas, &registered, work)?
             .hard();
         Ok(extraction_rate(&self.signature.bits(), &extracted))
     }

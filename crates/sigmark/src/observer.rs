@@ -9,6 +9,8 @@ pub enum Stage {
     Embedding,
     /// The suspect is brought onto the original.
     Registration,
+    /// The suspect's surface is sampled at the original's vertices.
+    Resampling,
     /// The bits are read back, and the signature they form is checked.
     Detection,
 }
@@ -21,6 +23,7 @@ impl Stage {
             Self::Harmonics => "harmonics",
             Self::Embedding => "embedding",
             Self::Registration => "registration",
+            Self::Resampling => "resampling",
             Self::Detection => "detection",
         }
     }

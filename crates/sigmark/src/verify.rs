@@ -1,13 +1,20 @@
-use std::sync::{Arc, OnceLock};
+use std::{
+    iter,
+    ops::ControlFlow,
+    sync::{Arc, OnceLock},
+};
 
 use mesh::{Similarity, TriMesh};
-use registration::match_candidates;
+use registration::{
+    AlignOptions, Alignment, Basis, Correspondence, RegistrationError, align_until, match_candidates,
+};
 
 use crate::{
-    Certificate, ChipLayout, CoefficientDetector, Detector, GeometryDigest, Observer, Original, PatchBasis,
-    PatchRecord, Patches, SigmarkError, SoftBits, Stage, Work,
+    Certificate, ChipLayout, CoefficientDetector, Detector, GeometryDigest, LeastSquaresDetector, Observer,
+    Original, PatchBasis, PatchRecord, Patches, SigmarkError, SoftBits, Stage, Work,
     align::{Aligned, align},
-    signature::{PublicKey, Signature},
+    resampling::Sampler,
+    signature::{PublicKey, Scheme, Signature},
     statistics::{correlation, extraction_rate, p_value},
 };
 
@@ -35,8 +42,8 @@ pub struct Verdict {
     pub outcome: Outcome,
     /// ER (eq. 18), from 0 to 1; `None` if the suspect does not fit the original.
     pub extraction_rate: Option<f64>,
-    /// The probability of such agreement without the mark, an upper bound; 1 if the suspect does not fit. Where a symmetric
-    /// shape could lie in several ways and all were tried, it is multiplied by their number.
+    /// The probability of such agreement without the mark, an upper bound; 1 if the suspect does not fit. Where the suspect
+    /// could lie in several ways and all were tried, it is multiplied by their number.
     pub p_value: f64,
     /// T = Σ sₜ xₜ / √(Σ xₜ²).
     pub correlation: f64,
@@ -44,8 +51,16 @@ pub struct Verdict {
     pub bits: usize,
     /// Bits read wrong; `None` if the suspect does not fit.
     pub bit_errors: Option<usize>,
-    /// Share of the original's vertices that were seen on the suspect, from 0 to 1.
+    /// How the suspect was laid onto the original: by its vertices, or by its surface.
+    pub basis: Basis,
+    /// In how many ways it could lie there; above 1 for symmetric shapes.
+    pub poses: usize,
+    /// Share of the suspect's surface that lies on the original, from 0 to 1; measured where it does not fit, too.
     pub overlap: f64,
+    /// Share of the original's surface that lies on the suspect, from 0 to 1.
+    pub coverage: f64,
+    /// Share of the original's vertices at which the suspect has no surface, from 0 to 1; 1 where it does not fit.
+    pub missing: f64,
     /// RMS distance of corresponding points after alignment, as a fraction of the original's diagonal.
     pub residual: Option<f64>,
     /// Takes the suspect to the original.
@@ -67,6 +82,7 @@ pub struct Verifier<'a> {
     certificate: &'a Certificate,
     p_bound: f64,
     threads: usize,
+    detector: Option<&'a dyn Detector>,
     cut: OnceLock<Arc<Original>>,
 }
 
@@ -92,6 +108,7 @@ impl<'a> Verifier<'a> {
             certificate,
             p_bound: 1e-6,
             threads: 1,
+            detector: None,
             cut: OnceLock::new(),
         })
     }
@@ -105,6 +122,13 @@ impl<'a> Verifier<'a> {
     /// How many threads may work; 1 by default. The verdict does not depend on it.
     pub fn threads(mut self, threads: usize) -> Self {
         self.threads = threads;
+        self
+    }
+
+    /// The detector that reads the bits. By default it is the paper's ([`CoefficientDetector`]) for marks of the paper's
+    /// profile, and wherever all vertices were found again; [`LeastSquaresDetector`] otherwise.
+    pub fn detector(mut self, detector: &'a dyn Detector) -> Self {
+        self.detector = Some(detector);
         self
     }
 
@@ -144,38 +168,119 @@ impl<'a> Verifier<'a> {
         suspect: &TriMesh,
         observer: &dyn Observer,
     ) -> Result<Verdict, SigmarkError> {
-        observer.stage(Stage::Registration);
-        let maps = match match_candidates(self.mesh, suspect, MOST_MAPS) {
-            Ok(maps) => maps,
-            Err(difference) => return Ok(self.does_not_fit(difference.to_string())),
-        };
         let work = Work {
             threads: self.threads,
             observer,
         };
-        let original = self.cut()?;
-        if original.basis_bytes() <= KEPT_BYTES {
-            original.keep_bases(work)?;
+        observer.stage(Stage::Registration);
+        match match_candidates(self.mesh, suspect, MOST_MAPS) {
+            Ok(maps) => self.by_vertices(suspect, &maps, work),
+            Err(_) => self.by_surface(suspect, work),
         }
+    }
 
-        observer.stage(Stage::Detection);
-        let mark = self.certificate.mark();
-        let alphas: Vec<f64> = mark.patches.iter().map(|patch| patch.alpha).collect();
-        let check = |patch: usize, basis: &PatchBasis| check_basis(patch, &mark.patches[patch], basis);
-        let expected = mark.signature.bits();
+    /// Judges a suspect that has the original's connectivity, its vertices being the original's by one of these maps.
+    fn by_vertices(
+        &self,
+        suspect: &TriMesh,
+        maps: &[Correspondence],
+        work: Work<'_>,
+    ) -> Result<Verdict, SigmarkError> {
+        let (original, alphas) = (self.prepared(work)?, self.alphas());
+        work.observer.stage(Stage::Detection);
+        let poses = maps.iter().map(|map| {
+            align(original, &alphas, suspect, map, work, |i, basis| {
+                self.check_basis(i, basis)
+            })
+        });
+        let detector = self.detector.unwrap_or(&CoefficientDetector);
+        let reading = self.best(poses, detector, work)?;
+        let seen = 1.0 - reading.aligned.registered.missing();
+        self.judge(
+            &reading,
+            Fit {
+                basis: Basis::Connectivity,
+                overlap: 1.0,
+                coverage: seen,
+            },
+        )
+    }
+
+    /// Judges a suspect by its surface.
+    fn by_surface(&self, suspect: &TriMesh, work: Work<'_>) -> Result<Verdict, SigmarkError> {
+        let options = AlignOptions {
+            threads: self.threads,
+            ..AlignOptions::default()
+        };
+        let mut watch = |stage| watch(stage, work.observer);
+        let alignment =
+            align_until(self.mesh, suspect, &options, &mut watch).map_err(|error| match error {
+                RegistrationError::Stopped => SigmarkError::Cancelled,
+                other => other.into(),
+            })?;
+        let fit = Fit::of(&alignment);
+        if !alignment.aligned {
+            return Ok(self.does_not_align(fit, &options));
+        }
+        let (original, alphas) = (self.prepared(work)?, self.alphas());
+        let mut sampler = Sampler::new(suspect);
+        if let Some(survivors) = &alignment.correspondence {
+            sampler = sampler.survivors(survivors);
+        }
+        let poses = iter::once(&alignment.transform)
+            .chain(&alignment.alternatives)
+            .map(|pose| {
+                work.observer.stage(Stage::Resampling);
+                let check = |i: usize, basis: &PatchBasis| self.check_basis(i, basis);
+                let transform = sampler.refine_checked(original, &alphas, pose, work, check)?;
+                let registered = sampler.sample(original.mesh(), &transform, work)?;
+                Ok(Aligned::new(original.mesh(), registered, transform))
+            });
+        let usual: &dyn Detector = match self.certificate.mark().signature.scheme() {
+            Scheme::EcdsaB163Sha1 => &CoefficientDetector,
+            _ => &LeastSquaresDetector,
+        };
+        let reading = self.best(poses, self.detector.unwrap_or(usual), work)?;
+        self.judge(&reading, fit)
+    }
+
+    /// Reads the suspect in every pose, and keeps the reading that agrees best with the signature.
+    fn best(
+        &self,
+        poses: impl Iterator<Item = Result<Aligned, SigmarkError>>,
+        detector: &dyn Detector,
+        work: Work<'_>,
+    ) -> Result<Reading, SigmarkError> {
+        let original = self.cut()?;
+        let (alphas, expected) = (self.alphas(), self.certificate.mark().signature.bits());
         let mut best: Option<(f64, Aligned, SoftBits)> = None;
-        for map in &maps {
-            let aligned = align(original, &alphas, suspect, map, work, check)?;
-            let soft = CoefficientDetector.detect(original, &aligned.registered, work)?;
+        let mut tries = 0;
+        for aligned in poses {
+            let aligned = aligned?;
+            work.observer.stage(Stage::Detection);
+            let soft = detector.detect(original, &alphas, &aligned.registered, work)?;
             let t = correlation(&expected, &soft.0);
             if best.as_ref().is_none_or(|(most, ..)| t > *most) {
                 best = Some((t, aligned, soft));
             }
+            tries += 1;
         }
-        match best {
-            Some((_, aligned, soft)) => self.judge(&aligned, &soft, maps.len()),
-            None => Ok(self.does_not_fit("the suspect could not be mapped onto the original".into())),
+        let (_, aligned, soft) = best.ok_or(SigmarkError::Alignment)?;
+        Ok(Reading { aligned, soft, tries })
+    }
+
+    /// The original with its bases, if they are not huge.
+    fn prepared(&self, work: Work<'_>) -> Result<&Original, SigmarkError> {
+        let original = self.cut()?;
+        if original.basis_bytes() <= KEPT_BYTES {
+            original.keep_bases(work)?;
         }
+        Ok(original)
+    }
+
+    fn alphas(&self) -> Vec<f64> {
+        let patches = &self.certificate.mark().patches;
+        patches.iter().map(|patch| patch.alpha).collect()
     }
 
     /// The original cut as the certificate says, the first time.
@@ -194,11 +299,12 @@ impl<'a> Verifier<'a> {
     }
 
     /// The verdict on the best of several readings: choosing it by T gives chance as many tries.
-    fn judge(&self, aligned: &Aligned, soft: &SoftBits, tries: usize) -> Result<Verdict, SigmarkError> {
+    fn judge(&self, reading: &Reading, fit: Fit) -> Result<Verdict, SigmarkError> {
+        let Reading { aligned, soft, tries } = reading;
         let mark = self.certificate.mark();
         let expected = mark.signature.bits();
         let extracted = soft.hard();
-        let p = (p_value(&expected, &soft.0) * tries as f64).min(1.0);
+        let p = (p_value(&expected, &soft.0) * *tries as f64).min(1.0);
         let read = Signature::from_bits(mark.signature.scheme(), &extracted)?;
         let checks = self
             .certificate
@@ -217,14 +323,23 @@ impl<'a> Verifier<'a> {
             correlation: correlation(&expected, &soft.0),
             bits: expected.len(),
             bit_errors: Some(expected.iter().zip(&extracted).filter(|(s, e)| s != e).count()),
-            overlap: aligned.overlap,
+            basis: fit.basis,
+            poses: *tries,
+            overlap: fit.overlap,
+            coverage: fit.coverage,
+            missing: aligned.registered.missing(),
             residual: Some(aligned.residual / self.mesh.bounding_box().diagonal()),
             transform: Some(aligned.transform),
             remark: None,
         })
     }
 
-    fn does_not_fit(&self, remark: String) -> Verdict {
+    fn does_not_align(&self, fit: Fit, options: &AlignOptions) -> Verdict {
+        let remark = format!(
+            "does not align: in the best position, {:.1} % of the suspect's surface lies on the original; {:.0} % are needed",
+            100.0 * fit.overlap,
+            100.0 * options.least_overlap
+        );
         Verdict {
             outcome: Outcome::NotFound { p: 1.0 },
             extraction_rate: None,
@@ -232,11 +347,56 @@ impl<'a> Verifier<'a> {
             correlation: 0.0,
             bits: self.certificate.mark().signature.scheme().bits(),
             bit_errors: None,
-            overlap: 0.0,
+            basis: fit.basis,
+            poses: 0,
+            overlap: fit.overlap,
+            coverage: fit.coverage,
+            missing: 1.0,
             residual: None,
             transform: None,
             remark: Some(remark),
         }
+    }
+
+    fn check_basis(&self, patch: usize, basis: &PatchBasis) -> Result<(), SigmarkError> {
+        check_basis(patch, &self.certificate.mark().patches[patch], basis)
+    }
+}
+
+/// How a suspect and the original cover each other.
+#[derive(Clone, Copy)]
+struct Fit {
+    basis: Basis,
+    overlap: f64,
+    coverage: f64,
+}
+
+impl Fit {
+    fn of(alignment: &Alignment) -> Self {
+        Self {
+            basis: alignment.basis,
+            overlap: alignment.overlap,
+            coverage: alignment.coverage,
+        }
+    }
+}
+
+/// The best of several readings.
+struct Reading {
+    aligned: Aligned,
+    soft: SoftBits,
+    tries: usize,
+}
+
+/// Passes on to an observer how far the alignment is.
+fn watch(stage: registration::Stage, observer: &dyn Observer) -> ControlFlow<()> {
+    if let registration::Stage::Guesses { done, total } = stage {
+        observer.fraction(done as f64 / total.max(1) as f64);
+    }
+    if observer.cancelled() {
+        ControlFlow::Break(())
+    } else {
+        ControlFlow::Continue(())
     }
 }
 

@@ -121,7 +121,8 @@ proptest! {
         let added = displacement(&original, &bits, alpha, 1);
         let positions = mesh.positions().iter().zip(&added)
             .map(|(p, d)| Some(std::array::from_fn(|i| p[i] + d[i]))).collect();
-        let soft = CoefficientDetector.detect(&original, &Registered { positions }, Work::default()).unwrap();
+        let soft = CoefficientDetector
+            .detect(&original, &vec![alpha; original.patches().len()], &Registered::by_vertices(positions), Work::default()).unwrap();
         let mut expected = vec![0.0; bits.len()];
         for chip in layout.chips() {
             let phi: f64 = original.patches().iter().map(|patch| patch.size()[chip.axis]).sum();
@@ -413,14 +414,15 @@ fn every_patch_carries_the_whole_signature() {
 
     // One patch alone, the others as they were.
     let bits = signed.signature().bits();
+    let alphas = vec![signed.alpha(); signed.original().patches().len()];
     for patch in signed.original().patches().iter() {
         let mut positions: Vec<_> = mesh.positions().iter().copied().map(Some).collect();
         for &v in patch.vertices() {
             positions[v as usize] = Some(signed.positions()[v as usize]);
         }
-        let suspect = Registered { positions };
+        let suspect = Registered::by_vertices(positions);
         let soft = CoefficientDetector
-            .detect(signed.original(), &suspect, Work::default())
+            .detect(signed.original(), &alphas, &suspect, Work::default())
             .unwrap();
         assert_eq!(soft.hard(), bits);
     }

@@ -1,6 +1,7 @@
 use std::path::Path;
 
 use anyhow::{Context, Result};
+use registration::Basis;
 use serde_json::{Value, json};
 use sigmark::{Certificate, GeometryDigest, Outcome, SigmarkError, Verdict, Verifier};
 
@@ -58,7 +59,11 @@ fn object(verdict: &Verdict, certificate: &Certificate, seconds: &[(&'static str
         "correlation": verdict.correlation,
         "bits": verdict.bits,
         "bit_errors": verdict.bit_errors,
+        "registration": verdict.transform.map(|_| verdict.basis),
+        "poses": verdict.poses,
         "overlap": verdict.overlap,
+        "coverage": verdict.coverage,
+        "missing": verdict.missing,
         "residual": verdict.residual,
         "transform": verdict.transform.map(|transform| transform.to_matrix()),
         "mirrored": verdict.transform.map(|transform| transform.mirrors()),
@@ -114,7 +119,7 @@ fn summary(
             probability(p)
         ),
         Outcome::NotFound { .. } if verdict.remark.is_some() => {
-            format!("NOT FOUND: {suspect} can't be laid onto {original}")
+            format!("NOT FOUND: {suspect} is not {original}, nor a part of it")
         }
         Outcome::NotFound { .. } => {
             format!("NOT FOUND: {suspect} has the shape of {original}, but nothing of its mark")
@@ -123,10 +128,6 @@ fn summary(
     let mut lines = vec![headline];
     if let Some(remark) = &verdict.remark {
         lines.push(report::field("reason", remark));
-        lines.push(report::field(
-            "note",
-            "re-meshed, decimated and cropped copies can't be judged yet",
-        ));
     }
     let fingerprint = certificate.public_key().fingerprint();
     match verdict.outcome {
@@ -155,19 +156,36 @@ fn summary(
         ));
     }
     if let (Some(transform), Some(residual)) = (verdict.transform, verdict.residual) {
+        lines.push(report::field("registered", registered(verdict)));
         let mirrored = if transform.mirrors() { ", mirrored" } else { "" };
         lines.push(report::field(
             "alignment",
             format!(
-                "{:.1} % of the original seen, {:.2e} of the diagonal apart (RMS), scale {:.6}{mirrored}",
-                100.0 * verdict.overlap,
-                residual,
+                "{residual:.2e} of the diagonal apart (RMS), scale {:.6}{mirrored}",
                 transform.scale
             ),
         ));
     }
     lines.push(report::field("time", report::seconds_text(seconds)));
     lines
+}
+
+/// What the suspect was recognised by, and how much of the original it is.
+fn registered(verdict: &Verdict) -> String {
+    let by = match verdict.basis {
+        Basis::Connectivity => "by its vertices",
+        Basis::Surroundings => "by the vertices that are left",
+        _ => "by its surface",
+    };
+    let poses = match verdict.poses {
+        0 | 1 => String::new(),
+        poses => format!("; it could lie there in {poses} ways, which the probability allows for"),
+    };
+    format!(
+        "{by}: {:.1} % of the suspect lies on the original, {:.1} % of the original's vertices were seen{poses}",
+        100.0 * verdict.overlap,
+        100.0 * (1.0 - verdict.missing)
+    )
 }
 
 /// A probability as people read it; tiny ones as a power of ten.

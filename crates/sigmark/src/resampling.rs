@@ -1,0 +1,109 @@
+//! Alignment of a suspect whose vertices are not, or not all, the original's any more: its surface is sampled at the
+//! original's vertices, and what the samples say of the misalignment is taken back.
+
+use mesh::{Similarity, TriMesh};
+use registration::{Correspondence, ResampleOptions, Surface, resample_on};
+
+use crate::{Original, PatchBasis, Registered, SigmarkError, Work, least_squares::Equations};
+
+/// Samples a suspect at the vertices of an original (section 4.4.1).
+///
+/// ```
+/// use mesh::{Similarity, shapes};
+/// use sigmark::{Sampler, Work};
+///
+/// let (original, suspect) = (shapes::bumpy_sphere(3, 1), shapes::flipped(&shapes::bumpy_sphere(3, 1), 5));
+/// let registered = Sampler::new(&suspect).sample(&original, &Similarity::IDENTITY, Work::default())?;
+/// assert_eq!(registered.missing(), 0.0);
+/// # Ok::<(), sigmark::SigmarkError>(())
+/// ```
+pub struct Sampler<'a> {
+    suspect: &'a TriMesh,
+    surface: Surface,
+    survivors: Option<&'a Correspondence>,
+}
+
+/// Rounds of sampling and correction. The first leaves second-order errors of the surfaces' own alignment, which is good to a
+/// fraction of the mark.
+const ROUNDS: usize = 1;
+
+impl<'a> Sampler<'a> {
+    /// Builds a search tree over the suspect's surface.
+    pub fn new(suspect: &'a TriMesh) -> Self {
+        Self {
+            suspect,
+            surface: Surface::new(suspect),
+            survivors: None,
+        }
+    }
+
+    /// Takes the vertices that were found again for what they are, in place of the surface there.
+    pub fn survivors(mut self, map: &'a Correspondence) -> Self {
+        self.survivors = Some(map);
+        self
+    }
+
+    /// Betters a transform that is nearly right, in view of a mark with strengths `alphas`, which is noise to it.
+    ///
+    /// # Errors
+    /// When the original's bases can't be computed, or the threads not be started.
+    pub fn refine(
+        &self,
+        original: &Original,
+        alphas: &[f64],
+        transform: &Similarity,
+        work: Work<'_>,
+    ) -> Result<Similarity, SigmarkError> {
+        self.refine_checked(original, alphas, transform, work, |_, _| Ok(()))
+    }
+
+    /// As [`refine`](Self::refine); `check` sees the basis of each patch.
+    pub(crate) fn refine_checked(
+        &self,
+        original: &Original,
+        alphas: &[f64],
+        transform: &Similarity,
+        work: Work<'_>,
+        check: impl Fn(usize, &PatchBasis) -> Result<(), SigmarkError> + Sync,
+    ) -> Result<Similarity, SigmarkError> {
+        let mut transform = *transform;
+        for _ in 0..ROUNDS {
+            let registered = self.sample(original.mesh(), &transform, work)?;
+            let estimate = Equations::of(original, alphas, &registered, work, &check)?.solve()?;
+            transform = transform.then(&estimate.misalignment.inverse());
+        }
+        Ok(transform)
+    }
+
+    /// The suspect under a transform to the original's frame, at each vertex of the original: the vertex itself where it
+    /// survived, else the surface along the normal.
+    ///
+    /// # Errors
+    /// When the threads can't be started.
+    pub fn sample(
+        &self,
+        original: &TriMesh,
+        transform: &Similarity,
+        work: Work<'_>,
+    ) -> Result<Registered, SigmarkError> {
+        let options = ResampleOptions {
+            threads: work.threads,
+            ..ResampleOptions::default()
+        };
+        let sampled = resample_on(original, self.suspect, &self.surface, transform, &options)?;
+        let normals = original.vertex_normals();
+        let mut registered = Registered::by_vertices(vec![None; original.vertex_count()]);
+        for (v, offset) in sampled.offsets.iter().enumerate() {
+            let survivor = self.survivors.and_then(|map| map.suspect_of[v]);
+            if let Some(survivor) = survivor {
+                let place = self.suspect.positions()[survivor as usize];
+                registered.positions[v] = Some(transform.apply(place));
+            } else if let Some(offset) = *offset {
+                let (place, normal) = (original.positions()[v], normals[v]);
+                registered.positions[v] = Some(std::array::from_fn(|i| place[i] + offset * normal[i]));
+                registered.along[v] = Some(normal);
+            }
+        }
+        Ok(registered)
+    }
+}
