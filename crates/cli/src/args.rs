@@ -1,6 +1,6 @@
 //! What can be typed: every command, option and default, with the help texts.
 
-use std::path::PathBuf;
+use std::{path::PathBuf, time::Duration};
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use mhb_core::LaplacianKind;
@@ -8,6 +8,8 @@ use sigmark::{
     Coverage, PatchCount, Strength,
     signature::{Curve, Scheme},
 };
+
+use crate::points::Pair;
 
 /// Sign 3D models in their shape, and find the signature again
 #[derive(Debug, Parser)]
@@ -40,6 +42,8 @@ pub(crate) enum Command {
     Embed(Embed),
     /// Ask whether a suspect mesh carries a signature
     Verify(Verify),
+    /// Move a suspect onto its original
+    Align(Align),
     /// Report on a mesh file: topology, size, oddities
     Inspect(Inspect),
     /// Compute the lower Laplace-Beltrami spectrum of a mesh
@@ -219,12 +223,16 @@ Example:
 
 Exit code 0 if the signature was read back (verified) or its presence is beyond doubt (detected), 1 if it was not found.
 
-The suspect may be in any format, moved, turned, scaled, mirrored, its vertices and faces in any order; it must still \
-have the original's triangles. Re-meshed, decimated and cropped copies can't be judged yet.
+The suspect may be in any format, moved, turned, scaled, mirrored, its vertices and faces in any order. Where it lost the \
+original's triangles, because it was cropped, decimated, subdivided or re-meshed, it is laid onto the original by its \
+surface; at least 80 % of that must lie there.
 
 --json prints: outcome (verified, detected or not_found), extraction_rate (0 to 1), p_value, correlation, bits, \
-bit_errors, overlap (0 to 1), residual (fraction of the diagonal), transform (4 × 4, suspect to original), mirrored, \
-attack_model, remark, message, public_key (fingerprint), seconds (of each stage). What can't be said is null.")]
+bit_errors, registration (connectivity, surroundings or surface), poses (how many were tried), overlap (share of the \
+suspect's surface that lies on the original, 0 to 1), coverage (share of the original's that lies on the suspect), missing \
+(share of the original's vertices that were not seen), residual (fraction of the diagonal), transform (4 × 4, suspect to \
+original), mirrored, attack_model, remark, message, public_key (fingerprint), seconds (of each stage). What can't be said \
+is null.")]
 pub(crate) struct Verify {
     /// The mesh in question
     pub(crate) suspect: PathBuf,
@@ -241,7 +249,56 @@ pub(crate) struct Verify {
     #[arg(long, value_name = "P", default_value = "1e-6", allow_negative_numbers = true, value_parser = numbers::between_0_and_1)]
     pub(crate) p_bound: f64,
     #[command(flatten)]
+    pub(crate) time_limit: TimeLimit,
+    #[command(flatten)]
     pub(crate) threads: Threads,
+    /// Print one JSON object
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Example:
+  sigmark align found.obj model.obj -o aligned.obj
+
+Exit code 0 if the suspect lies on the original now, 1 if it does not align with it: then nothing is written.
+
+The suspect may be moved, turned, scaled, mirrored, cropped, decimated or re-meshed; no first guess is needed. What is \
+written is the suspect's file with other vertex positions; normals stored in it are kept as they are. Where the search \
+fails, help it with at least three pairs of points, each good to a few hundredths of the diagonal:
+  sigmark align found.obj model.obj -o aligned.obj --point 10,0,3=0.4,1,2 --point 17=4711 \\
+      --point 9,9,8=220
+A on the suspect belongs to B on the original; each is x,y,z in the coordinates of its file, or the number of a vertex in \
+the order of its file, from 0. --points reads pairs from a text file, one a line: A=B, or six coordinates, or two vertex \
+numbers, separated by blanks; # begins a comment.
+
+--json prints: aligned, output (file name; null if nothing was written), transform (4 × 4, suspect to original), scale, \
+rotation (3 × 3; determinant -1 where mirrored), translation, mirrored, registration (connectivity, surroundings, surface or \
+points), overlap (share of the suspect's surface that lies on the original, 0 to 1), coverage (share of the original's that \
+lies on the suspect), residual (RMS, fraction of the diagonal), ambiguous, alternatives (other transforms that fit a \
+symmetric shape), free_directions (in which the shape slides on itself), seconds (of each stage).")]
+pub(crate) struct Align {
+    /// The mesh to move
+    pub(crate) suspect: PathBuf,
+    /// The mesh onto which it is moved
+    pub(crate) original: PathBuf,
+    /// Where to write the moved suspect: the same format as the suspect
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: PathBuf,
+    /// A point of the suspect and where it belongs on the original: x,y,z or a vertex number on either side; three or more
+    #[arg(long, value_name = "A=B", allow_hyphen_values = true, value_parser = Pair::parse)]
+    pub(crate) point: Vec<Pair>,
+    /// A text file with such pairs, one a line
+    #[arg(long, value_name = "FILE")]
+    pub(crate) points: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) time_limit: TimeLimit,
+    #[command(flatten)]
+    pub(crate) threads: Threads,
+    /// Replace a file that exists
+    #[arg(long)]
+    pub(crate) force: bool,
     /// Print one JSON object
     #[arg(long)]
     pub(crate) json: bool,
@@ -347,6 +404,25 @@ pub(crate) struct Partition {
 }
 
 #[derive(Debug, Args)]
+pub(crate) struct TimeLimit {
+    /// Give up after so many seconds [default: never]
+    #[arg(long = "time-limit", value_name = "SECONDS", allow_negative_numbers = true, value_parser = numbers::seconds)]
+    limit: Option<Duration>,
+}
+
+impl TimeLimit {
+    pub(crate) fn duration(&self) -> Option<Duration> {
+        self.limit
+    }
+
+    /// That it was reached.
+    pub(crate) fn exceeded(&self) -> anyhow::Error {
+        let seconds = self.limit.unwrap_or_default().as_secs_f64();
+        anyhow::anyhow!("stopped at the time limit of {seconds} s; allow more with --time-limit")
+    }
+}
+
+#[derive(Debug, Args)]
 pub(crate) struct Threads {
     /// How many threads may work; results do not depend on it [default: all cores]
     #[arg(long = "threads", value_name = "N", allow_negative_numbers = true, value_parser = numbers::threads)]
@@ -362,12 +438,19 @@ impl Threads {
 
 /// Numbers with bounds, refused before any work is done.
 mod numbers {
+    use std::time::Duration;
+
     use sigmark::{MOST_DISTORTION, PatchCount};
 
     const MOST_THREADS: usize = 256;
 
     pub(super) fn positive(text: &str) -> Result<f64, String> {
         real(text, "a number above 0", |x| x > 0.0 && x.is_finite())
+    }
+
+    pub(super) fn seconds(text: &str) -> Result<Duration, String> {
+        let seconds = positive(text)?;
+        Duration::try_from_secs_f64(seconds).map_err(|_| "give a number of seconds".into())
     }
 
     pub(super) fn between_0_and_1(text: &str) -> Result<f64, String> {

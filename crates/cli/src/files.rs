@@ -12,6 +12,7 @@ use mesh::Asset;
 const KEY: &str = "a key";
 const CERTIFICATE: &str = "a certificate";
 const GRAPH: &str = "a graph";
+const POINTS: &str = "a list of points";
 
 /// A kind of text file that a command reads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,6 +21,7 @@ pub(crate) enum Text {
     PublicKey,
     Certificate,
     Graph,
+    Points,
 }
 
 impl Text {
@@ -29,6 +31,7 @@ impl Text {
             Self::PublicKey => "a public key",
             Self::Certificate => "a certificate",
             Self::Graph => GRAPH,
+            Self::Points => POINTS,
         }
     }
 
@@ -38,6 +41,7 @@ impl Text {
             Self::PrivateKey | Self::PublicKey => KEY,
             Self::Certificate => CERTIFICATE,
             Self::Graph => GRAPH,
+            Self::Points => POINTS,
         }
     }
 
@@ -47,6 +51,9 @@ impl Text {
             Self::PublicKey => "give the .pub.pem file that `sigmark keygen` wrote",
             Self::Certificate => "give the .cert.json file that `sigmark embed` wrote",
             Self::Graph => "give a .graph file in METIS format",
+            Self::Points => {
+                "give a text file with a pair of points in each line, as `sigmark align --help` says"
+            }
         }
     }
 

@@ -19,6 +19,8 @@ use sigmark::{Observer, Stage};
 pub(crate) struct Progress {
     bar: ProgressBar,
     stages: Mutex<Vec<(&'static str, Instant)>>,
+    /// When the work is to be given up.
+    deadline: Option<Instant>,
     /// Dropped, it tells the thread that waits to show the bar that the work is over.
     _over: mpsc::Sender<()>,
 }
@@ -33,6 +35,11 @@ const STEPS: u64 = 1000;
 
 impl Progress {
     pub(crate) fn new() -> Self {
+        Self::within(None)
+    }
+
+    /// Asks computations to stop after a time, if there is a limit.
+    pub(crate) fn within(limit: Option<Duration>) -> Self {
         let bar = ProgressBar::with_draw_target(Some(STEPS), ProgressDrawTarget::hidden());
         if let Ok(style) = ProgressStyle::with_template("{msg:24} {wide_bar} {percent:>3} %  {elapsed}") {
             bar.set_style(style);
@@ -50,6 +57,7 @@ impl Progress {
         Self {
             bar,
             stages: Mutex::new(Vec::new()),
+            deadline: limit.and_then(|limit| Instant::now().checked_add(limit)),
             _over: over,
         }
     }
@@ -68,6 +76,10 @@ impl Progress {
     pub(crate) fn done(&self, fraction: f64) {
         self.bar
             .set_position((fraction.clamp(0.0, 1.0) * STEPS as f64) as u64);
+    }
+
+    fn is_late(&self) -> bool {
+        self.deadline.is_some_and(|deadline| Instant::now() >= deadline)
     }
 
     /// The work is over: the bar goes away; the answer is how many seconds each stage took, in the order in which they first
@@ -112,5 +124,26 @@ impl Observer for Progress {
 
     fn fraction(&self, done: f64) {
         self.done(done);
+    }
+
+    fn cancelled(&self) -> bool {
+        self.is_late()
+    }
+}
+
+impl registration::Observer for Progress {
+    fn stage(&self, stage: registration::Stage) {
+        use registration::Stage;
+        match stage {
+            Stage::Guesses { done, total } if done > 0 => self.done(done as f64 / total.max(1) as f64),
+            Stage::Connectivity => self.begin("connectivity", "looking for vertices"),
+            Stage::Preparation => self.begin("preparation", "sampling surfaces"),
+            Stage::Refinement => self.begin("refinement", "aligning finely"),
+            _ => self.begin("guesses", "trying positions"),
+        }
+    }
+
+    fn cancelled(&self) -> bool {
+        self.is_late()
     }
 }

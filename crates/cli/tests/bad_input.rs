@@ -39,6 +39,8 @@ fn refused_everywhere(folder: &Folder, name: &str, words: &[&str]) {
         format!("embed {name} -o out.{extension} --key owner.pem"),
         VERIFY.replacen("signed.ply", name, 1),
         verify_with("--original", name),
+        format!("align {name} model.ply -o out.{extension}"),
+        format!("align model.ply {name} -o out.ply"),
     ] {
         folder.refused(&line, &words);
     }
@@ -389,6 +391,12 @@ fn numbers_out_of_bounds_are_refused_before_any_work_is_done() {
         (embed, "--paper-alpha", "0 -1 nan inf"),
         (embed, "--threads", "0 -1 1000000"),
         (VERIFY, "--p-bound", "0 1 -1 nan x"),
+        (VERIFY, "--time-limit", "0 -1 nan inf 1e300"),
+        (
+            "align nowhere.ply model.ply -o out.ply",
+            "--point",
+            "1 1=x 1,2=3 1,2,nan=4 -1=2",
+        ),
         ("spectrum nowhere.ply", "--count", "0 -1 x"),
         ("partition nowhere.ply", "--parts", "0 -1 x"),
         ("spectrum nowhere.ply", "--tolerance", "0 1 -1 nan"),

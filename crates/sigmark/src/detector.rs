@@ -5,16 +5,27 @@ use crate::{Original, SigmarkError, Work};
 pub struct Registered {
     /// Where the suspect passes each vertex of the original (#V); `None` where it has no surface.
     pub positions: Vec<Option<[f64; 3]>>,
-    /// The unit vector along which the surface was sampled (#V): what it did across that is not known. `None` where the
-    /// vertex itself was found again.
+    /// Where only the surface was found again, not the vertex: the vector u for which u·δ is known of a displacement δ (#V).
+    /// A line along the normal n that meets a plane with normal f tells u = f / (f·n).
     pub along: Vec<Option<[f64; 3]>>,
+    /// How many vertices the suspect has: no more samples than that are independent.
+    pub suspect_vertices: usize,
 }
 
 impl Registered {
     /// A suspect whose vertices are known to correspond to the original's.
     pub fn by_vertices(positions: Vec<Option<[f64; 3]>>) -> Self {
-        let along = vec![None; positions.len()];
-        Self { positions, along }
+        Self {
+            along: vec![None; positions.len()],
+            suspect_vertices: positions.len(),
+            positions,
+        }
+    }
+
+    /// How many samples there are to a vertex of the suspect; at least 1.
+    pub(crate) fn redundancy(&self) -> f64 {
+        let seen = self.positions.iter().flatten().count();
+        (seen as f64 / self.suspect_vertices.max(1) as f64).max(1.0)
     }
 
     /// The share of the original's vertices at which the suspect has no surface, from 0 to 1.

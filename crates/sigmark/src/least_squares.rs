@@ -9,7 +9,8 @@
 //!
 //! Σ w e² + σ² Σ b²,  w the mass of the vertex, σ² the mean square of e,
 //!
-//! which is the best linear one where noise has no pattern, bits being as often 1 as −1. Vertices that were not seen take
+//! which is the best linear one where noise has no pattern, bits being as often 1 as −1. Samples of a suspect coarser than the
+//! original are not independent: σ² is then as many times larger as there are samples to a vertex of the suspect. Vertices that were not seen take
 //! no part. The mark is noise to θ, and θ takes nothing from the bits.
 
 use faer::{
@@ -59,6 +60,8 @@ pub(crate) struct Equations {
     bits: usize,
     gram: Mat<f64>,
     observations: usize,
+    /// Observations to an independent one.
+    redundancy: f64,
     centre: [f64; 3],
     diagonal: f64,
 }
@@ -97,6 +100,7 @@ impl Equations {
             bits,
             gram: Mat::zeros(bits + PARAMETERS + 1, bits + PARAMETERS + 1),
             observations: 0,
+            redundancy: suspect.redundancy(),
             centre: bounds.centre(),
             diagonal: bounds.diagonal(),
         };
@@ -179,7 +183,11 @@ impl Equations {
             // σ² for the mean weight; the weights are masses.
             let noise = (squares - 2.0 * fitted + quadratic).max(0.0) / self.observations.max(1) as f64;
             let system = Mat::from_fn(unknowns, unknowns, |i, j| {
-                let prior = if i < self.bits { noise } else { 0.0 };
+                let prior = if i < self.bits {
+                    self.redundancy * noise
+                } else {
+                    0.0
+                };
                 let ridge = RIDGE * entry(i, i) + prior + f64::MIN_POSITIVE;
                 entry(i, j) + if i == j { ridge } else { 0.0 }
             });

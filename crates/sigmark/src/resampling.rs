@@ -92,18 +92,51 @@ impl<'a> Sampler<'a> {
         };
         let sampled = resample_on(original, self.suspect, &self.surface, transform, &options)?;
         let normals = original.vertex_normals();
-        let mut registered = Registered::by_vertices(vec![None; original.vertex_count()]);
+        let nothing = vec![None; original.vertex_count()];
+        let mut registered = Registered {
+            positions: nothing.clone(),
+            along: nothing,
+            suspect_vertices: self.suspect.vertex_count(),
+        };
         for (v, offset) in sampled.offsets.iter().enumerate() {
             let survivor = self.survivors.and_then(|map| map.suspect_of[v]);
             if let Some(survivor) = survivor {
                 let place = self.suspect.positions()[survivor as usize];
                 registered.positions[v] = Some(transform.apply(place));
-            } else if let Some(offset) = *offset {
+            } else if let (Some(offset), Some(triangle)) = (*offset, sampled.triangles[v]) {
                 let (place, normal) = (original.positions()[v], normals[v]);
                 registered.positions[v] = Some(std::array::from_fn(|i| place[i] + offset * normal[i]));
-                registered.along[v] = Some(normal);
+                let facing = self.normal(triangle as usize);
+                let facing = transform.rotation.map(|row| dot(row, facing));
+                registered.along[v] = Some(gradient(normal, facing));
             }
         }
         Ok(registered)
     }
+
+    /// Of a triangle of the suspect, of any length.
+    fn normal(&self, triangle: usize) -> [f64; 3] {
+        let [a, b, c] = self.suspect.corners(triangle);
+        let [u, v]: [[f64; 3]; 2] = [b, c].map(|p| std::array::from_fn(|i| p[i] - a[i]));
+        std::array::from_fn(|i| u[(i + 1) % 3] * v[(i + 2) % 3] - u[(i + 2) % 3] * v[(i + 1) % 3])
+    }
+}
+
+/// Steeper triangles are taken for this steep: their slope says little about the surface.
+const STEEPEST: f64 = 0.5;
+
+/// How the offset along a line with direction n grows when the plane that it meets moves: f / (f·n) for a plane with
+/// normal f, on either side.
+fn gradient(n: [f64; 3], f: [f64; 3]) -> [f64; 3] {
+    let length = dot(f, f).sqrt();
+    let cosine = dot(f, n) / length;
+    if cosine.abs() >= STEEPEST {
+        f.map(|x| x / (length * cosine))
+    } else {
+        n
+    }
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }

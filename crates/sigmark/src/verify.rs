@@ -1,12 +1,11 @@
 use std::{
     iter,
-    ops::ControlFlow,
     sync::{Arc, OnceLock},
 };
 
 use mesh::{Similarity, TriMesh};
 use registration::{
-    AlignOptions, Alignment, Basis, Correspondence, RegistrationError, align_until, match_candidates,
+    AlignOptions, Alignment, Basis, Correspondence, RegistrationError, align_observed, match_candidates,
 };
 
 use crate::{
@@ -212,9 +211,9 @@ impl<'a> Verifier<'a> {
             threads: self.threads,
             ..AlignOptions::default()
         };
-        let mut watch = |stage| watch(stage, work.observer);
+        let watching = Watching(work.observer);
         let alignment =
-            align_until(self.mesh, suspect, &options, &mut watch).map_err(|error| match error {
+            align_observed(self.mesh, suspect, &options, &watching).map_err(|error| match error {
                 RegistrationError::Stopped => SigmarkError::Cancelled,
                 other => other.into(),
             })?;
@@ -389,14 +388,17 @@ struct Reading {
 }
 
 /// Passes on to an observer how far the alignment is.
-fn watch(stage: registration::Stage, observer: &dyn Observer) -> ControlFlow<()> {
-    if let registration::Stage::Guesses { done, total } = stage {
-        observer.fraction(done as f64 / total.max(1) as f64);
+struct Watching<'a>(&'a dyn Observer);
+
+impl registration::Observer for Watching<'_> {
+    fn stage(&self, stage: registration::Stage) {
+        if let registration::Stage::Guesses { done, total } = stage {
+            self.0.fraction(done as f64 / total.max(1) as f64);
+        }
     }
-    if observer.cancelled() {
-        ControlFlow::Break(())
-    } else {
-        ControlFlow::Continue(())
+
+    fn cancelled(&self) -> bool {
+        self.0.cancelled()
     }
 }
 

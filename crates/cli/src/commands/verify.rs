@@ -15,7 +15,7 @@ use crate::{
 };
 
 pub(crate) fn run(arguments: &Verify) -> Result<Answer> {
-    let progress = Progress::new();
+    let progress = Progress::within(arguments.time_limit.duration());
     progress.begin("reading", "reading");
     let text = files::read_text(&arguments.certificate, Text::Certificate)?;
     let certificate =
@@ -78,6 +78,7 @@ fn object(verdict: &Verdict, certificate: &Certificate, seconds: &[(&'static str
 /// The error with the name of the file that it is about.
 fn blame(error: SigmarkError, arguments: &Verify) -> anyhow::Error {
     let file: &Path = match error {
+        SigmarkError::Cancelled => return arguments.time_limit.exceeded(),
         SigmarkError::AnotherKey { .. } => &arguments.public_key,
         SigmarkError::Certificate(_) | SigmarkError::EmptyLayout { .. } => &arguments.certificate,
         SigmarkError::Registration(_) | SigmarkError::Mesh(_) => &arguments.suspect,

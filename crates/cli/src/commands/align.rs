@@ -1,0 +1,174 @@
+use anyhow::{Context, Result};
+use registration::{AlignOptions, Alignment, Basis, RegistrationError, align_observed, align_points};
+use serde_json::{Value, json};
+
+use crate::{
+    Answer,
+    args::Align,
+    files::{self, Text},
+    points::{self, Pair},
+    progress::Progress,
+    report,
+};
+
+pub(crate) fn run(arguments: &Align) -> Result<Answer> {
+    check_output(arguments)?;
+    let progress = Progress::within(arguments.time_limit.duration());
+    progress.begin("reading", "reading");
+    let pairs = pairs(arguments)?;
+    let suspect = files::open_mesh(&arguments.suspect)?;
+    let original = files::open_mesh(&arguments.original)?;
+    suspect.check_name(&arguments.output)?;
+    let pairs = pairs
+        .iter()
+        .map(|pair| pair.place(&suspect, &original))
+        .collect::<Result<Vec<_>>>()?;
+
+    let options = AlignOptions {
+        threads: arguments.threads.count(),
+        ..AlignOptions::default()
+    };
+    let (from, onto) = (suspect.mesh(), original.mesh());
+    let found = if pairs.is_empty() {
+        align_observed(onto, from, &options, &progress)
+    } else {
+        align_points(onto, from, &pairs, &options, &progress)
+    };
+    let found = found.map_err(|error| blame(error, arguments))?;
+    if found.aligned {
+        progress.begin("writing", "writing");
+        let moved = suspect.with_positions(&found.transform.apply_all(from.positions()))?;
+        moved.save(&arguments.output, arguments.force)?;
+    }
+    let seconds = progress.finish();
+
+    if arguments.json {
+        report::json(&object(arguments, &found, &seconds))?;
+    } else {
+        report::lines(&summary(arguments, &found, &options, &seconds))?;
+    }
+    Ok(if found.aligned { Answer::Yes } else { Answer::No })
+}
+
+fn check_output(arguments: &Align) -> Result<()> {
+    let (output, force) = (&arguments.output, arguments.force);
+    files::check_apart(output, &arguments.suspect, "the suspect")?;
+    files::check_apart(output, &arguments.original, "the original")?;
+    if let Some(points) = &arguments.points {
+        files::check_apart(output, points, "the file of points")?;
+    }
+    files::check_free(output, force)
+}
+
+/// All pairs that were given, on the command line and in a file.
+fn pairs(arguments: &Align) -> Result<Vec<Pair>> {
+    let mut pairs = arguments.point.clone();
+    if let Some(path) = &arguments.points {
+        let text = files::read_text(path, Text::Points)?;
+        let read = points::parse_lines(&text).with_context(|| path.display().to_string())?;
+        if read.is_empty() {
+            anyhow::bail!("{}: holds no pair of points; give at least three", path.display());
+        }
+        pairs.extend(read);
+    }
+    Ok(pairs)
+}
+
+/// The error with the name of the file that it is about.
+fn blame(error: RegistrationError, arguments: &Align) -> anyhow::Error {
+    let file = match error {
+        RegistrationError::Stopped => return arguments.time_limit.exceeded(),
+        RegistrationError::NoSurface { mesh: "original" } => &arguments.original,
+        RegistrationError::NoSurface { .. } => &arguments.suspect,
+        _ => return error.into(),
+    };
+    anyhow::Error::new(error).context(file.display().to_string())
+}
+
+/// What `--json` prints.
+fn object(arguments: &Align, found: &Alignment, seconds: &[(&'static str, f64)]) -> Value {
+    json!({
+        "aligned": found.aligned,
+        "output": found.aligned.then_some(&arguments.output),
+        "transform": found.transform.to_matrix(),
+        "scale": found.transform.scale,
+        "rotation": found.transform.rotation,
+        "translation": found.transform.translation,
+        "mirrored": found.mirrored(),
+        "registration": found.basis,
+        "overlap": found.overlap,
+        "coverage": found.coverage,
+        "residual": found.residual,
+        "ambiguous": found.ambiguous(),
+        "alternatives": found.alternatives.iter().map(mesh::Similarity::to_matrix).collect::<Vec<_>>(),
+        "free_directions": found.free_directions,
+        "seconds": report::seconds_json(seconds),
+    })
+}
+
+fn summary(
+    arguments: &Align,
+    found: &Alignment,
+    options: &AlignOptions,
+    seconds: &[(&'static str, f64)],
+) -> Vec<String> {
+    let (suspect, original) = (arguments.suspect.display(), arguments.original.display());
+    let mut lines = vec![match (found.aligned, found.mirrored()) {
+        (true, false) => format!("ALIGNED: {suspect} lies on {original}"),
+        (true, true) => format!("ALIGNED: {suspect} lies on {original} as its mirror image"),
+        (false, _) => format!("DOES NOT ALIGN: {suspect} is not {original}, nor a part of it"),
+    }];
+    let by = match found.basis {
+        Basis::Connectivity => "its vertices",
+        Basis::Surroundings => "the vertices that are left",
+        Basis::Points => "its surface, from the given points",
+        _ => "its surface",
+    };
+    lines.push(report::field("recognised by", by));
+    lines.push(report::field(
+        "overlap",
+        format!(
+            "{:.1} % of the suspect's surface lies on the original, {:.1} % of the original's on the suspect",
+            100.0 * found.overlap,
+            100.0 * found.coverage
+        ),
+    ));
+    if found.aligned {
+        lines.push(report::field(
+            "apart",
+            format!("{:.2e} of the diagonal (RMS)", found.residual),
+        ));
+        lines.push(report::field("scale", format!("{:.9}", found.transform.scale)));
+        lines.extend(ambiguity(found).map(|text| report::field("ambiguous", text)));
+    } else {
+        let needed = 100.0 * options.least_overlap;
+        lines.push(report::field(
+            "needed",
+            format!("{needed:.0} % of the suspect; nothing is written"),
+        ));
+    }
+    lines.push(report::field("time", report::seconds_text(seconds)));
+    if found.aligned {
+        lines.push(report::field("written", arguments.output.display()));
+        if found.mirrored() {
+            lines.push(
+                "Its faces wind the other way round now: they were mirrored, and their order is kept.".into(),
+            );
+        }
+    }
+    lines
+}
+
+/// What is left open by a shape with symmetries.
+fn ambiguity(found: &Alignment) -> Option<String> {
+    if found.free_directions > 0 {
+        return Some(
+            "the shape slides on itself, as a sphere does: one of infinitely many positions was taken".into(),
+        );
+    }
+    let others = found.alternatives.len();
+    (others > 0).then(|| {
+        let positions = report::counted(others, "other position fits", "other positions fit");
+        format!("the shape is symmetric: {positions} about as well")
+    })
+}

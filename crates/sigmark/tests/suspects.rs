@@ -1,0 +1,324 @@
+//! Suspects that lost the original's vertices: cropped, coarser, finer, with other triangles, in any position.
+
+#![allow(clippy::unwrap_used)] // in the helpers of tests, too
+
+use std::sync::OnceLock;
+
+use mesh::{Edges, Similarity, TriMesh, Welded, shapes};
+use rand_chacha::{
+    ChaCha20Rng,
+    rand_core::{Rng, SeedableRng},
+};
+use registration::Basis;
+use sigmark::{
+    CoefficientDetector, Detector, Embedder, LeastSquaresDetector, Observer, Outcome, Registered, Sampler,
+    SigmarkError, Signed, Verdict, Verifier, Work,
+    signature::{Curve, SigningKey},
+    statistics::extraction_rate,
+};
+
+fn original() -> TriMesh {
+    shapes::bumpy_sphere(4, 9)
+}
+
+/// [`original`] with its owner's mark.
+fn signed() -> &'static Signed {
+    static SIGNED: OnceLock<Signed> = OnceLock::new();
+    SIGNED.get_or_init(|| {
+        let signed = sign(&original(), 1);
+        signed.original().keep_bases(Work::default()).unwrap();
+        signed
+    })
+}
+
+fn sign(mesh: &TriMesh, seed: u8) -> Signed {
+    let key = SigningKey::generate(Curve::P256, &mut ChaCha20Rng::from_seed([seed; 32]));
+    Embedder::new(&key).chip_rate(1).embed(mesh).unwrap()
+}
+
+fn judge(original: &TriMesh, signed: &Signed, suspect: &TriMesh) -> Verdict {
+    let certificate = signed.certificate();
+    let verifier = Verifier::new(original, certificate, certificate.public_key()).unwrap();
+    let verifier = verifier.original(signed.original()).unwrap();
+    verifier.verify(suspect).unwrap()
+}
+
+/// Turned by about 150°, a hundredth of the size, some diagonals away.
+fn away() -> Similarity {
+    Similarity {
+        scale: 0.01,
+        translation: [0.2, -0.1, 0.15],
+        ..Similarity::from_quaternion([0.25, 0.4, -0.8, 0.3])
+    }
+}
+
+/// What lies on one side of a plane that leaves `share` of the vertices.
+fn cropped(mesh: &TriMesh, share: f64) -> TriMesh {
+    let height = |p: &[f64; 3]| p[0] + 0.4 * p[1] - 0.2 * p[2];
+    let mut heights: Vec<f64> = mesh.positions().iter().map(height).collect();
+    heights.sort_by(f64::total_cmp);
+    let bound = heights[(share * heights.len() as f64) as usize];
+    let kept = (0..mesh.triangle_count()).filter(|&t| mesh.corners(t).iter().all(|p| height(p) < bound));
+    let kept: Vec<[u32; 3]> = kept.map(|t| mesh.triangles()[t]).collect();
+    Welded::new(mesh.positions(), &kept).unwrap().into_mesh()
+}
+
+/// Every triangle in four, by the middles of its edges: the same surface with other vertices and triangles.
+fn divided(mesh: &TriMesh) -> TriMesh {
+    let edges = Edges::of(mesh);
+    let at = |v: u32| mesh.positions()[v as usize];
+    let middles = edges
+        .vertices()
+        .iter()
+        .map(|&[a, b]| std::array::from_fn(|i| 0.5 * (at(a)[i] + at(b)[i])));
+    let positions = mesh.positions().iter().copied().chain(middles).collect();
+    let pairs = mesh.triangles().iter().zip(edges.of_triangle());
+    let split = pairs.flat_map(|(&[a, b, c], sides)| {
+        let [x, y, z] = sides.map(|e| mesh.vertex_count() as u32 + e);
+        [[a, x, z], [b, y, x], [c, z, y], [x, y, z]]
+    });
+    TriMesh::new(positions, split.collect()).unwrap()
+}
+
+/// A quarter of an icosphere's vertices, those of the level below, with the triangles of that level.
+fn coarser(mesh: &TriMesh, level: u32) -> TriMesh {
+    let net = shapes::icosphere(level - 1);
+    TriMesh::new(
+        mesh.positions()[..net.vertex_count()].to_vec(),
+        net.triangles().to_vec(),
+    )
+    .unwrap()
+}
+
+#[test]
+fn a_cropped_copy_is_verified_by_the_vertices_that_are_left() {
+    let (mesh, signed) = (original(), signed());
+    let cut = cropped(signed.mesh(), 0.5);
+    for suspect in [shapes::shuffled(&cut, 2), shapes::mirrored(&cut)] {
+        let verdict = judge(&mesh, signed, &shapes::moved(&suspect, &away()));
+        assert_eq!(
+            (verdict.outcome, verdict.basis),
+            (Outcome::Verified, Basis::Surroundings)
+        );
+        assert!(verdict.overlap > 0.99 && (verdict.coverage - 0.5).abs() < 0.1);
+        assert!((verdict.missing - 0.5).abs() < 0.05, "{}", verdict.missing);
+    }
+}
+
+#[test]
+fn the_same_surface_with_other_vertices_is_verified() {
+    let (mesh, signed) = (original(), signed());
+    let suspect = shapes::moved(&divided(signed.mesh()), &away());
+    for suspect in [
+        suspect.clone(),
+        shapes::mirrored(&suspect),
+        shapes::inside_out(&suspect),
+    ] {
+        let verdict = judge(&mesh, signed, &suspect);
+        assert_eq!(
+            (verdict.outcome, verdict.basis),
+            (Outcome::Verified, Basis::Surface)
+        );
+        assert!(verdict.missing == 0.0 && verdict.residual.unwrap() < 1e-3);
+        let scale = verdict.transform.unwrap().scale;
+        assert!((0.01 * scale - 1.0).abs() < 1e-4, "{scale}");
+    }
+}
+
+#[test]
+fn half_of_the_surface_with_other_vertices_is_verified() {
+    let mesh = shapes::bumpy_block(2, 8, 3);
+    let signed = sign(&mesh, 1);
+    let suspect = shapes::moved(&divided(&cropped(signed.mesh(), 0.5)), &away());
+    let verdict = judge(&mesh, &signed, &suspect);
+    assert!(
+        matches!(verdict.outcome, Outcome::Verified | Outcome::Detected { .. }),
+        "{verdict:?}"
+    );
+    assert!(verdict.extraction_rate.unwrap() > 0.9, "{verdict:?}");
+}
+
+#[test]
+fn a_coarser_net_over_a_quarter_of_the_vertices_is_detected() {
+    let mesh = shapes::bumped(&shapes::jittered(&shapes::icosphere(5), 0.15, 4), 0.25, 4);
+    let signed = sign(&mesh, 1);
+    let suspect = shapes::moved(&coarser(signed.mesh(), 5), &away());
+    let verdict = judge(&mesh, &signed, &suspect);
+    assert!(
+        matches!(verdict.outcome, Outcome::Verified | Outcome::Detected { .. }),
+        "{verdict:?}"
+    );
+}
+
+#[test]
+fn noise_on_other_vertices_leaves_the_mark_detectable() {
+    let (mesh, signed) = (original(), signed());
+    let fine = divided(signed.mesh());
+    let mut random = ChaCha20Rng::from_seed([5; 32]);
+    let amplitude = 0.002 * mesh.bounding_box().diagonal();
+    let noisy = fine
+        .positions()
+        .iter()
+        .map(|p| p.map(|x| x + amplitude * (2.0 * f64::from(random.next_u32()) / f64::from(u32::MAX) - 1.0)));
+    let noisy = fine.with_positions(noisy.collect()).unwrap();
+    let verdict = judge(&mesh, signed, &shapes::moved(&noisy, &away()));
+    assert!(
+        matches!(verdict.outcome, Outcome::Verified | Outcome::Detected { .. }),
+        "{verdict:?}"
+    );
+}
+
+#[test]
+fn attacked_copies_without_the_mark_or_with_another_prove_nothing() {
+    let (mesh, signed) = (original(), signed());
+    let theirs = sign(&mesh, 2);
+    for suspect in [
+        cropped(&mesh, 0.5),
+        divided(theirs.mesh()),
+        divided(&cropped(&mesh, 0.5)),
+        shapes::flipped(theirs.mesh(), 3),
+    ] {
+        let verdict = judge(&mesh, signed, &shapes::moved(&suspect, &away()));
+        assert!(matches!(verdict.outcome, Outcome::NotFound { .. }), "{verdict:?}");
+        assert!(verdict.p_value > 1e-4 && verdict.remark.is_none());
+    }
+}
+
+#[test]
+fn another_model_does_not_align_whatever_its_size() {
+    let (mesh, signed) = (original(), signed());
+    for other in [
+        shapes::bumpy_torus(30, 20, 1),
+        shapes::scaled(&shapes::bumpy_block(1, 3, 2), 1000.0),
+    ] {
+        let verdict = judge(&mesh, signed, &other);
+        assert_eq!(verdict.outcome, Outcome::NotFound { p: 1.0 });
+        assert!(verdict.remark.unwrap().starts_with("does not align"));
+        assert!(verdict.overlap < 0.8 && verdict.missing == 1.0 && verdict.transform.is_none());
+    }
+}
+
+#[test]
+fn a_symmetric_shape_with_other_vertices_is_tried_in_its_poses_and_pays_for_them() {
+    // Two equal pieces, each where half a turn about z takes the other.
+    let piece = shapes::translated(&shapes::bumpy_sphere(3, 2), [1.5, 0.2, 0.1]);
+    let half_turn = Similarity::from_quaternion([0.0, 0.0, 0.0, 1.0]);
+    let pair = shapes::disjoint_union(&[piece.clone(), shapes::moved(&piece, &half_turn)]);
+    let signed = sign(&pair, 1);
+    let suspect = shapes::moved(&divided(signed.mesh()), &away());
+    let verdict = judge(&pair, &signed, &suspect);
+    assert!(verdict.poses > 1, "{verdict:?}");
+    assert!(
+        verdict.p_value < 1e-6 && verdict.outcome != Outcome::NotFound { p: 1.0 },
+        "{verdict:?}"
+    );
+}
+
+/// Both detectors on a suspect under a transform: the share of bits that they read.
+fn rates(signed: &Signed, suspect: &TriMesh, transform: &Similarity) -> [f64; 2] {
+    let original = signed.original();
+    let alphas = vec![signed.alpha(); original.patches().len()];
+    let registered = Sampler::new(suspect)
+        .sample(original.mesh(), transform, Work::default())
+        .unwrap();
+    let bits = signed.signature().bits();
+    let detectors: [&dyn Detector; 2] = [&CoefficientDetector, &LeastSquaresDetector];
+    detectors.map(|detector| {
+        let soft = detector
+            .detect(original, &alphas, &registered, Work::default())
+            .unwrap();
+        extraction_rate(&bits, &soft.hard())
+    })
+}
+
+#[test]
+fn the_alignment_that_is_found_reads_as_many_bits_as_the_true_one() {
+    let (mesh, signed) = (original(), signed());
+    for suspect in [divided(signed.mesh()), shapes::flipped(signed.mesh(), 7)] {
+        let moved = shapes::moved(&suspect, &away());
+        let verdict = judge(&mesh, signed, &moved);
+        let [paper, least_squares] = rates(signed, &moved, &away().inverse());
+        assert!(least_squares >= paper, "{least_squares} {paper}");
+        assert!(
+            (verdict.extraction_rate.unwrap() - least_squares).abs() <= 0.005,
+            "{verdict:?}"
+        );
+    }
+}
+
+#[test]
+fn least_squares_reads_what_misalignment_hides_from_the_paper_rule() {
+    let signed = signed();
+    let off = Similarity {
+        scale: 1.0 + 1e-3,
+        translation: [1e-3, -2e-3, 1e-3],
+        ..Similarity::from_quaternion([1.0, 3e-4, -2e-4, 4e-4])
+    };
+    let suspect = divided(signed.mesh());
+    let [_, aligned] = rates(signed, &suspect, &Similarity::IDENTITY);
+    let [paper, least_squares] = rates(signed, &suspect, &off);
+    assert!(
+        aligned == 1.0 && least_squares > 0.99,
+        "{aligned} {least_squares}"
+    );
+    assert!(paper < least_squares, "{paper}");
+
+    let original = signed.original();
+    let alphas = vec![signed.alpha(); original.patches().len()];
+    let better = Sampler::new(&suspect)
+        .refine(original, &alphas, &off, Work::default())
+        .unwrap();
+    assert!((better.scale - 1.0).abs() < 1e-5, "{better:?}");
+    assert!(better.translation.iter().all(|t| t.abs() < 1e-5), "{better:?}");
+}
+
+#[test]
+fn with_every_vertex_known_least_squares_and_the_paper_rule_agree() {
+    let signed = signed();
+    let registered = Registered::by_vertices(signed.positions().iter().copied().map(Some).collect());
+    let soft = LeastSquaresDetector
+        .detect(signed.original(), &[signed.alpha()], &registered, Work::default())
+        .unwrap();
+    for (x, bit) in soft.0.iter().zip(signed.signature().bits()) {
+        assert!((x - if bit { 1.0 } else { -1.0 }).abs() < 1e-6, "{x}");
+    }
+}
+
+#[test]
+fn nothing_seen_is_nothing_read() {
+    let (mesh, signed) = (original(), signed());
+    let registered = Registered::by_vertices(vec![None; mesh.vertex_count()]);
+    let soft = LeastSquaresDetector
+        .detect(signed.original(), &[signed.alpha()], &registered, Work::default())
+        .unwrap();
+    assert!(soft.0.iter().all(|&x| x == 0.0));
+    assert_eq!(registered.missing(), 1.0);
+}
+
+#[test]
+fn the_verdict_does_not_depend_on_the_number_of_threads() {
+    let (mesh, signed) = (original(), signed());
+    let suspect = shapes::moved(&divided(&cropped(signed.mesh(), 0.6)), &away());
+    let certificate = signed.certificate();
+    let [one, three] = [1, 3].map(|threads| {
+        let verifier = Verifier::new(&mesh, certificate, certificate.public_key()).unwrap();
+        let verdict = verifier.threads(threads).verify(&suspect).unwrap();
+        (verdict.correlation, verdict.transform, verdict.residual)
+    });
+    assert_eq!(one, three);
+}
+
+#[test]
+fn an_observer_can_stop_the_alignment() {
+    struct Stop;
+    impl Observer for Stop {
+        fn cancelled(&self) -> bool {
+            true
+        }
+    }
+    let (mesh, signed) = (original(), signed());
+    let certificate = signed.certificate();
+    let verifier = Verifier::new(&mesh, certificate, certificate.public_key()).unwrap();
+    let stopped = verifier.verify_observed(&divided(signed.mesh()), &Stop);
+    assert!(matches!(stopped, Err(SigmarkError::Cancelled)));
+}
