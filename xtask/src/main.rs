@@ -48,9 +48,9 @@ enum Task {
     /// Hold the partitioner or the eigen-solver against its peers, and write what came out into results/
     #[command(subcommand)]
     Bench(bench::Bench),
-    /// Paint the patches of the igea and of the skull into results/
+    /// Paint the patches of the igea and of the skull, and a cropped armadillo, into results/
     Pictures {
-        /// The folder with igea_134k.ply.gz and ct_skull_1081k_closed.ply.gz; what is missing is left out
+        /// The folder with igea_134k.ply.gz, ct_skull_1081k_closed.ply.gz and armadillo_43k.ply.gz; what is missing is left out
         #[arg(long, value_name = "DIR")]
         meshes: PathBuf,
     },

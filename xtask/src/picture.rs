@@ -46,6 +46,24 @@ impl Picture {
         canvas.reduced()
     }
 
+    /// Two pictures beside each other, their middles at one height.
+    pub(crate) fn beside(left: &Self, right: &Self) -> Self {
+        let (width, height) = (left.width + right.width, left.height.max(right.height));
+        let mut pixels = vec![0; 4 * width * height];
+        for (part, x) in [(left, 0), (right, left.width)] {
+            let top = (height - part.height) / 2;
+            for (y, row) in part.pixels.chunks(4 * part.width).enumerate() {
+                let start = 4 * ((top + y) * width + x);
+                pixels[start..start + row.len()].copy_from_slice(row);
+            }
+        }
+        Self {
+            width,
+            height,
+            pixels,
+        }
+    }
+
     /// Writes the picture as PNG.
     pub(crate) fn save(&self, path: &Path) -> Result<()> {
         let shown = || path.display().to_string();
@@ -250,6 +268,17 @@ mod tests {
             .sum();
         let disc = std::f64::consts::PI * (50.0 * (1.0 - 2.0 * MARGIN)).powi(2);
         assert!((covered / disc - 1.0).abs() < 0.01, "{covered} {disc}");
+    }
+
+    #[test]
+    fn pictures_beside_each_other_keep_their_pixels() {
+        let sphere = shapes::icosphere(2);
+        let colours = vec![[0.5; 3]; sphere.triangle_count()];
+        let [small, large] = [20, 30].map(|size| Picture::of(&sphere, &colours, FRONT, size));
+        let both = Picture::beside(&small, &large);
+        assert_eq!((both.width, both.height), (50, 30));
+        let opaque = |picture: &Picture| picture.pixels.chunks(4).filter(|pixel| pixel[3] > 0).count();
+        assert_eq!(opaque(&both), opaque(&small) + opaque(&large));
     }
 
     #[test]

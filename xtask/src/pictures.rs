@@ -1,11 +1,20 @@
-//! Meshes in the colours of their patches.
+//! Meshes in the colours of their patches, and a cropped suspect beside what it tells of the original.
 
-use std::{fs, path::Path};
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use bench_harness::{edge_graph, mesh_files, name_of};
-use mesh::{Asset, TriMesh};
+use mesh::{Asset, Similarity, TriMesh, Welded, shapes};
 use partition::{Options, partition};
+use rand_chacha::{ChaCha20Rng, rand_core::SeedableRng};
+use registration::{align, resample};
+use sigmark::{
+    Embedder,
+    signature::{Curve, SigningKey},
+};
 
 use crate::{
     picture::{Colour, Picture, View},
@@ -66,7 +75,67 @@ pub(crate) fn run(meshes: &Path) -> Result<()> {
         Picture::of(asset.mesh(), &colours, subject.view, SIZE).save(&path)?;
         println!("written: {}", path.display());
     }
+    cropped(&files, meshes, &results.join("armadillo_cropped.png"))
+}
+
+/// The model of Fig. 3, at a quarter of its vertices.
+const CROPPED: &str = "armadillo_43k";
+
+const FROM_THE_FRONT: View = View {
+    eye: [0.25, 0.1, 1.0],
+    up: [0.0, 1.0, 0.0],
+};
+
+/// sRGB: the suspect's surface, and vertices of the original that the suspect does not have.
+const SEEN: u32 = 0x8fb0cf;
+const MISSING: u32 = 0xe8a15c;
+
+/// Fig. 3: a signed model cropped, turned and scaled; and, aligned and resampled, what it shows of the original. Vertices
+/// that were not seen are the original's, in another colour.
+fn cropped(files: &[PathBuf], meshes: &Path, picture: &Path) -> Result<()> {
+    let Some(file) = files.iter().find(|path| name_of(path) == CROPPED) else {
+        eprintln!("{}: no file {CROPPED}, left out", meshes.display());
+        return Ok(());
+    };
+    let asset = Asset::open(file)?;
+    let original = asset.mesh();
+    let key = SigningKey::generate(Curve::P256, &mut ChaCha20Rng::seed_from_u64(2012));
+    let signed = Embedder::new(&key).chip_rate(1).embed(original)?;
+    let away = Similarity {
+        scale: 0.1,
+        ..Similarity::from_quaternion([1.0, 0.08, 0.2, -0.14])
+    };
+    let suspect = shapes::moved(&lower_part(signed.mesh())?, &away);
+
+    let found = align(original, &suspect, &Default::default())?;
+    ensure!(found.aligned, "the cropped model does not align");
+    let seen = resample(original, &suspect, &found.transform, &Default::default())?;
+    let resampled = original.with_positions(seen.positions(original))?;
+    let is_seen = |t: &[u32; 3]| t.iter().all(|&v| seen.offsets[v as usize].is_some());
+    let colours: Vec<Colour> = original
+        .triangles()
+        .iter()
+        .map(|t| linear(if is_seen(t) { SEEN } else { MISSING }))
+        .collect();
+    let left = vec![linear(SEEN); suspect.triangle_count()];
+    let left = Picture::of(&suspect, &left, FROM_THE_FRONT, 2 * SIZE / 3);
+    let right = Picture::of(&resampled, &colours, FROM_THE_FRONT, 2 * SIZE / 3);
+    Picture::beside(&left, &right).save(picture)?;
+    println!("written: {}", picture.display());
     Ok(())
+}
+
+/// The half of the vertices that lies lowest, and the triangles between them.
+fn lower_part(mesh: &TriMesh) -> Result<TriMesh> {
+    let height = |p: &[f64; 3]| p[1] + 0.3 * p[0];
+    let mut heights: Vec<f64> = mesh.positions().iter().map(height).collect();
+    heights.sort_by(f64::total_cmp);
+    let middle = heights[heights.len() / 2];
+    let kept = mesh.triangles().iter().copied();
+    let kept: Vec<[u32; 3]> = kept
+        .filter(|t| t.iter().all(|&v| height(&mesh.positions()[v as usize]) < middle))
+        .collect();
+    Ok(Welded::new(mesh.positions(), &kept)?.into_mesh())
 }
 
 /// The colour of each triangle: its patch's, or the border's if its corners belong to several.
