@@ -57,7 +57,7 @@ pub(crate) struct Pair {
     original: Point,
 }
 
-const FORM: &str = "give A=B, each x,y,z or the number of a vertex from 0: 1.5,-2,0=10,3,7 or 17=4711";
+const FORM: &str = "give a pair A=B, each x,y,z or the number of a vertex from 0: 1.5,-2,0=10,3,7 or 17=4711";
 
 impl Pair {
     /// Reads `A=B`.

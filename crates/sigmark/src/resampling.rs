@@ -23,10 +23,6 @@ pub struct Sampler<'a> {
     survivors: Option<&'a Correspondence>,
 }
 
-/// Rounds of sampling and correction. The first leaves second-order errors of the surfaces' own alignment, which is good to a
-/// fraction of the mark.
-const ROUNDS: usize = 1;
-
 impl<'a> Sampler<'a> {
     /// Builds a search tree over the suspect's surface.
     pub fn new(suspect: &'a TriMesh) -> Self {
@@ -43,7 +39,8 @@ impl<'a> Sampler<'a> {
         self
     }
 
-    /// Betters a transform that is nearly right, in view of a mark with strengths `alphas`, which is noise to it.
+    /// Betters a transform that is nearly right, in view of a mark with strengths `alphas`, which is noise to it. What is left
+    /// is of second order in the error.
     ///
     /// # Errors
     /// When the original's bases can't be computed, or the threads not be started.
@@ -66,13 +63,9 @@ impl<'a> Sampler<'a> {
         work: Work<'_>,
         check: impl Fn(usize, &PatchBasis) -> Result<(), SigmarkError> + Sync,
     ) -> Result<Similarity, SigmarkError> {
-        let mut transform = *transform;
-        for _ in 0..ROUNDS {
-            let registered = self.sample(original.mesh(), &transform, work)?;
-            let estimate = Equations::of(original, alphas, &registered, work, &check)?.solve()?;
-            transform = transform.then(&estimate.misalignment.inverse());
-        }
-        Ok(transform)
+        let registered = self.sample(original.mesh(), transform, work)?;
+        let estimate = Equations::of(original, alphas, &registered, work, check)?.solve()?;
+        Ok(transform.then(&estimate.misalignment.inverse()))
     }
 
     /// The suspect under a transform to the original's frame, at each vertex of the original: the vertex itself where it
