@@ -1,15 +1,16 @@
 //! Connected parts: stray pieces join a neighbouring part, and later moves never cut a part in two.
 
+use std::cmp::Reverse;
+
 use crate::kway::KWay;
 use crate::rng::Rng;
-use crate::{greedy, rebalance};
+use crate::{Graph, greedy, rebalance};
 
-/// Makes every part connected where the graph allows it, whatever becomes of the balance: stray pieces join a
-/// neighbouring part. A component of the graph that holds the main piece of no part goes as a whole to the roomiest
-/// part.
+/// Makes every part connected within each component of the graph, whatever becomes of the balance: stray pieces join a
+/// neighbouring part.
 pub(crate) fn join_stray_pieces(state: &mut KWay<'_>) {
     let pieces = Pieces::of(state);
-    if pieces.weight.len() > pieces.main_count() {
+    if pieces.weight.len() > pieces.main.len() {
         join_strays(state, pieces);
     }
 }
@@ -45,7 +46,7 @@ struct Pieces {
     of: Vec<u32>,
     /// (vertex weight, number of vertices) of each piece.
     weight: Vec<(i64, usize)>,
-    /// Heaviest piece of each part.
+    /// Heaviest piece of each part in each component of the graph, ascending.
     main: Vec<u32>,
 }
 
@@ -55,8 +56,10 @@ impl Pieces {
         let mut pieces = Self {
             of: vec![NONE; count],
             weight: Vec::new(),
-            main: vec![NONE; state.limits.len()],
+            main: Vec::new(),
         };
+        let component = components(state.graph);
+        let mut ranks = Vec::new();
         let mut stack = Vec::new();
         for root in 0..count {
             if pieces.of[root] != NONE {
@@ -77,17 +80,36 @@ impl Pieces {
                 }
             }
             pieces.weight.push((weight, size));
-            let main = &mut pieces.main[state.part[root] as usize];
-            if *main == NONE || pieces.weight[*main as usize] < (weight, size) {
-                *main = piece;
-            }
+            ranks.push((component[root], state.part[root], Reverse((weight, size)), piece));
         }
+        ranks.sort_unstable();
+        ranks.dedup_by_key(|rank| (rank.0, rank.1));
+        pieces.main = ranks.into_iter().map(|rank| rank.3).collect();
+        pieces.main.sort_unstable();
         pieces
     }
+}
 
-    fn main_count(&self) -> usize {
-        self.main.iter().filter(|&&piece| piece != NONE).count()
+/// Component of the graph of each vertex.
+fn components(graph: &Graph) -> Vec<u32> {
+    let mut component = vec![NONE; graph.vertex_count()];
+    let mut stack = Vec::new();
+    for root in 0..component.len() {
+        if component[root] != NONE {
+            continue;
+        }
+        component[root] = root as u32;
+        stack.push(root as u32);
+        while let Some(v) = stack.pop() {
+            for &u in graph.neighbours(v as usize) {
+                if component[u as usize] == NONE {
+                    component[u as usize] = root as u32;
+                    stack.push(u);
+                }
+            }
+        }
     }
+    component
 }
 
 /// Gives each piece that is not its part's main one to the main piece that it is tied to most, or of those with room.
@@ -98,7 +120,6 @@ fn join_strays(state: &mut KWay<'_>, pieces: Pieces) {
     pieces
         .main
         .iter()
-        .filter(|&&piece| piece != NONE)
         .for_each(|&piece| settled[piece as usize] = true);
     for (v, &piece) in pieces.of.iter().enumerate() {
         if !settled[piece as usize] {
@@ -124,7 +145,6 @@ fn join_strays(state: &mut KWay<'_>, pieces: Pieces) {
             break;
         }
     }
-    send_lone_components(state, &pieces, &waiting, &members);
 }
 
 fn strongest_neighbour(
@@ -157,40 +177,6 @@ fn strongest_neighbour(
         .max_by_key(|&p| (fits(p), ties[p as usize], std::cmp::Reverse(p)));
     parts.iter().for_each(|&part| ties[part as usize] = 0);
     best
-}
-
-/// Whole components of the graph, each to the part with most room.
-fn send_lone_components(state: &mut KWay<'_>, pieces: &Pieces, waiting: &[usize], members: &[Vec<usize>]) {
-    let mut placed = vec![false; pieces.weight.len()];
-    for &first in waiting.iter().rev() {
-        if placed[first] {
-            continue;
-        }
-        let mut component = vec![first];
-        placed[first] = true;
-        let mut next = 0;
-        while let Some(&piece) = component.get(next) {
-            next += 1;
-            for &u in members[piece].iter().flat_map(|&v| state.graph.neighbours(v)) {
-                let other = pieces.of[u as usize] as usize;
-                if !std::mem::replace(&mut placed[other], true) {
-                    component.push(other);
-                }
-            }
-        }
-        if component.len() == 1 && !state.is_overweight(state.part[members[first][0]]) {
-            continue;
-        }
-        let room = |part: &u32| state.limits[*part as usize] - state.weight[*part as usize];
-        let roomiest =
-            (0..state.limits.len() as u32).max_by_key(|part| (room(part), std::cmp::Reverse(*part)));
-        if let Some(to) = roomiest {
-            component
-                .iter()
-                .flat_map(|&piece| &members[piece])
-                .for_each(|&v| state.apply(v, to));
-        }
-    }
 }
 
 /// Knows which vertices can leave their part without cutting it in two.

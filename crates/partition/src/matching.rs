@@ -52,6 +52,8 @@ pub(crate) fn heavy_edge_matching(
         .collect();
     if alone.len() > count / STALL {
         match_two_hop(graph, &alone, &fits, &mut partner);
+    } else {
+        match_isolated(graph, &alone, &fits, &mut partner);
     }
     for v in alone {
         if partner[v as usize] == NONE {
@@ -106,6 +108,20 @@ fn match_two_hop(graph: &Graph, alone: &[u32], fits: &impl Fn(usize, usize) -> b
             waiting[place] = NONE;
         } else {
             waiting[place] = v as u32;
+        }
+    }
+}
+
+/// Pairs vertices without neighbours, such as components that were contracted whole, with each other.
+fn match_isolated(graph: &Graph, alone: &[u32], fits: &impl Fn(usize, usize) -> bool, partner: &mut [u32]) {
+    let mut waiting = NONE;
+    for &v in alone.iter().filter(|&&v| graph.degree(v as usize) == 0) {
+        if waiting != NONE && fits(v as usize, waiting as usize) {
+            partner[v as usize] = waiting;
+            partner[waiting as usize] = v;
+            waiting = NONE;
+        } else {
+            waiting = v;
         }
     }
 }

@@ -1,11 +1,12 @@
 //! Direct k-way partitioning: coarsen, divide the coarsest graph by recursive bisection, refine all parts at once on
-//! the way back up (Karypis and Kumar 1998b). On a graph of middling size this is done several times, and the best
+//! the way back up (Karypis and Kumar 1998b), by local search and by minimum cuts between pairs of parts. On a graph of middling size this is done several times, and the best
 //! candidate is combined with the others (Sanders and Schulz 2012).
 
 use crate::Graph;
 use crate::bisect::{BisectionSearch, recursive_bisection};
 use crate::coarsen::{Level, coarsen, prolong, restrict};
 use crate::contiguity::{fill_empty_parts, join_stray_pieces, make_contiguous};
+use crate::flow::{self, FlowSearch};
 use crate::kway::{KWay, cut};
 use crate::local_search::{self, LocalSearch};
 use crate::options::{Balance, Effort, Method, Options};
@@ -29,6 +30,11 @@ struct Plan {
     /// On all levels but the finest.
     coarse: LocalSearch,
     finest: LocalSearch,
+    coarse_flow: FlowSearch,
+    finest_flow: FlowSearch,
+    /// Vertices along all borders above which flows are not sought: each of them costs about as much time as ten vertices
+    /// of the graph do otherwise.
+    longest_border: usize,
 }
 
 impl Plan {
@@ -47,6 +53,7 @@ impl Plan {
             seeds,
             max_hold: 2,
         };
+        let flow = |rounds, depth| FlowSearch { rounds, depth };
         let bisection = |cycles, tries| BisectionSearch {
             cycles,
             tries,
@@ -61,24 +68,34 @@ impl Plan {
             bisection: bisection(1, 4),
             coarse: search(2, 6, 3),
             finest: search(1, 3, 3),
+            coarse_flow: flow(0, 0),
+            finest_flow: flow(0, 0),
+            longest_border: usize::MAX,
         };
         match effort {
             Effort::Fast => quick,
             Effort::Default => Self {
-                candidates: few(4, 6, 4, 1),
+                candidates: few(6, 6, 4, 1),
                 bisection: bisection(if parts > 32 { 3 } else { few(1, 1, 1, 2) }, 8),
-                coarse: search(3, 10, 3),
+                coarse: if parts > 8 {
+                    search(2, 8, 3)
+                } else {
+                    search(3, 10, 3)
+                },
                 finest: search(2, 5, 3),
+                finest_flow: flow(1, 3),
+                longest_border: 2500,
                 ..quick
             },
             Effort::High => Self {
                 middle: 20_000,
-                candidates: few(6, 5, 4, 4),
-                combinations: few(5, 4, 3, 3),
-                cycles: 1,
+                candidates: few(4, 4, 3, 2),
+                combinations: few(3, 3, 2, 1),
                 bisection: bisection(2, 8),
-                coarse: search(5, 20, 2),
-                finest: search(5, 20, 2),
+                coarse: search(3, 10, 2),
+                finest: search(3, 10, 2),
+                coarse_flow: flow(1, 3),
+                finest_flow: flow(1, 4),
                 ..quick
             },
         }
@@ -227,6 +244,14 @@ impl Solver<'_> {
                 self.plan.coarse
             };
             local_search::refine(&mut state, &mut boundary, search, rng);
+            if boundary.len() <= self.plan.longest_border {
+                let flow = if depth == 0 {
+                    self.plan.finest_flow
+                } else {
+                    self.plan.coarse_flow
+                };
+                flow::refine(&mut state, &mut boundary, flow);
+            }
             part = state.part;
         }
         part

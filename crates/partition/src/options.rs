@@ -16,8 +16,8 @@ pub struct Options {
     pub target_weights: Option<Vec<f64>>,
     /// Equal seeds give equal partitions, on any number of threads.
     pub seed: u64,
-    /// Every part shall be connected. When the graph itself is not, no piece of
-    /// a part but its heaviest touches another part.
+    /// Every part shall be connected. When the graph itself is not, every part is connected inside each component of
+    /// the graph: it has at most one piece there, and as many pieces in all as balance asks for.
     pub contiguous: bool,
     /// Time spent on a smaller cut.
     pub effort: Effort,

@@ -164,6 +164,28 @@ proptest! {
     }
 
     #[test]
+    fn parts_have_at_most_one_piece_in_each_component_of_the_graph_when_asked(
+        (graph, options) in graphs_and_options(40, 1),
+        copies in 1usize..4,
+    ) {
+        let (count, mut edges) = (graph.vertex_count(), Vec::new());
+        for copy in 0..copies {
+            let at = |v: usize| (copy * count + v) as u32;
+            let path = (1..count).map(|v| (at(v - 1), at(v), 1));
+            edges.extend(path);
+            edges.extend((0..count).flat_map(|v| graph.neighbours(v).iter().map(move |&u| (at(v), at(u as usize), 1))));
+        }
+        let several = Graph::from_edges(copies * count, &edges).unwrap();
+        let result = partition(&several, &Options { contiguous: true, ..options }).unwrap();
+        for copy in 0..copies {
+            for part in 0..result.parts() as u32 {
+                let within = |v: usize| v / count == copy && result.part_of[v] == part;
+                prop_assert!(components(&several, within) <= 1);
+            }
+        }
+    }
+
+    #[test]
     fn threads_and_repetition_do_not_change_the_result((graph, options) in graphs_and_options(60, 9)) {
         let one = partition(&graph, &options).unwrap();
         prop_assert_eq!(&partition(&graph, &Options { threads: 3, ..options.clone() }).unwrap(), &one);
