@@ -41,7 +41,9 @@ pub enum BaselineError {
         least: usize,
     },
     /// There are not as many vertices as centres.
-    #[error("{centres} centres were asked for, but there are {vertices} vertices only; use a finer mesh or fewer bits")]
+    #[error(
+        "{centres} centres were asked for, but there are {vertices} vertices only; use a finer mesh or fewer bits"
+    )]
     Centres {
         /// How many centres.
         centres: usize,
@@ -59,7 +61,9 @@ pub enum BaselineError {
         centres: usize,
     },
     /// Coordinates that are too large to square, or a decomposition that does not converge.
-    #[error("a decomposition of {size} radial functions failed: the coordinates are beyond what double precision can square")]
+    #[error(
+        "a decomposition of {size} radial functions failed: the coordinates are beyond what double precision can square"
+    )]
     Dense {
         /// Rows of the matrix.
         size: usize,

@@ -64,7 +64,11 @@ mod tests {
     #[test]
     fn the_quadratic_form_sums_squared_differences_over_the_edges() {
         let mesh = shapes::bumpy_torus(12, 7, 1);
-        let x: Vec<f64> = mesh.positions().iter().map(|p| p[0] - 2.0 * p[1] * p[2]).collect();
+        let x: Vec<f64> = mesh
+            .positions()
+            .iter()
+            .map(|p| p[0] - 2.0 * p[1] * p[2])
+            .collect();
         let k = kirchhoff(&mesh);
         let form: f64 = k.iter().map(|(&value, (i, j))| value * x[i] * x[j]).sum();
         let edges = Edges::of(&mesh);

@@ -99,7 +99,7 @@ impl Algorithm for Lbf {
         let original = subject.mesh.positions();
         check_vertices(subject.patches.labels().len(), original.len())?;
         let functions = self.count(subject.bits)?;
-        let modulated = subject.bits * self.chip_rate;
+        let modulated = subject.bits.saturating_mul(self.chip_rate);
         let mut base = original.to_vec();
         let mut carriers = Vec::with_capacity(subject.patches.len());
         work.observer.stage(sigmark::Stage::Harmonics);

@@ -77,7 +77,9 @@ pub fn radial_basis(points: &[[f64; 3]], count: usize, kernel: Kernel) -> Result
         kernel.value(unit * distance(points[i], points[centres[j]]))
     });
     let (squares, w) = eigen(gram(b.as_ref()).as_ref())?;
-    let least = squares.last().map_or(0.0, |largest| largest * count as f64 * f64::EPSILON);
+    let least = squares
+        .last()
+        .map_or(0.0, |largest| largest * count as f64 * f64::EPSILON);
     let rank = squares.iter().filter(|&&square| square > least).count();
     if rank < count {
         return Err(BaselineError::Dependent { rank, centres: count });
@@ -89,12 +91,13 @@ pub fn radial_basis(points: &[[f64; 3]], count: usize, kernel: Kernel) -> Result
     let (squares, w) = eigen(gram(u.as_ref()).as_ref())?;
     let scaled = Mat::from_fn(count, count, |i, k| w[(i, k)] / squares[k].sqrt());
     let mut u = product(u.as_ref(), product(scaled.as_ref(), w.transpose()).as_ref());
-    for mut column in u.col_iter_mut() {
-        let largest = column
+    for column in 0..count {
+        let entries = u.col_as_slice_mut(column);
+        let largest = entries
             .iter()
             .fold(0.0_f64, |most, &x| if x.abs() > most.abs() { x } else { most });
         if largest < 0.0 {
-            column.iter_mut().for_each(|x| *x = -*x);
+            entries.iter_mut().for_each(|x| *x = -*x);
         }
     }
     Ok(u)
@@ -185,8 +188,14 @@ mod tests {
         let mesh = shapes::bumpy_sphere(3, 1);
         let wide = Kernel::Gaussian { width: 1e3 };
         let refused = radial_basis(mesh.positions(), 40, wide);
-        assert!(matches!(refused, Err(BaselineError::Dependent { centres: 40, .. })));
+        assert!(matches!(
+            refused,
+            Err(BaselineError::Dependent { centres: 40, .. })
+        ));
         let refused = radial_basis(mesh.positions(), 10_000, Kernel::Linear);
-        assert!(matches!(refused, Err(BaselineError::Centres { centres: 10_000, .. })));
+        assert!(matches!(
+            refused,
+            Err(BaselineError::Centres { centres: 10_000, .. })
+        ));
     }
 }
