@@ -154,7 +154,8 @@ fn lbfs_without_compensation_lose_what_m_eigenvectors_do_not_span() {
         squares(&difference(&embed(prepared.as_ref(), 0.0), mesh.positions()))
     });
     assert!(energies[0] > energies[1] && energies[1] > 1e-6, "{energies:?}");
-    assert!(energies[2] < 1e-20, "{energies:?}");
+    // All eigenvectors span everything, as far as they are orthonormal: to 1e-9.
+    assert!(energies[2] < 1e-18 * squares(mesh.positions()), "{energies:?}");
 
     let truncated = prepare(&Lbf::new(FUNCTIONS), &mesh, &patches);
     let compensated = prepare(&Lbf::new(FUNCTIONS).compensated(), &mesh, &patches);
