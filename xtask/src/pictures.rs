@@ -6,11 +6,9 @@ use anyhow::{Context, Result};
 use bench_harness::{edge_graph, mesh_files, name_of};
 use mesh::{Asset, TriMesh};
 use partition::{Options, partition};
+use quality::picture::{Colour, Paint, Picture, View, linear};
 
-use crate::{
-    picture::{Colour, Picture, View},
-    process::root,
-};
+use crate::process::root;
 
 /// Pixels of the longer side.
 const SIZE: usize = 720;
@@ -63,7 +61,8 @@ pub(crate) fn run(meshes: &Path) -> Result<()> {
         let asset = Asset::open(file)?;
         let colours = colours(asset.mesh(), subject.parts)?;
         let path = results.join(subject.picture);
-        Picture::of(asset.mesh(), &colours, subject.view, SIZE).save(&path)?;
+        let picture = Picture::of(asset.mesh(), Paint::Triangles(&colours), subject.view, SIZE);
+        fs::write(&path, picture.to_png()?).with_context(|| path.display().to_string())?;
         println!("written: {}", path.display());
     }
     Ok(())
@@ -116,17 +115,6 @@ fn distinct(touch: &[Vec<bool>], colours: usize) -> Vec<usize> {
         chosen.push(best.unwrap_or(0));
     }
     chosen
-}
-
-fn linear(srgb: u32) -> Colour {
-    [16, 8, 0].map(|shift| {
-        let value = f64::from(srgb >> shift & 0xff) / 255.0;
-        if value <= 0.040_45 {
-            value / 12.92
-        } else {
-            ((value + 0.055) / 1.055).powf(2.4)
-        }
-    })
 }
 
 #[cfg(test)]

@@ -15,7 +15,7 @@ mod usage;
 use std::process::ExitCode;
 
 use args::Command;
-use commands::{embed, inspect, keygen, partition, spectrum, verify};
+use commands::{compare, embed, inspect, keygen, partition, spectrum, verify};
 
 /// What a command that was carried out has to say.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,6 +35,7 @@ fn main() -> ExitCode {
         Command::Keygen(arguments) => keygen::run(arguments),
         Command::Embed(arguments) => embed::run(arguments),
         Command::Verify(arguments) => verify::run(arguments),
+        Command::Compare(arguments) => compare::run(arguments),
         Command::Inspect(arguments) => inspect::run(arguments),
         Command::Spectrum(arguments) => spectrum::run(arguments),
         Command::Partition(arguments) => partition::run(arguments),

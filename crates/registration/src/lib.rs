@@ -62,6 +62,7 @@ mod overlap;
 mod resample;
 mod sampled;
 mod surface;
+mod swarm;
 mod threads;
 mod umeyama;
 mod vector;
