@@ -34,12 +34,17 @@ const BLACK: Colour = [0.0; 3];
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scale {
     greatest: f64,
+    /// The colours at its fifths, in linear light.
+    stops: [Colour; STOPS.len()],
 }
 
 impl Scale {
     /// From 0 to `greatest`; pictures that are to be compared need the same.
     pub fn up_to(greatest: f64) -> Self {
-        Self { greatest }
+        Self {
+            greatest,
+            stops: STOPS.map(linear),
+        }
     }
 
     /// Up to the greatest of these numbers.
@@ -62,7 +67,7 @@ impl Scale {
         let place = place * (STOPS.len() - 1) as f64;
         let below = (place as usize).min(STOPS.len() - 2);
         let t = place - below as f64;
-        let (x, y) = (linear(STOPS[below]), linear(STOPS[below + 1]));
+        let (x, y) = (self.stops[below], self.stops[below + 1]);
         std::array::from_fn(|i| x[i] + t * (y[i] - x[i]))
     }
 
@@ -113,7 +118,7 @@ pub fn heatmap(
 fn draw_legend(paper: &mut Picture, scale: Scale, x: usize, letter: usize, unit: &str, factor: f64) {
     const TICKS: usize = 5;
     let (line, width) = (7 * letter, 16 * letter);
-    let (top, height) = (6 * line, paper.height() - 9 * line);
+    let (top, height) = (6 * line, paper.height().saturating_sub(9 * line).max(1));
     paper.write(unit, x, 3 * line, letter, BLACK);
     for row in 0..height {
         let value = scale.greatest() * (1.0 - (row as f64 + 0.5) / height as f64);
@@ -126,7 +131,7 @@ fn draw_legend(paper: &mut Picture, scale: Scale, x: usize, letter: usize, unit:
         let text = number(value, factor * scale.greatest());
         paper.write(
             &text,
-            x + width + 5 * letter,
+            x + width + 8 * letter,
             y.saturating_sub(line / 2),
             letter,
             BLACK,
