@@ -33,8 +33,10 @@ const CLOSED: f64 = 1e-10;
 /// Eigenvalues closer than this, relatively, are not told apart when they are counted.
 const CLOSE: f64 = 1e-8;
 
-/// Up to this size a dense eigenproblem is quicker.
-const DENSE: usize = 300;
+/// How large a Krylov space may grow for so many pairs. Problems of about that size are solved densely.
+fn room_for(pairs: usize) -> usize {
+    4 * pairs + 24 * WIDTH
+}
 
 /// Searches, each orthogonal to what the ones before it found.
 const ROUNDS: u64 = 20;
@@ -54,7 +56,7 @@ pub(crate) fn lowest(
             available,
         });
     }
-    if pencil.size() <= DENSE {
+    if available < room_for(count) + 4 * WIDTH {
         let mut values = densely(pencil)?.split_off(pencil.components());
         values.truncate(count);
         return Ok(values);
@@ -71,10 +73,7 @@ pub(super) fn sparsely(
     let available = pencil.size() - pencil.components();
     let analysis = Analysis::new(pencil)?;
     let factor = analysis.factorise(SHIFT)?;
-    let mut found = Found {
-        values: Vec::new(),
-        vectors: Mat::zeros(pencil.size(), 0),
-    };
+    let mut found = Found::nothing(pencil.size());
     // One more than asked for, to have a gap behind the last where eigenvalues can be counted.
     let mut wanted = (count + 1).min(available);
     for round in 0..ROUNDS {
@@ -88,7 +87,7 @@ pub(super) fn sparsely(
         found.take(new);
         let sorted = found.sorted();
         if sorted.len() < count {
-            wanted = count + 1;
+            wanted = (count + 1).min(available);
             continue;
         }
         let (below, cut) = cut(&sorted, count, available);
@@ -146,6 +145,13 @@ struct Found {
 }
 
 impl Found {
+    fn nothing(rows: usize) -> Self {
+        Self {
+            values: Vec::new(),
+            vectors: Mat::zeros(rows, 0),
+        }
+    }
+
     fn take(&mut self, new: Self) {
         let old = self.vectors.ncols();
         self.vectors
@@ -174,9 +180,10 @@ impl Search<'_> {
     fn run(&self, wanted: usize, round: u64, observer: Observer<'_>) -> Result<Found, QualityError> {
         let rows = self.pencil.size();
         let room = rows - self.pencil.components() - self.locked.ncols();
-        let limit = (4 * wanted + 24 * WIDTH)
-            .min(room.saturating_sub(WIDTH) / WIDTH * WIDTH)
-            .max(WIDTH);
+        if room < 2 * WIDTH {
+            return Ok(Found::nothing(rows));
+        }
+        let limit = room_for(wanted).min((room - WIDTH) / WIDTH * WIDTH);
         let mut basis: Mat<f64> = Mat::zeros(rows, limit + WIDTH);
         let mut noise = ChaCha8Rng::seed_from_u64(SEED);
         noise.set_stream(round);

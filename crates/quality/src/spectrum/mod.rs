@@ -200,13 +200,13 @@ mod tests {
 
     #[test]
     fn many_equal_pieces_have_each_eigenvalue_as_often_as_there_are_pieces() {
-        let pieces = 70;
+        let pieces = 90;
         let cubes = shapes::disjoint_union(&vec![shapes::cube(2.0); pieces]);
         let one = dna(&shapes::cube(2.0), 2, Mass::Full);
         let all = ShapeDna::of(
             &cubes,
             &ShapeDnaOptions {
-                count: 75,
+                count: 95,
                 ..Default::default()
             },
         )
