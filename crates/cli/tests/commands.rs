@@ -808,7 +808,7 @@ fn heat_maps_are_pictures_or_coloured_meshes_on_a_scale_that_can_be_shared() {
     assert!(greatest > 0.0 && greatest <= number(&report["distance"], "hausdorff_forward"));
     assert!(folder.read("map.png").starts_with(b"\x89PNG"));
     folder.done(&format!("{compare} map.ply --heatmap-max 0.01"));
-    let coloured = Asset::open(&folder.path("map.ply")).unwrap();
+    let coloured = Asset::open(folder.path("map.ply")).unwrap();
     assert_eq!(coloured.mesh().triangles(), model().triangles());
     // On a scale of 1 % all vertices are of the first colours; on their own scale some are of the last.
     let header_end = |bytes: &[u8]| bytes.windows(11).position(|w| w == b"end_header\n").unwrap() + 11;

@@ -205,7 +205,7 @@ fn interval(mesh: &TriMesh, options: &DistanceOptions) -> Result<f64, QualityErr
     let diagonal = mesh.bounding_box().diagonal();
     let interval = options.interval * diagonal;
     let samples = area / interval / interval;
-    if !(samples <= MOST_SAMPLES) {
+    if samples.is_nan() || samples > MOST_SAMPLES {
         return Err(QualityError::TooManySamples {
             interval: options.interval,
             samples,

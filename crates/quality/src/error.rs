@@ -54,6 +54,18 @@ pub enum QualityError {
         /// How many there are.
         available: usize,
     },
+    /// So many eigenvalues of so large a mesh need more memory than there is on most machines.
+    #[error(
+        "{count} eigenvalues of a mesh of {vertices} vertices need too much memory: ask for at most {most}, or simplify the mesh"
+    )]
+    TooManyEigenvalues {
+        /// How many were asked for.
+        count: usize,
+        /// #V.
+        vertices: usize,
+        /// How many can be had.
+        most: usize,
+    },
     /// Two Shape-DNAs of different lengths have no distance.
     #[error("a Shape-DNA of {left} eigenvalues can't be compared with one of {right}")]
     Lengths {

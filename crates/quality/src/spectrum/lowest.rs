@@ -33,6 +33,12 @@ const CLOSED: f64 = 1e-10;
 /// Eigenvalues closer than this, relatively, are not told apart when they are counted.
 const CLOSE: f64 = 1e-8;
 
+/// Numbers in the basis of a Krylov space.
+const MOST_ENTRIES: usize = 1 << 30;
+
+/// Rows of a dense problem.
+const MOST_DENSE: usize = 8192;
+
 /// How large a Krylov space may grow for so many pairs. Problems of about that size are solved densely.
 fn room_for(pairs: usize) -> usize {
     4 * pairs + 24 * WIDTH
@@ -56,12 +62,33 @@ pub(crate) fn lowest(
             available,
         });
     }
-    if available < room_for(count) + 4 * WIDTH {
+    let dense = available < room_for(count) + 4 * WIDTH;
+    check_memory(pencil, count, dense)?;
+    if dense {
         let mut values = densely(pencil)?.split_off(pencil.components());
         values.truncate(count);
         return Ok(values);
     }
     sparsely(pencil, count, observer)
+}
+
+/// Refuses what would need more than 8 GiB, or hours of dense algebra.
+fn check_memory(pencil: &Pencil, count: usize, dense: bool) -> Result<(), QualityError> {
+    let size = pencil.size();
+    let fits = if dense {
+        size <= MOST_DENSE
+    } else {
+        size.saturating_mul(room_for(count)) <= MOST_ENTRIES
+    };
+    if fits {
+        return Ok(());
+    }
+    let room = (MOST_ENTRIES / size).min(size - pencil.components() - 4 * WIDTH);
+    Err(QualityError::TooManyEigenvalues {
+        count,
+        vertices: size,
+        most: room.saturating_sub(room_for(0)) / 4,
+    })
 }
 
 /// Searches until as many are found as inertia proves.
@@ -128,8 +155,9 @@ fn cut(sorted: &[f64], count: usize, available: usize) -> (usize, f64) {
 /// All eigenvalues, the kernel's first, by reduction to a standard problem with B = C Cᵀ.
 pub(super) fn densely(pencil: &Pencil) -> Result<Vec<f64>, QualityError> {
     let (s, b) = pencil.dense();
-    let failed = QualityError::Factorisation { shift: 0.0 };
-    let c = b.llt(faer::Side::Lower).map_err(|_| failed.clone())?;
+    let c = b
+        .llt(faer::Side::Lower)
+        .map_err(|_| QualityError::Factorisation { shift: 0.0 })?;
     let c = c.L();
     let mut a = s;
     c.solve_lower_triangular_in_place(a.as_mut());

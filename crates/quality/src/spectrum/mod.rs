@@ -65,7 +65,7 @@ impl ShapeDna {
     /// Costs one sparse factorisation and about four solves a pair; 35 000 vertices with m = 50 take a second.
     ///
     /// # Errors
-    /// [`QualityError::TooFewEigenvalues`], [`QualityError::Spectrum`] of surfaces without area or with unused vertices, and
+    /// [`QualityError::TooFewEigenvalues`], [`QualityError::TooManyEigenvalues`], [`QualityError::Spectrum`] of surfaces without area or with unused vertices, and
     /// what extreme triangles cause.
     pub fn of(mesh: &TriMesh, options: &ShapeDnaOptions) -> Result<Self, QualityError> {
         Self::of_observed(mesh, options, &unobserved)
@@ -232,6 +232,15 @@ mod tests {
                 Err(QualityError::TooFewEigenvalues { available: 7, .. })
             ));
         }
+        let options = |count| ShapeDnaOptions {
+            count,
+            ..Default::default()
+        };
+        let refused = ShapeDna::of(&shapes::icosphere(5), &options(9000));
+        assert!(
+            matches!(refused, Err(QualityError::TooManyEigenvalues { most: 2504, .. })),
+            "{refused:?}"
+        );
         let mut positions = cube.positions().to_vec();
         positions.push([5.0; 3]);
         let unused = TriMesh::new(positions, cube.triangles().to_vec()).unwrap();
