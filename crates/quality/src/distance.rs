@@ -11,7 +11,7 @@ use crate::{QualityError, vector::Vec3};
 /// How surfaces are sampled.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DistanceOptions {
-    /// Largest distance between neighbouring samples, as a fraction of the sampled mesh's diagonal, above 0 and at most 1. The
+    /// About the distance between neighbouring samples, as a fraction of the sampled mesh's diagonal, above 0 and at most 1. The
     /// paper's is 0.05 %.
     pub interval: f64,
     /// Threads to compute with; the result does not depend on it.
@@ -45,7 +45,7 @@ pub struct SurfaceDistance {
     pub samples: usize,
     /// |S|.
     pub area: f64,
-    /// Largest distance between neighbouring samples.
+    /// About the distance between neighbouring samples.
     pub interval: f64,
 }
 
@@ -119,7 +119,7 @@ const CHUNK: usize = 512;
 
 /// Distances of the surface `from`, sampled, from the surface `to`.
 ///
-/// Samples lie on the triangles of `from`, in rows, at most an interval apart, each with the area that it stands for, so that
+/// Samples lie on the triangles of `from`, in rows, about an interval apart, each with the area that it stands for, so that
 /// sums over samples are integrals over the surface; and, without area, at the vertices that triangles use. MeshLab's filter
 /// and Metro (Cignoni, Rocchini, Scopigno 1998) draw samples at random with equal weights: as many give the same figures up to
 /// chance. Takes 0.1 to 0.3 µs a sample.

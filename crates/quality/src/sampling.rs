@@ -1,4 +1,4 @@
-//! Samples of a triangle, at most one interval apart, with the area that each stands for.
+//! Samples of a triangle, about one interval apart, with the area that each stands for.
 
 use crate::vector::{Vec3, add, cross, norm, scaled, sub};
 
@@ -29,33 +29,45 @@ impl Samples {
         self.weights.push(0.0);
     }
 
-    /// Rows parallel to the longest edge, at most `interval` apart, of points at most `interval` apart.
+    /// Rows parallel to the longest edge, about an `interval` apart, of points about an interval apart; two by two at least.
     ///
-    /// Rows cut the triangle into a smaller one and trapezia of equal height; the points of a row lie at the height of its
-    /// centroid, evenly on both sides of the median, and share its area. So the weighted sum of a linear function is its
-    /// integral.
+    /// Rows cut the triangle into a smaller one and trapezia of equal height; the points of a row share its area, evenly on both
+    /// sides of the median. Heights and offsets are stretched a little from where the middles would be, so that second
+    /// moments are those of the triangle: the weighted sum of a quadratic function is its integral. Else triangles smaller than
+    /// the interval would lose the variation of the squared distance over them.
     fn add_rows(&mut self, corners: [Vec3; 3], interval: f64) {
         let (base, [a, b, apex]) = from_longest_edge(corners);
         let twice_area = norm(cross(sub(b, a), sub(apex, a)));
         if twice_area == 0.0 {
             return;
         }
-        let rows = (twice_area / (base * interval)).ceil().max(1.0);
-        for row in 0..rows as usize {
-            // Heights as fractions: at height t the triangle is 1 − t as wide as at its base.
-            let (low, high) = (row as f64 / rows, (row + 1) as f64 / rows);
-            let area = (high - low) * (1.0 - 0.5 * (high + low));
-            let moment = (high - low) * (0.5 * (high + low) - (high * high + high * low + low * low) / 3.0);
-            let t = moment / area;
+        let rows = (twice_area / (base * interval)).ceil().max(2.0);
+        // Heights as fractions, with densities 2 (1 − t): the mean is 1/3, the variance 1/18.
+        let strips = (0..rows as usize).map(|row| strip(row as f64 / rows, (row + 1) as f64 / rows));
+        let variance: f64 = strips
+            .clone()
+            .map(|(share, t)| share * (t - 1.0 / 3.0).powi(2))
+            .sum();
+        let stretch = (1.0 / (18.0 * variance)).sqrt();
+        for (share, centroid) in strips {
+            let t = 1.0 / 3.0 + stretch * (centroid - 1.0 / 3.0);
             let (left, right) = (towards(a, apex, t), towards(b, apex, t));
-            let count = (base * (1.0 - t) / interval).ceil().max(1.0);
-            let weight = 0.5 * twice_area * 2.0 * area / count;
+            let count = (base * (1.0 - t) / interval).ceil().max(2.0);
+            let stretch = 1.0 / (1.0 - 1.0 / (count * count)).sqrt();
             for i in 0..count as usize {
-                self.points.push(towards(left, right, (i as f64 + 0.5) / count));
-                self.weights.push(weight);
+                let place = 0.5 + stretch * ((i as f64 + 0.5) / count - 0.5);
+                self.points.push(towards(left, right, place));
+                self.weights.push(0.5 * twice_area * share / count);
             }
         }
     }
+}
+
+/// The share of a triangle's area between two heights, and the height of its centroid; the base is at 0, the apex at 1.
+fn strip(low: f64, high: f64) -> (f64, f64) {
+    let half = (high - low) * (1.0 - 0.5 * (high + low));
+    let moment = (high - low) * (0.5 * (high + low) - (high * high + high * low + low * low) / 3.0);
+    (2.0 * half, moment / half)
 }
 
 /// Samples of a triangle, in pieces whose points lie close together: `visit` is called with each piece.
@@ -117,14 +129,18 @@ mod tests {
 
     proptest! {
         #[test]
-        fn linear_functions_are_integrated_exactly(corners in triangles(), interval in 0.02..2.0_f64, f in prop::array::uniform3(-1.0..1.0_f64)) {
-            let [a, b, c] = corners;
+        fn quadratic_functions_are_integrated_exactly(corners in triangles(), interval in 0.02..2.0_f64, f in prop::array::uniform3(-1.0..1.0_f64), g in -1.0..1.0_f64) {
             let samples = all_samples(corners, interval);
+            let [a, b, c] = corners;
             let area = 0.5 * norm(cross(sub(b, a), sub(c, a)));
-            let integral = area * dot(f, add(add(a, b), c)) / 3.0;
-            let sum: f64 = samples.points.iter().zip(&samples.weights).map(|(&p, w)| w * dot(f, p)).sum();
-            prop_assert!((sum - integral).abs() < 1e-12 * area.max(1e-3));
-            prop_assert!((samples.weights.iter().sum::<f64>() - area).abs() < 1e-12 * area.max(1e-3));
+            // ∫ (f·p + g)² = |t|/12 (Σ h_i² + (Σ h_i)²) with the values h_i at the corners.
+            let heights = corners.map(|p| dot(f, p) + g);
+            let sum: f64 = heights.iter().sum();
+            let integral = area / 12.0 * (dot(heights, heights) + sum * sum);
+            let sampled: f64 = samples.points.iter().zip(&samples.weights).map(|(&p, w)| w * (dot(f, p) + g).powi(2)).sum();
+            prop_assert!((sampled - integral).abs() < 1e-12 * area.max(1e-3), "{sampled} {integral}");
+            let linear: f64 = samples.points.iter().zip(&samples.weights).map(|(&p, w)| w * (dot(f, p) + g)).sum();
+            prop_assert!((linear - area * sum / 3.0).abs() < 1e-12 * area.max(1e-3));
         }
 
         #[test]
