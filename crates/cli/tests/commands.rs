@@ -805,7 +805,9 @@ fn heat_maps_are_pictures_or_coloured_meshes_on_a_scale_that_can_be_shared() {
     let compare = "compare model.ply signed.ply --metrics distance --interval 0.01 --json --heatmap";
     let report = folder.done(&format!("{compare} map.png")).json();
     let greatest = number(&report["heatmap"], "max");
-    assert!(greatest > 0.0 && greatest <= number(&report["distance"], "hausdorff_forward"));
+    // A vertex measured alone, and measured among others: the same but for rounding.
+    let hausdorff = number(&report["distance"], "hausdorff_forward");
+    assert!(greatest > 0.0 && greatest <= hausdorff * (1.0 + 1e-9));
     assert!(folder.read("map.png").starts_with(b"\x89PNG"));
     folder.done(&format!("{compare} map.ply --heatmap-max 0.01"));
     let coloured = Asset::open(folder.path("map.ply")).unwrap();
