@@ -5,7 +5,6 @@ mod bench;
 mod machine;
 mod meshes;
 mod patches;
-mod picture;
 mod pictures;
 mod process;
 mod python;
@@ -45,7 +44,7 @@ enum Task {
         #[arg(long, conflicts_with = "most_vertices")]
         patches_only: bool,
     },
-    /// Hold the partitioner or the eigen-solver against its peers, and write what came out into results/
+    /// Hold the partitioner, the eigen-solver or the metrics against their peers, and write what came out into results/
     #[command(subcommand)]
     Bench(bench::Bench),
     /// Paint the patches of the igea and of the skull, and a cropped armadillo, into results/

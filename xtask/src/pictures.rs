@@ -9,6 +9,7 @@ use anyhow::{Context, Result, ensure};
 use bench_harness::{edge_graph, mesh_files, name_of};
 use mesh::{Asset, Similarity, TriMesh, Welded, shapes};
 use partition::{Options, partition};
+use quality::picture::{Colour, Paint, Picture, View, linear};
 use rand_chacha::{ChaCha20Rng, rand_core::SeedableRng};
 use registration::{align, resample};
 use sigmark::{
@@ -16,10 +17,7 @@ use sigmark::{
     signature::{Curve, SigningKey},
 };
 
-use crate::{
-    picture::{Colour, Picture, View},
-    process::root,
-};
+use crate::process::root;
 
 /// Pixels of the longer side.
 const SIZE: usize = 720;
@@ -72,7 +70,8 @@ pub(crate) fn run(meshes: &Path) -> Result<()> {
         let asset = Asset::open(file)?;
         let colours = colours(asset.mesh(), subject.parts)?;
         let path = results.join(subject.picture);
-        Picture::of(asset.mesh(), &colours, subject.view, SIZE).save(&path)?;
+        let picture = Picture::of(asset.mesh(), Paint::Triangles(&colours), subject.view, SIZE);
+        fs::write(&path, picture.to_png()?).with_context(|| path.display().to_string())?;
         println!("written: {}", path.display());
     }
     cropped(&files, meshes, &results.join("armadillo_cropped.png"))
@@ -118,9 +117,10 @@ fn cropped(files: &[PathBuf], meshes: &Path, picture: &Path) -> Result<()> {
         .map(|t| linear(if is_seen(t) { SEEN } else { MISSING }))
         .collect();
     let left = vec![linear(SEEN); suspect.triangle_count()];
-    let left = Picture::of(&suspect, &left, FROM_THE_FRONT, 2 * SIZE / 3);
-    let right = Picture::of(&resampled, &colours, FROM_THE_FRONT, 2 * SIZE / 3);
-    Picture::beside(&left, &right).save(picture)?;
+    let [left, right] = [(&suspect, &left), (&resampled, &colours)]
+        .map(|(mesh, colours)| Picture::of(mesh, Paint::Triangles(colours), FROM_THE_FRONT, 2 * SIZE / 3));
+    let both = Picture::beside(&left, &right);
+    fs::write(picture, both.to_png()?).with_context(|| picture.display().to_string())?;
     println!("written: {}", picture.display());
     Ok(())
 }
@@ -185,17 +185,6 @@ fn distinct(touch: &[Vec<bool>], colours: usize) -> Vec<usize> {
         chosen.push(best.unwrap_or(0));
     }
     chosen
-}
-
-fn linear(srgb: u32) -> Colour {
-    [16, 8, 0].map(|shift| {
-        let value = f64::from(srgb >> shift & 0xff) / 255.0;
-        if value <= 0.040_45 {
-            value / 12.92
-        } else {
-            ((value + 0.055) / 1.055).powf(2.4)
-        }
-    })
 }
 
 #[cfg(test)]

@@ -53,8 +53,8 @@ pub(crate) fn run(results: &Path) -> Result<()> {
         "# Results\n\nWritten by `cargo xtask reproduce`; the paper's figures stand beside ours. The paper's bunny has 35 k vertices;\n\
          ours is the one that comes with pymeshlab. Marked by the `paper` profile: ECDSA on B-163 with SHA-1, 324 bits, chip rate 3,\n\
          α = 5·10⁻⁶ in the paper's unit.\n\nBeside this page, by tasks of their own: [the eigen-solver and its peers](eigen.md), [the partitioner and\n\
-         METIS](partition.md), the [igea in 5](igea_5_patches.png), the [skull in 33 patches](skull_33_patches.png)\n\
-         and, as Fig. 3, a [cropped armadillo and what it shows of the original](armadillo_cropped.png).\n\n",
+         METIS](partition.md), [registration](registration.md), [the metrics and theirs](quality.md), the [igea in 5](igea_5_patches.png), the\n\
+         [skull in 33 patches](skull_33_patches.png) and, as Fig. 3, a [cropped armadillo and what it shows of the original](armadillo_cropped.png).\n\n",
     );
     for (file, table) in &tables {
         table.write_csv(&results.join(file))?;

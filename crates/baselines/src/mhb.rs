@@ -100,7 +100,9 @@ impl<D: Detector + Debug + Send> Prepared for PreparedMhb<D> {
     fn extract(&self, suspect: &Registered, alpha: f64, work: Work<'_>) -> Result<SoftBits, BaselineError> {
         check_vertices(suspect.positions.len(), self.original.mesh().vertex_count())?;
         check_alpha(alpha)?;
-        let soft: Result<_, SigmarkError> = self.detector.detect(&self.original, suspect, work);
+        let soft: Result<_, SigmarkError> =
+            self.detector
+                .detect(&self.original, &self.alphas(alpha), suspect, work);
         Ok(soft?)
     }
 }

@@ -44,6 +44,8 @@ pub(crate) enum Command {
     Verify(Verify),
     /// Move a suspect onto its original
     Align(Align),
+    /// Measure how far two meshes differ
+    Compare(Compare),
     /// Report on a mesh file: topology, size, oddities
     Inspect(Inspect),
     /// Compute the lower Laplace-Beltrami spectrum of a mesh
@@ -257,6 +259,79 @@ pub(crate) struct Verify {
     pub(crate) json: bool,
 }
 
+/// What can be measured of two meshes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Metric {
+    /// Distances between the surfaces: d_rmse, mean, Hausdorff, MRMS
+    Distance,
+    /// Shape-DNA: distance of the normalised Laplace-Beltrami eigenvalues
+    ShapeDna,
+    /// MSDM2: what people notice, by curvature
+    Msdm2,
+    /// DAME: what people notice, by the angles at edges; needs the same triangles
+    Dame,
+}
+
+/// What a heat map shows at each vertex.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Heat {
+    /// The distance from the reference, as a fraction of its diagonal
+    #[default]
+    Distance,
+    /// The local distortion of MSDM2
+    Msdm2,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Example:
+  sigmark compare model.obj signed.obj --heatmap difference.png
+
+The first mesh is the reference. Both are compared as they lie: nothing is aligned. Distances are fractions of the \
+reference's diagonal in JSON and per cent of it for people; forward is from the second mesh to the first. DAME finds vertices \
+that came in another order. What can't be computed is named with the reason; the exit code is 2 if that is everything.
+
+--json prints: reference, distorted (file names), diagonal (in the models' unit), distance (d_rmse, mean, hausdorff_forward, \
+hausdorff_backward, hausdorff, rmse_backward, mrms, samples, interval), shape_dna (p, m, distance, components of both), msdm2 \
+(forward, backward, symmetric), dame (error in radians, edges), not_computed (reasons), heatmap (file, max), seconds (of each \
+stage). What was not asked for or not computed is null.")]
+pub(crate) struct Compare {
+    /// The mesh to measure by
+    pub(crate) reference: PathBuf,
+    /// The mesh that differs from it
+    pub(crate) distorted: PathBuf,
+    /// What to measure, separated by commas [default: everything]
+    #[arg(long, value_name = "METRICS", value_enum, value_delimiter = ',', hide_default_value = true,
+        default_values_t = [Metric::Distance, Metric::ShapeDna, Metric::Msdm2, Metric::Dame])]
+    pub(crate) metrics: Vec<Metric>,
+    /// Largest distance between samples of a surface, as a fraction of its diagonal
+    #[arg(long, value_name = "FRACTION", default_value_t = 5e-4, allow_negative_numbers = true, value_parser = numbers::between_0_and_1)]
+    pub(crate) interval: f64,
+    /// m of Shape-DNA's d_p,m: how many eigenvalues
+    #[arg(long, value_name = "M", default_value_t = 50, allow_negative_numbers = true, value_parser = numbers::count)]
+    pub(crate) eigenvalues: usize,
+    /// p of Shape-DNA's d_p,m
+    #[arg(long, value_name = "P", default_value_t = 2.0, allow_negative_numbers = true, value_parser = numbers::at_least_1)]
+    pub(crate) norm: f64,
+    /// Where to paint the second mesh in the colours of the difference: a .png picture of four sides, or a .ply mesh
+    #[arg(long, value_name = "FILE")]
+    pub(crate) heatmap: Option<PathBuf>,
+    /// What the heat map shows
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) heatmap_of: Heat,
+    /// What the last colour stands for; the same number makes pictures comparable [default: the greatest difference]
+    #[arg(long, value_name = "NUMBER", allow_negative_numbers = true, value_parser = numbers::positive)]
+    pub(crate) heatmap_max: Option<f64>,
+    #[command(flatten)]
+    pub(crate) threads: Threads,
+    /// Replace a file that exists
+    #[arg(long)]
+    pub(crate) force: bool,
+    /// Print one JSON object
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Example:
@@ -455,6 +530,10 @@ mod numbers {
 
     pub(super) fn between_0_and_1(text: &str) -> Result<f64, String> {
         real(text, "a number between 0 and 1", |x| x > 0.0 && x < 1.0)
+    }
+
+    pub(super) fn at_least_1(text: &str) -> Result<f64, String> {
+        real(text, "a number from 1", |x| x >= 1.0 && x.is_finite())
     }
 
     pub(super) fn distortion(text: &str) -> Result<f64, String> {

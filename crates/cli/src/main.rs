@@ -16,7 +16,7 @@ mod usage;
 use std::process::ExitCode;
 
 use args::Command;
-use commands::{align, embed, inspect, keygen, partition, spectrum, verify};
+use commands::{align, compare, embed, inspect, keygen, partition, spectrum, verify};
 
 /// What a command that was carried out has to say.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,6 +37,7 @@ fn main() -> ExitCode {
         Command::Embed(arguments) => embed::run(arguments),
         Command::Verify(arguments) => verify::run(arguments),
         Command::Align(arguments) => align::run(arguments),
+        Command::Compare(arguments) => compare::run(arguments),
         Command::Inspect(arguments) => inspect::run(arguments),
         Command::Spectrum(arguments) => spectrum::run(arguments),
         Command::Partition(arguments) => partition::run(arguments),

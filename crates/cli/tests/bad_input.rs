@@ -36,6 +36,8 @@ fn refused_everywhere(folder: &Folder, name: &str, words: &[&str]) {
         format!("inspect {name}"),
         format!("inspect {name} --json"),
         format!("spectrum {name} -k 2 -o out.npz"),
+        format!("compare {name} model.ply"),
+        format!("compare model.ply {name} --heatmap out.png"),
         format!("embed {name} -o out.{extension} --key owner.pem"),
         VERIFY.replacen("signed.ply", name, 1),
         verify_with("--original", name),
@@ -397,6 +399,10 @@ fn numbers_out_of_bounds_are_refused_before_any_work_is_done() {
             "--point",
             "1 1=x 1,2=3 1,2,nan=4 -1=2",
         ),
+        ("compare nowhere.ply model.ply", "--interval", "0 1 -1 nan x"),
+        ("compare nowhere.ply model.ply", "--eigenvalues", "0 -1 x"),
+        ("compare nowhere.ply model.ply", "--norm", "0.5 -1 nan inf"),
+        ("compare nowhere.ply model.ply", "--heatmap-max", "0 -1 nan x"),
         ("spectrum nowhere.ply", "--count", "0 -1 x"),
         ("partition nowhere.ply", "--parts", "0 -1 x"),
         ("spectrum nowhere.ply", "--tolerance", "0 1 -1 nan"),
@@ -408,6 +414,34 @@ fn numbers_out_of_bounds_are_refused_before_any_work_is_done() {
             let words = [*option, &quoted, "give a ", &help];
             folder.refused(&format!("{line} {option} {value}"), &words);
         }
+    }
+}
+
+#[test]
+fn meshes_that_can_not_be_compared_as_asked_are_refused_with_the_reason() {
+    let folder = Folder::with_signed_model();
+    folder.write_mesh("cube.ply", &shapes::cube(1.0), Precision::Double);
+    let line = [[0.0; 3], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]];
+    let flat = TriMesh::new(line.to_vec(), vec![[0, 1, 2]]).unwrap();
+    folder.write_mesh("flat.ply", &flat, Precision::Double);
+    let table: &[(&str, &[&str])] = &[
+        (
+            "model.ply cube.ply --metrics dame",
+            &["cube.ply", "connectivity differs", "8"],
+        ),
+        (
+            "model.ply cube.ply --metrics shape-dna",
+            &["cube.ply", "50 non-zero eigenvalues", "have 7"],
+        ),
+        ("cube.ply flat.ply --metrics distance", &["flat.ply", "area"]),
+        ("flat.ply cube.ply", &["flat.ply", "area"]),
+        (
+            "model.ply signed.ply --metrics distance --interval 1e-9",
+            &["interval", "samples", "at least"],
+        ),
+    ];
+    for (files, words) in table {
+        folder.refused(&format!("compare {files}"), words);
     }
 }
 
@@ -436,6 +470,14 @@ fn command_lines_that_are_wrong_are_refused_in_one_line() {
         ("keygen -o x.pem --profile best", &["best", "standard, paper"]),
         ("keygen -o x.pem --encrypted", &["--encrypted", "--encrypt"]),
         ("inspect model.ply signed.ply", &["signed.ply"]),
+        (
+            "compare model.ply",
+            &["<DISTORTED>", "see `sigmark compare --help`"],
+        ),
+        (
+            "compare model.ply signed.ply --metrics beauty",
+            &["beauty", "distance, shape-dna, msdm2, dame"],
+        ),
         (
             "embed model.ply -o out.ply --key owner.pem --alpha 1 --distortion 0.1",
             &["--alpha", "--distortion"],
@@ -798,6 +840,26 @@ fn outputs_that_would_harm_or_can_not_be_written_are_refused() {
         (
             "spectrum model.ply -k 2 -o nowhere/b.npz".into(),
             &["nowhere/b.npz", "make it first"],
+        ),
+        (
+            "compare model.ply signed.ply --heatmap theirs.ply".into(),
+            &["theirs.ply", "exists already", "--force"],
+        ),
+        (
+            "compare model.ply signed.ply --heatmap model.ply --force".into(),
+            &["model.ply", "is the reference", "another file"],
+        ),
+        (
+            "compare model.ply signed.ply --heatmap signed.ply --force".into(),
+            &["signed.ply", "is the mesh compared", "another file"],
+        ),
+        (
+            "compare model.ply signed.ply --heatmap difference.jpg".into(),
+            &["difference.jpg", ".png", ".ply"],
+        ),
+        (
+            "compare model.ply signed.ply --heatmap nowhere/d.png".into(),
+            &["nowhere/d.png", "make it first"],
         ),
     ];
     for (line, words) in table {

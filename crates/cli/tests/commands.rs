@@ -743,3 +743,98 @@ fn names_and_messages_from_outside_do_not_steer_the_terminal() {
         &["no\u{fffd}such\u{fffd}file.obj"],
     );
 }
+
+#[test]
+fn compare_measures_everything_and_what_was_asked_for_alone() {
+    let folder = Folder::with_signed_model();
+    let report = folder.done("compare model.ply signed.ply --json").json();
+    let distance = &report["distance"];
+    let (rmse, hausdorff) = (number(distance, "d_rmse"), number(distance, "hausdorff"));
+    // The mark moves the surface by 0.04 % of the diagonal, sideways too.
+    assert!((1e-4..4.1e-4).contains(&rmse) && hausdorff > rmse && hausdorff < 10.0 * rmse);
+    assert!(number(distance, "mean") < rmse && number(distance, "mrms") >= rmse);
+    assert!(number(&report["shape_dna"], "distance") > 0.0);
+    assert!(number(&report["msdm2"], "symmetric") > 0.0 && number(&report["dame"], "error") > 0.0);
+    assert_eq!(report["not_computed"], serde_json::json!({}));
+    assert!(report["heatmap"].is_null());
+
+    let report = folder
+        .done("compare model.ply signed.ply --metrics dame,dame --json")
+        .json();
+    assert!(report["distance"].is_null() && report["msdm2"].is_null() && !report["dame"].is_null());
+
+    let people = folder.done("compare model.ply signed.ply").out;
+    for word in [
+        "d_rmse",
+        "Hausdorff",
+        "MRMS",
+        "d_2,50",
+        "MSDM2",
+        "DAME",
+        "of the diagonal",
+    ] {
+        assert!(people.contains(word), "no {word} in {people}");
+    }
+}
+
+#[test]
+fn compare_finds_no_difference_between_a_mesh_and_itself_in_other_files_and_orders() {
+    let folder = Folder::empty();
+    let mesh = model();
+    folder.write_mesh("model.ply", &mesh, Precision::Double);
+    folder.write_mesh("model.off.gz", &mesh, Precision::Double);
+    folder.write_mesh("shuffled.obj", &shapes::shuffled(&mesh, 7), Precision::Double);
+    for other in ["model.off.gz", "shuffled.obj"] {
+        let report = folder
+            .done(&format!("compare model.ply {other} --json --interval 0.01"))
+            .json();
+        assert!(number(&report["distance"], "hausdorff") < 1e-14);
+        assert!(number(&report["shape_dna"], "distance") < 1e-8);
+        assert!(number(&report["msdm2"], "symmetric") < 1e-6);
+        assert!(number(&report["dame"], "error") < 1e-12);
+    }
+}
+
+#[test]
+fn compare_says_which_metric_needs_the_same_triangles_and_gives_the_others() {
+    let folder = Folder::empty();
+    folder.write_mesh("coarse.ply", &shapes::icosphere(3), Precision::Double);
+    folder.write_mesh("fine.ply", &shapes::icosphere(4), Precision::Double);
+    let report = folder
+        .done("compare coarse.ply fine.ply --interval 0.01 --json")
+        .json();
+    assert!(report["dame"].is_null());
+    let reason = report["not_computed"]["dame"].as_str().expect("a reason");
+    assert!(reason.contains("connectivity differs") && reason.contains("fine.ply"));
+    assert!(number(&report["distance"], "d_rmse") > 0.0 && number(&report["msdm2"], "symmetric") > 0.0);
+    let people = folder.done("compare coarse.ply fine.ply --interval 0.01").out;
+    assert!(people.contains("not computed") && people.contains("connectivity differs"));
+}
+
+#[test]
+fn heat_maps_are_pictures_or_coloured_meshes_on_a_scale_that_can_be_shared() {
+    let folder = Folder::with_signed_model();
+    let compare = "compare model.ply signed.ply --metrics distance --interval 0.01 --json --heatmap";
+    let report = folder.done(&format!("{compare} map.png")).json();
+    let greatest = number(&report["heatmap"], "max");
+    // A vertex measured alone, and measured among others: the same but for rounding.
+    let hausdorff = number(&report["distance"], "hausdorff_forward");
+    assert!(greatest > 0.0 && greatest <= hausdorff * (1.0 + 1e-9));
+    assert!(folder.read("map.png").starts_with(b"\x89PNG"));
+    folder.done(&format!("{compare} map.ply --heatmap-max 0.01"));
+    let coloured = Asset::open(folder.path("map.ply")).unwrap();
+    assert_eq!(coloured.mesh().triangles(), model().triangles());
+    // On a scale of 1 % all vertices are of the first colours; on their own scale some are of the last.
+    let header_end = |bytes: &[u8]| bytes.windows(11).position(|w| w == b"end_header\n").unwrap() + 11;
+    let reds = |name: &str| -> Vec<u8> {
+        let bytes = folder.read(name);
+        let vertices = bytes[header_end(&bytes)..]
+            .chunks(15)
+            .take(model().vertex_count());
+        vertices.map(|vertex| vertex[12]).collect()
+    };
+    assert!(reds("map.ply").iter().all(|&red| red < 0x60));
+    folder.done(&format!("{compare} map.ply --force"));
+    assert!(reds("map.ply").contains(&0xc9));
+    folder.done(&format!("{compare} local.png --heatmap-of msdm2"));
+}

@@ -86,6 +86,7 @@ mod resample;
 mod sampled;
 mod search;
 mod surface;
+mod swarm;
 mod threads;
 mod umeyama;
 mod vector;

@@ -10,9 +10,9 @@ use mesh::{BoundingBox, TriMesh};
 
 /// A mesh prepared for queries. Building takes O(n log n) time, about 170 bytes a triangle.
 pub struct Surface {
-    nodes: Vec<Node>,
+    pub(crate) nodes: Vec<Node>,
     /// Corners of the triangles, in the order of the leaves.
-    corners: Vec<[Vec3; 3]>,
+    pub(crate) corners: Vec<[Vec3; 3]>,
     /// The triangle's index in the mesh, in the order of the leaves.
     triangles: Vec<u32>,
 }
@@ -40,11 +40,11 @@ pub struct Hit {
 /// A box of triangles. Leaf: `count` triangles from `first`; inner node (`count` 0): the children `first` and
 /// `first + 1`.
 #[derive(Clone, Copy)]
-struct Node {
-    min: Vec3,
-    max: Vec3,
-    first: u32,
-    count: u32,
+pub(crate) struct Node {
+    pub(crate) min: Vec3,
+    pub(crate) max: Vec3,
+    pub(crate) first: u32,
+    pub(crate) count: u32,
 }
 
 const LEAF: usize = 4;
@@ -350,20 +350,20 @@ fn pad(nodes: &mut [Node]) {
 }
 
 /// Nodes still to visit, each with its distance.
-struct Stack {
+pub(crate) struct Stack {
     nodes: [(u32, f64); DEEPEST + 1],
     len: usize,
 }
 
 impl Stack {
-    fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self {
             nodes: [(0, 0.0); DEEPEST + 1],
             len: 0,
         }
     }
 
-    fn push(&mut self, node: u32, distance: f64) {
+    pub(crate) fn push(&mut self, node: u32, distance: f64) {
         self.nodes[self.len] = (node, distance);
         self.len += 1;
     }
@@ -375,7 +375,7 @@ impl Stack {
         }
     }
 
-    fn pop(&mut self) -> Option<(u32, f64)> {
+    pub(crate) fn pop(&mut self) -> Option<(u32, f64)> {
         self.len = self.len.checked_sub(1)?;
         Some(self.nodes[self.len])
     }

@@ -5,6 +5,7 @@ mod eigen;
 mod measure;
 mod partition;
 mod peers;
+mod quality;
 mod registration;
 mod registration_peers;
 
@@ -65,6 +66,20 @@ pub(crate) enum Bench {
         #[arg(long)]
         no_peers: bool,
     },
+    /// Distances beside MeshLab's filter, Shape-DNA beside scipy and LaPy: figures and time
+    ///
+    /// Makes a Python environment in bench-harness/.venv. Finished peer cells are kept in .cache/bench.
+    Quality {
+        /// Mesh files; those with more than 140 000 vertices are passed over
+        #[arg(long, value_name = "DIR")]
+        meshes: PathBuf,
+        /// Only files whose name begins so; may be repeated
+        #[arg(long, value_name = "NAME")]
+        only: Vec<String>,
+        /// Times are medians over so many rounds
+        #[arg(long, default_value_t = 3)]
+        rounds: usize,
+    },
 }
 
 pub(crate) fn run(bench: Bench) -> Result<()> {
@@ -94,5 +109,6 @@ pub(crate) fn run(bench: Bench) -> Result<()> {
             };
             registration::run(&meshes, &selection)
         }
+        Bench::Quality { meshes, only, rounds } => quality::run(&meshes, &only, rounds.max(1)),
     }
 }

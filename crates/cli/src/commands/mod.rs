@@ -1,6 +1,7 @@
 //! One module a command: it reads what it needs, calls the libraries, writes what it made and says so.
 
 pub(crate) mod align;
+pub(crate) mod compare;
 pub(crate) mod embed;
 pub(crate) mod inspect;
 pub(crate) mod keygen;

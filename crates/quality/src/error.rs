@@ -1,0 +1,121 @@
+use mhb_core::SpectrumError;
+
+/// Why two meshes can't be compared.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum QualityError {
+    /// An option lies outside its range.
+    #[error("the option {name} is {value}; it must be {range}")]
+    Option {
+        /// The field's name.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// What it may be.
+        range: &'static str,
+    },
+    /// The sampling interval is so small that the samples can't be counted, or would take days.
+    #[error(
+        "sampling every {interval} of the diagonal would take {samples:.1e} samples; take an interval of at least {least:.1e}"
+    )]
+    TooManySamples {
+        /// The interval, as a fraction of the diagonal.
+        interval: f64,
+        /// About how many samples that means.
+        samples: f64,
+        /// The smallest interval that is accepted for this surface.
+        least: f64,
+    },
+    /// A surface without area has no samples, no spectrum and no diagonal to measure by.
+    #[error("the area of the surface is {area}: nothing can be measured on it")]
+    NoSurface {
+        /// The sum of the triangles' areas.
+        area: f64,
+    },
+    /// The metric compares vertex with vertex, but the two meshes do not have the same triangles.
+    #[error(
+        "the meshes differ in connectivity ({difference}): this metric needs the same triangles over the same vertices"
+    )]
+    Connectivity {
+        /// The first difference, in words.
+        difference: String,
+    },
+    /// Each connected component has one eigenvalue 0; of the others there are too few.
+    #[error(
+        "{count} non-zero eigenvalues were asked for; {vertices} vertices in {components} component(s) have {available}"
+    )]
+    TooFewEigenvalues {
+        /// How many were asked for.
+        count: usize,
+        /// #V.
+        vertices: usize,
+        /// Connected components.
+        components: usize,
+        /// How many there are.
+        available: usize,
+    },
+    /// So many eigenvalues of so large a mesh need more memory than there is on most machines.
+    #[error(
+        "{count} eigenvalues of a mesh of {vertices} vertices need too much memory: ask for at most {most}, or simplify the mesh"
+    )]
+    TooManyEigenvalues {
+        /// How many were asked for.
+        count: usize,
+        /// #V.
+        vertices: usize,
+        /// How many can be had.
+        most: usize,
+    },
+    /// Two Shape-DNAs of different lengths have no distance.
+    #[error("a Shape-DNA of {left} eigenvalues can't be compared with one of {right}")]
+    Lengths {
+        /// Eigenvalues of the one.
+        left: usize,
+        /// Eigenvalues of the other.
+        right: usize,
+    },
+    /// Stiffness and mass could not be assembled.
+    #[error(transparent)]
+    Spectrum(#[from] SpectrumError),
+    /// A sparse factorisation failed.
+    #[error(
+        "the stiffness matrix can't be factorised at shift {shift} (in units of 1 / area): the mesh has extreme triangles, mend them or re-mesh"
+    )]
+    Factorisation {
+        /// The shift.
+        shift: f64,
+    },
+    /// The search for eigenvalues found another number of them than inertia proves.
+    #[error(
+        "found {found} of the {expected} lowest eigenvalues: the mesh has extreme triangles, mend them or re-mesh"
+    )]
+    Incomplete {
+        /// Converged eigenvalues.
+        found: usize,
+        /// How many there are, by Sylvester's law.
+        expected: usize,
+    },
+    /// There is not enough memory for the factors.
+    #[error("there is not enough memory to factorise a matrix of {size} rows: simplify the mesh first")]
+    Memory {
+        /// Number of rows.
+        size: usize,
+    },
+    /// The threads that were asked for could not be started.
+    #[error("{threads} threads could not be started ({reason}); ask for fewer")]
+    Threads {
+        /// How many were asked for.
+        threads: usize,
+        /// What the system said.
+        reason: String,
+    },
+    /// A picture could not be encoded.
+    #[error("the picture can't be encoded ({reason})")]
+    Picture {
+        /// What the encoder said.
+        reason: String,
+    },
+    /// The observer asked to stop.
+    #[error("the comparison was cancelled")]
+    Cancelled,
+}
