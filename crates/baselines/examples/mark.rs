@@ -73,9 +73,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let marked = prepared.embed(&signature, *alpha, work)?;
         let (rms, normal) = displacement(mesh, &marked);
         let rate = |positions: Vec<[f64; 3]>| -> Result<f64, baselines::BaselineError> {
-            let suspect = Registered {
-                positions: positions.into_iter().map(Some).collect(),
-            };
+            let suspect = Registered::by_vertices(positions.into_iter().map(Some).collect());
             let soft = prepared.extract(&suspect, *alpha, work)?;
             Ok(100.0 * extraction_rate(&signature, &soft.hard()))
         };

@@ -24,7 +24,7 @@
 //! let prepared = Rbf::default().prepare(&subject, Work::default())?;
 //! let marked = prepared.embed(&signature, Rbf::PAPER_ALPHA, Work::default())?;
 //!
-//! let suspect = Registered { positions: marked.into_iter().map(Some).collect() };
+//! let suspect = Registered::by_vertices(marked.into_iter().map(Some).collect());
 //! let soft = prepared.extract(&suspect, Rbf::PAPER_ALPHA, Work::default())?;
 //! assert_eq!(soft.hard(), signature);
 //! # Ok::<(), baselines::BaselineError>(())

@@ -43,9 +43,7 @@ fn signature() -> Vec<bool> {
 }
 
 fn registered(positions: impl IntoIterator<Item = Option<[f64; 3]>>) -> Registered {
-    Registered {
-        positions: positions.into_iter().collect(),
-    }
+    Registered::by_vertices(positions.into_iter().collect())
 }
 
 fn rate(prepared: &dyn Prepared, suspect: &Registered, alpha: f64) -> f64 {
