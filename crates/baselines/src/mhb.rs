@@ -1,8 +1,6 @@
 use std::fmt::Debug;
 
-use sigmark::{
-    ChipLayout, CoefficientDetector, Detector, Original, Registered, SigmarkError, SoftBits, Work,
-};
+use sigmark::{ChipLayout, CoefficientDetector, Detector, Original, Registered, SoftBits, Work};
 
 use crate::{
     Algorithm, BaselineError, Prepared, Reference, Subject,
@@ -100,9 +98,7 @@ impl<D: Detector + Debug + Send> Prepared for PreparedMhb<D> {
     fn extract(&self, suspect: &Registered, alpha: f64, work: Work<'_>) -> Result<SoftBits, BaselineError> {
         check_vertices(suspect.positions.len(), self.original.mesh().vertex_count())?;
         check_alpha(alpha)?;
-        let soft: Result<_, SigmarkError> =
-            self.detector
-                .detect(&self.original, &self.alphas(alpha), suspect, work);
-        Ok(soft?)
+        let alphas = self.alphas(alpha);
+        Ok(self.detector.detect(&self.original, &alphas, suspect, work)?)
     }
 }
