@@ -26,11 +26,12 @@
 //! **Method.** Multilevel (Karypis and Kumar, *A fast and high quality multilevel scheme for partitioning irregular
 //! graphs*, 1998; *Multilevel k-way partitioning*, 1998b): heavy edges are contracted until the graph is small, the small
 //! graph is divided by recursive bisection, and the division is refined on the way back up by localised k-way
-//! Fiduccia–Mattheyses search and by minimum cuts in corridors along the borders (Sanders and Schulz, 2011). Several candidates are made on a graph of middling size; at
-//! high effort the best is combined with the others (Sanders and Schulz, 2012).
+//! Fiduccia–Mattheyses search and by minimum cuts in corridors along the borders (Sanders and Schulz, 2011). Several
+//! candidates are made on a graph of middling size; at high effort the best is combined with the others (Sanders and
+//! Schulz, 2012).
 //!
 //! **Cost.** O(#E) time a level and about twice that in all, plus O(#E) memory of about 40 bytes a stored edge. At
-//! default effort about the time of METIS.
+//! default effort about twice the time of METIS, with shorter borders; at high effort ten times.
 
 mod bisect;
 mod buckets;

@@ -1,6 +1,6 @@
 //! Direct k-way partitioning: coarsen, divide the coarsest graph by recursive bisection, refine all parts at once on
-//! the way back up (Karypis and Kumar 1998b), by local search and by minimum cuts between pairs of parts. On a graph of middling size this is done several times, and the best
-//! candidate is combined with the others (Sanders and Schulz 2012).
+//! the way back up (Karypis and Kumar 1998b), by local search and by minimum cuts between pairs of parts. On a graph of
+//! middling size this is done several times, and the best candidate is combined with the others (Sanders and Schulz 2012).
 
 use crate::Graph;
 use crate::bisect::{BisectionSearch, recursive_bisection};
