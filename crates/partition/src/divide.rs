@@ -19,5 +19,5 @@ pub fn partition(graph: &Graph, options: &Options) -> Result<Partition, Partitio
     } else {
         multilevel::partition(graph, &balance, options, &team)
     };
-    Ok(Partition::of(graph, part_of, &balance))
+    Ok(Partition::of(graph, part_of, &balance, &team))
 }

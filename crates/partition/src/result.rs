@@ -1,3 +1,5 @@
+use crate::options::Balance;
+use crate::team::Team;
 use crate::{Graph, PartitionError};
 
 /// A division of the vertices, with the figures by which it is judged.
@@ -29,7 +31,7 @@ impl Partition {
         part_of: Vec<u32>,
         options: &crate::Options,
     ) -> Result<Self, PartitionError> {
-        let balance = crate::options::Balance::new(graph, options)?;
+        let balance = Balance::new(graph, options)?;
         if part_of.len() != graph.vertex_count() {
             let (what, given) = ("the array of parts", part_of.len());
             return Err(PartitionError::Length {
@@ -46,11 +48,11 @@ impl Partition {
                 parts,
             });
         }
-        Ok(Self::of(graph, part_of, &balance))
+        Ok(Self::of(graph, part_of, &balance, &Team::new(options.threads)?))
     }
 
     /// `part_of` must be in range.
-    pub(crate) fn of(graph: &Graph, part_of: Vec<u32>, balance: &crate::options::Balance) -> Self {
+    pub(crate) fn of(graph: &Graph, part_of: Vec<u32>, balance: &Balance, team: &Team) -> Self {
         let mut weights = vec![0i64; balance.parts()];
         for (v, &p) in part_of.iter().enumerate() {
             weights[p as usize] += i64::from(graph.vertex_weights[v]);
@@ -62,13 +64,16 @@ impl Partition {
             .map(ratio)
             .fold(f64::NEG_INFINITY, f64::max);
         let balanced = weights.iter().zip(&balance.limits).all(|(w, limit)| w <= limit);
-        let (communication_volume, cut) = borders(graph, &part_of, balance.parts());
+        let ((communication_volume, cut), components) = team.join(
+            || borders(graph, &part_of, balance.parts()),
+            || components_of_parts(graph, &part_of, balance.parts()),
+        );
         Self {
             cut,
             weights,
             imbalance: imbalance.max(0.0),
             balanced,
-            components: components_of_parts(graph, &part_of, balance.parts()),
+            components,
             communication_volume,
             part_of,
         }
