@@ -33,7 +33,7 @@ mod similarity;
 mod topology;
 mod trimesh;
 mod union_find;
-mod vector;
+pub mod vector;
 mod weld;
 
 pub use asset::{

@@ -1,5 +1,5 @@
 use crate::TriMesh;
-use crate::vector::{add, cross, dot, norm, scale, sub, unit};
+use crate::vector::{add, cross, dot, norm, scaled, sub, unit};
 
 /// See [`TriMesh::vertex_normals`].
 pub(crate) fn vertex_normals(mesh: &TriMesh) -> Vec<[f64; 3]> {
@@ -9,7 +9,7 @@ pub(crate) fn vertex_normals(mesh: &TriMesh) -> Vec<[f64; 3]> {
         let normal = unit(cross(sub(p[1], p[0]), sub(p[2], p[0])));
         for i in 0..3 {
             let n = &mut normals[triangle[i] as usize];
-            *n = add(*n, scale(angle(p[i], p[(i + 1) % 3], p[(i + 2) % 3]), normal));
+            *n = add(*n, scaled(normal, angle(p[i], p[(i + 1) % 3], p[(i + 2) % 3])));
         }
     }
     // What rounding leaves of normals that cancel is no direction.

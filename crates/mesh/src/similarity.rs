@@ -1,4 +1,4 @@
-use crate::vector::{add, cross, dot, scale};
+use crate::vector::{add, cross, dot, scaled};
 
 /// A similarity transform, p ↦ s R p + t.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
@@ -56,7 +56,7 @@ impl Similarity {
     /// Where a point goes.
     pub fn apply(&self, p: [f64; 3]) -> [f64; 3] {
         add(
-            scale(self.scale, self.rotation.map(|row| dot(row, p))),
+            scaled(self.rotation.map(|row| dot(row, p)), self.scale),
             self.translation,
         )
     }
@@ -74,7 +74,7 @@ impl Similarity {
             translation: [0.0; 3],
         };
         Self {
-            translation: scale(-1.0, back.apply(self.translation)),
+            translation: scaled(back.apply(self.translation), -1.0),
             ..back
         }
     }
@@ -99,7 +99,7 @@ impl Similarity {
     pub fn to_matrix(&self) -> [[f64; 4]; 4] {
         let mut matrix = [[0.0, 0.0, 0.0, 1.0]; 4];
         for i in 0..3 {
-            let [x, y, z] = scale(self.scale, self.rotation[i]);
+            let [x, y, z] = scaled(self.rotation[i], self.scale);
             matrix[i] = [x, y, z, self.translation[i]];
         }
         matrix

@@ -1,24 +1,30 @@
-//! Arithmetic on points of space.
+//! Arithmetic on 3-vectors.
 
-pub(crate) type Point = [f64; 3];
+/// x, y, z.
+pub type Vec3 = [f64; 3];
 
-pub(crate) fn add(a: Point, b: Point) -> Point {
+/// a + b.
+pub fn add(a: Vec3, b: Vec3) -> Vec3 {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 
-pub(crate) fn sub(a: Point, b: Point) -> Point {
+/// a − b.
+pub fn sub(a: Vec3, b: Vec3) -> Vec3 {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
-pub(crate) fn scale(s: f64, a: Point) -> Point {
-    a.map(|x| s * x)
+/// s a.
+pub fn scaled(a: Vec3, s: f64) -> Vec3 {
+    a.map(|x| x * s)
 }
 
-pub(crate) fn dot(a: Point, b: Point) -> f64 {
+/// a · b.
+pub fn dot(a: Vec3, b: Vec3) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-pub(crate) fn cross(a: Point, b: Point) -> Point {
+/// a × b.
+pub fn cross(a: Vec3, b: Vec3) -> Vec3 {
     [
         a[1] * b[2] - a[2] * b[1],
         a[2] * b[0] - a[0] * b[2],
@@ -26,15 +32,21 @@ pub(crate) fn cross(a: Point, b: Point) -> Point {
     ]
 }
 
-pub(crate) fn norm(a: Point) -> f64 {
-    dot(a, a).sqrt()
+/// a · a.
+pub fn squared(a: Vec3) -> f64 {
+    dot(a, a)
+}
+
+/// The length of a.
+pub fn norm(a: Vec3) -> f64 {
+    squared(a).sqrt()
 }
 
 /// The unit vector along `a`; zero for zero.
-pub(crate) fn unit(a: Point) -> Point {
+pub fn unit(a: Vec3) -> Vec3 {
     let length = norm(a);
     if length > 0.0 {
-        scale(1.0 / length, a)
+        scaled(a, 1.0 / length)
     } else {
         [0.0; 3]
     }

@@ -8,8 +8,9 @@
 use std::collections::BTreeMap;
 
 use mesh::TriMesh;
+use mesh::vector::{cross, dot, norm, sub};
 
-use crate::triangle::{Triangle, cross, difference, dot, edge_lengths, norm};
+use crate::triangle::{Triangle, edge_lengths};
 
 /// Slack in the triangle inequality after mollification, as a fraction of the mean edge length.
 const MOLLIFICATION: f64 = 1e-5;
@@ -210,10 +211,10 @@ fn sort_around(mesh: &TriMesh, i: u32, j: u32, incident: &mut [(usize, usize)]) 
         return;
     }
     let positions = mesh.positions();
-    let axis = difference(positions[j as usize], positions[i as usize]);
+    let axis = sub(positions[j as usize], positions[i as usize]);
     let arm = |&(f, side): &(usize, usize)| {
         let apex = mesh.triangles()[f][(side + 2) % 3] as usize;
-        difference(positions[apex], positions[i as usize])
+        sub(positions[apex], positions[i as usize])
     };
     let reference = cross(axis, arm(&incident[0]));
     let angle = |at: &(usize, usize)| {

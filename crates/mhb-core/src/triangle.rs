@@ -1,3 +1,5 @@
+use mesh::vector::{cross, dot, norm, sub};
+
 /// What a triangle contributes to the Laplacian: its area and the cotangents of its corners' angles.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Triangle {
@@ -13,7 +15,7 @@ impl Triangle {
     /// cot α = u·v / |u × v| for the edges u, v that leave the corner. `None` for a degenerate triangle.
     pub(crate) fn from_corners(corners: [[f64; 3]; 3]) -> Option<Self> {
         let [a, b, c] = corners;
-        let [ab, bc, ca] = [difference(b, a), difference(c, b), difference(a, c)];
+        let [ab, bc, ca] = [sub(b, a), sub(c, b), sub(a, c)];
         let twice_area = norm(cross(ab, bc));
         let longest = [ab, bc, ca].map(|e| dot(e, e)).into_iter().fold(0.0, f64::max);
         (twice_area > DEGENERATE * longest && twice_area.is_normal()).then(|| Self {
@@ -64,29 +66,8 @@ impl Triangle {
 pub(crate) fn edge_lengths(corners: [[f64; 3]; 3]) -> [f64; 3] {
     std::array::from_fn(|i| {
         let [p, q] = [corners[(i + 1) % 3], corners[(i + 2) % 3]];
-        norm(difference(q, p))
+        norm(sub(q, p))
     })
-}
-
-/// p − q.
-pub(crate) fn difference(p: [f64; 3], q: [f64; 3]) -> [f64; 3] {
-    std::array::from_fn(|axis| p[axis] - q[axis])
-}
-
-pub(crate) fn dot(u: [f64; 3], v: [f64; 3]) -> f64 {
-    u[0] * v[0] + u[1] * v[1] + u[2] * v[2]
-}
-
-pub(crate) fn cross(u: [f64; 3], v: [f64; 3]) -> [f64; 3] {
-    [
-        u[1] * v[2] - u[2] * v[1],
-        u[2] * v[0] - u[0] * v[2],
-        u[0] * v[1] - u[1] * v[0],
-    ]
-}
-
-pub(crate) fn norm(u: [f64; 3]) -> f64 {
-    dot(u, u).sqrt()
 }
 
 #[cfg(test)]

@@ -6,7 +6,9 @@ use serde::Serialize;
 
 use crate::sampling::{Samples, sample};
 use crate::work::{Observer, by_chunks, in_pool, unobserved};
-use crate::{QualityError, vector::Vec3};
+use mesh::vector::Vec3;
+
+use crate::QualityError;
 
 /// How surfaces are sampled.
 #[derive(Clone, Debug, PartialEq)]

@@ -48,7 +48,6 @@ mod perceptual;
 pub mod picture;
 mod sampling;
 mod spectrum;
-mod vector;
 mod work;
 
 pub use distance::{

@@ -1,6 +1,6 @@
 //! Samples of a triangle, about one interval apart, with the area that each stands for.
 
-use crate::vector::{Vec3, add, cross, norm, scaled, sub};
+use mesh::vector::{Vec3, add, cross, norm, scaled, sub};
 
 /// Triangles with longer edges, in intervals, are halved before they are sampled, so that samples that are measured together
 /// lie close together.
@@ -107,7 +107,7 @@ fn towards(a: Vec3, b: Vec3, t: f64) -> Vec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::vector::dot;
+    use mesh::vector::dot;
     use proptest::prelude::*;
 
     fn all_samples(corners: [Vec3; 3], interval: f64) -> Samples {

@@ -1,39 +1,8 @@
-//! Arithmetic on 3-vectors and 3 × 3 matrices (rows of `[f64; 3]`).
+//! Arithmetic on 3-vectors (`mesh::vector`) and 3 × 3 matrices (rows of `[f64; 3]`).
 
-pub(crate) type Vec3 = [f64; 3];
+pub(crate) use mesh::vector::{Vec3, add, cross, dot, norm, scaled, squared, sub};
+
 pub(crate) type Mat3 = [[f64; 3]; 3];
-
-pub(crate) fn add(a: Vec3, b: Vec3) -> Vec3 {
-    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
-}
-
-pub(crate) fn sub(a: Vec3, b: Vec3) -> Vec3 {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-pub(crate) fn scaled(a: Vec3, s: f64) -> Vec3 {
-    [a[0] * s, a[1] * s, a[2] * s]
-}
-
-pub(crate) fn dot(a: Vec3, b: Vec3) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-pub(crate) fn cross(a: Vec3, b: Vec3) -> Vec3 {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
-}
-
-pub(crate) fn squared(a: Vec3) -> f64 {
-    dot(a, a)
-}
-
-pub(crate) fn norm(a: Vec3) -> f64 {
-    squared(a).sqrt()
-}
 
 pub(crate) fn apply(m: &Mat3, v: Vec3) -> Vec3 {
     [dot(m[0], v), dot(m[1], v), dot(m[2], v)]

@@ -1,7 +1,10 @@
 //! Alignment of a suspect whose vertices are not, or not all, the original's any more: its surface is sampled at the
 //! original's vertices, and what the samples say of the misalignment is taken back.
 
-use mesh::{Similarity, TriMesh};
+use mesh::{
+    Similarity, TriMesh,
+    vector::{cross, dot, sub},
+};
 use registration::{Correspondence, ResampleOptions, Surface, resample_on};
 
 use crate::{Original, PatchBasis, Registered, SigmarkError, Work, least_squares::Equations};
@@ -110,8 +113,7 @@ impl<'a> Sampler<'a> {
     /// Of a triangle of the suspect, of any length.
     fn normal(&self, triangle: usize) -> [f64; 3] {
         let [a, b, c] = self.suspect.corners(triangle);
-        let [u, v]: [[f64; 3]; 2] = [b, c].map(|p| std::array::from_fn(|i| p[i] - a[i]));
-        std::array::from_fn(|i| u[(i + 1) % 3] * v[(i + 2) % 3] - u[(i + 2) % 3] * v[(i + 1) % 3])
+        cross(sub(b, a), sub(c, a))
     }
 }
 
@@ -128,8 +130,4 @@ fn gradient(n: [f64; 3], f: [f64; 3]) -> [f64; 3] {
     } else {
         n
     }
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }

@@ -1,5 +1,5 @@
 use super::plain::{block, built, icosphere, torus};
-use crate::vector::{add, cross, dot, norm, scale, sub, unit};
+use crate::vector::{add, cross, dot, norm, scaled, sub, unit};
 use crate::{Edges, TriMesh};
 use std::collections::HashSet;
 use std::f64::consts::TAU;
@@ -60,7 +60,7 @@ pub fn jittered(mesh: &TriMesh, amount: f64, seed: u64) -> TriMesh {
         let shortest = lengths.fold(f64::INFINITY, f64::min);
         let step = random.in_cube();
         if shortest.is_finite() {
-            add(p[v], scale(amount * shortest, step))
+            add(p[v], scaled(step, amount * shortest))
         } else {
             p[v]
         }
@@ -120,7 +120,7 @@ pub fn bumped(mesh: &TriMesh, amount: f64, seed: u64) -> TriMesh {
     let diagonal = mesh.bounding_box().diagonal();
     let waves: [([f64; 3], f64); WAVES] = std::array::from_fn(|_| {
         let frequency = TAU / diagonal * (0.5 + 1.5 * random.unit());
-        (scale(frequency, unit(random.in_cube())), TAU * random.unit())
+        (scaled(unit(random.in_cube()), frequency), TAU * random.unit())
     });
     let centre = mesh.bounding_box().centre();
     let bump = |&p: &[f64; 3]| {
@@ -128,7 +128,7 @@ pub fn bumped(mesh: &TriMesh, amount: f64, seed: u64) -> TriMesh {
             .iter()
             .map(|&(wave, phase)| (dot(wave, p) + phase).sin())
             .sum();
-        add(centre, scale(1.0 + amount / WAVES as f64 * f, sub(p, centre)))
+        add(centre, scaled(sub(p, centre), 1.0 + amount / WAVES as f64 * f))
     };
     built(
         mesh.positions().iter().map(bump).collect(),
@@ -144,7 +144,7 @@ fn smoothed(mesh: &TriMesh, steps: u32) -> TriMesh {
         let halfway = |v: usize| {
             let around = neighbours.of(v);
             let sum = around.iter().fold([0.0; 3], |sum, &w| add(sum, p[w as usize]));
-            scale(0.5, add(p[v], scale(1.0 / around.len() as f64, sum)))
+            scaled(add(p[v], scaled(sum, 1.0 / around.len() as f64)), 0.5)
         };
         p = (0..p.len()).map(halfway).collect();
     }

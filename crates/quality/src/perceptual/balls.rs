@@ -2,7 +2,7 @@
 
 use mesh::{Edges, TriMesh};
 
-use crate::vector::{norm, sub};
+use mesh::vector::{norm, sub};
 
 /// The edges at each vertex.
 pub(crate) struct Star {

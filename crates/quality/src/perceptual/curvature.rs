@@ -4,8 +4,8 @@ use mesh::{Edges, TriMesh};
 
 use super::balls::{Balls, Star, other_end};
 use crate::QualityError;
-use crate::vector::{Vec3, cross, dot, norm, scaled, sub, unit};
 use crate::work::{Observer, by_chunks};
+use mesh::vector::{Vec3, cross, dot, norm, scaled, sub, unit};
 
 /// A mesh with what curvature needs.
 pub(crate) struct Bending<'a> {

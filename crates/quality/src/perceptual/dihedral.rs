@@ -2,7 +2,7 @@
 
 use mesh::{Edges, TriMesh};
 
-use crate::vector::{Vec3, cross, dot, norm, sub, unit};
+use mesh::vector::{Vec3, cross, dot, norm, sub, unit};
 
 /// The bend at each edge, #E: the angle between the normals of its two triangles, from −π to π.
 ///

@@ -7,8 +7,8 @@ use serde::Serialize;
 use super::balls::Balls;
 use super::curvature::Bending;
 use crate::QualityError;
-use crate::vector::{Vec3, cross, dot, norm, sub};
 use crate::work::{Observer, by_chunks, in_pool, unobserved};
+use mesh::vector::{Vec3, cross, dot, norm, sub};
 
 /// Radii of the windows over which curvature is compared, as fractions of the longest edge of the bounding box: the paper's 2ε, 3ε
 /// and 4ε with ε = 0.5 %.

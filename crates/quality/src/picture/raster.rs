@@ -3,7 +3,7 @@
 use mesh::TriMesh;
 
 use super::{Colour, Paint, View};
-use crate::vector::{Vec3, cross, dot, unit};
+use mesh::vector::{Vec3, cross, dot, unit};
 
 /// Samples a pixel along each axis.
 pub(super) const SAMPLES: usize = 3;
