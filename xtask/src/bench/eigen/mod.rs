@@ -162,7 +162,10 @@ impl Results<'_> {
             let measured = (0..rounds.max(1)).map(round).collect::<Result<Vec<_>>>();
             self.add(problem, case, solver, &measured.context(problem.name.clone())?);
         }
-        for peer in bench.peers().filter(|peer| first || with_peers && peer.everywhere) {
+        for peer in bench
+            .peers()
+            .filter(|peer| first || with_peers && peer.everywhere)
+        {
             let round = |round| bench.theirs(problem, peer, case, round);
             let measured = (0..peer_rounds.max(1)).map(round).collect::<Result<Vec<_>>>()?;
             self.add(problem, case, peer.name, &measured);
