@@ -243,10 +243,15 @@ pub(crate) fn orthonormalise_one_by_one(
 ) -> Mat<f64> {
     let rows = x.rows();
     let mut r = Mat::zeros(x.columns(), x.columns());
+    // Only columns that are done, of unit length, may be projected out.
+    let given = x.clone();
+    x.all_mut().fill(0.0);
     for k in 0..count {
         let mut column = Tall::zeros(rows, 1);
-        column.column_mut(0).zip(x.column(k)).for_each(|(t, s)| *t = s);
-        x.column_mut(k).for_each(|entry| *entry = 0.0);
+        column
+            .column_mut(0)
+            .zip(given.column(k))
+            .for_each(|(t, s)| *t = s);
         let before = norm(&column).max(scale);
         for _ in 0..2 {
             let c = orthogonalise(rows, column.all_mut(), x.all());
@@ -283,3 +288,26 @@ fn norm(column: &Tall) -> f64 {
 }
 
 const FRESH_SEED: u64 = 0x0066_7265_7368;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_of_any_length_are_orthonormalised_one_by_one() {
+        let (rows, width) = (500, LANES);
+        let mut x = Tall::zeros(rows, width);
+        let mut noise = Noise::new(1, 1);
+        x.all_mut()
+            .iter_mut()
+            .for_each(|entry| *entry = 1e3 * noise.next());
+        let given = x.clone();
+        let r = orthonormalise_one_by_one(&mut x, width, &[], 0.0);
+        let gram = inner(rows, x.all(), x.all());
+        assert!((&gram - &Mat::<f64>::identity(width, width)).norm_max() < 1e-12);
+        let mut back = vec![0.0; rows * width];
+        add(rows, &mut back, x.all(), r.as_ref());
+        let errors = back.iter().zip(given.all()).map(|(a, b)| (a - b).abs());
+        assert!(errors.fold(0.0, f64::max) < 1e-9);
+    }
+}
