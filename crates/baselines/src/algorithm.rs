@@ -1,7 +1,7 @@
 use std::fmt::Debug;
 
 use mesh::TriMesh;
-use sigmark::{Patches, Registered, SoftBits, Work};
+use sigmark::{LeastSquaresDetector, Patches, Registered, SoftBits, Work};
 
 use crate::{Adapted, BaselineError, Lbf, Mhb, Rbf};
 
@@ -34,6 +34,11 @@ pub trait Algorithm: Debug + Send + Sync {
     /// What suspects are registered to.
     fn reference(&self) -> Reference;
 
+    /// α of the paper's tables, where it has no unit and so fits any mesh.
+    fn paper_alpha(&self) -> Option<f64> {
+        None
+    }
+
     /// Everything that depends on neither signature nor strength: nearly all of the time.
     ///
     /// # Errors
@@ -56,17 +61,35 @@ pub trait Prepared: Debug + Send + Sync {
     /// When there are not l bits, or α is negative or no number.
     fn embed(&self, bits: &[bool], alpha: f64, work: Work<'_>) -> Result<Vec<[f64; 3]>, BaselineError>;
 
-    /// The bits of a suspect, marked with strength α if it is.
+    /// The bits of a suspect, marked with strength α if it is, as each detector of the algorithm reads them. The first is the paper's.
     ///
     /// # Errors
     /// When there is not one position a vertex of the original, or α is negative or no number.
-    fn extract(&self, suspect: &Registered, alpha: f64, work: Work<'_>) -> Result<SoftBits, BaselineError>;
+    fn extract(
+        &self,
+        suspect: &Registered,
+        alpha: f64,
+        work: Work<'_>,
+    ) -> Result<Vec<Reading>, BaselineError>;
 }
 
-/// The algorithms that the reproduction runs: the paper's three, then what the paper did not try. `functions` is m for [`Lbf`].
+/// What the paper's extraction is called among an algorithm's detectors.
+pub const PAPER_DETECTOR: &str = "paper";
+
+/// The bits that one detector read.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reading {
+    /// The detector's name: [`PAPER_DETECTOR`], or one that was given to [`Mhb::detector`].
+    pub detector: String,
+    /// Its estimates.
+    pub bits: SoftBits,
+}
+
+/// The algorithms that the reproduction runs: the paper's three, MHBs also read by least squares, then what the paper did not try.
+/// `functions` is m for [`Lbf`].
 pub fn entries(functions: usize) -> Vec<Box<dyn Algorithm>> {
     vec![
-        Box::new(Mhb::default()),
+        Box::new(Mhb::default().detector("least squares", LeastSquaresDetector)),
         Box::new(Lbf::new(functions)),
         Box::new(Rbf::default()),
         Box::new(Lbf::new(functions).compensated()),

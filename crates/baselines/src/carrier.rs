@@ -4,7 +4,7 @@ use faer::{Accum, Mat, MatMut, MatRef, Par, linalg::matmul::matmul};
 use sigmark::{ChipLayout, Registered, SoftBits, Work};
 
 use crate::{
-    BaselineError, Prepared,
+    BaselineError, PAPER_DETECTOR, Prepared, Reading,
     algorithm::{check_alpha, check_bits, check_vertices},
 };
 
@@ -99,7 +99,12 @@ impl Prepared for PreparedCarriers {
     }
 
     /// Where the suspect was not seen, the original's vertex takes its place, as in section 4.4.1.
-    fn extract(&self, suspect: &Registered, alpha: f64, _work: Work<'_>) -> Result<SoftBits, BaselineError> {
+    fn extract(
+        &self,
+        suspect: &Registered,
+        alpha: f64,
+        _work: Work<'_>,
+    ) -> Result<Vec<Reading>, BaselineError> {
         check_vertices(suspect.positions.len(), self.original.len())?;
         check_alpha(alpha)?;
         let pairs = suspect.positions.iter().zip(&self.original);
@@ -110,7 +115,10 @@ impl Prepared for PreparedCarriers {
         for carrier in &self.carriers {
             carrier.read(&difference, &mut sums);
         }
-        Ok(SoftBits(sums))
+        Ok(vec![Reading {
+            detector: PAPER_DETECTOR.into(),
+            bits: SoftBits(sums),
+        }])
     }
 }
 

@@ -94,6 +94,10 @@ impl Algorithm for Lbf {
         Reference::Original
     }
 
+    fn paper_alpha(&self) -> Option<f64> {
+        Some(Self::PAPER_ALPHA)
+    }
+
     /// One patch after the other: m eigenvectors of a single one fill the memory of a small machine.
     fn prepare(&self, subject: &Subject<'_>, work: Work<'_>) -> Result<Box<dyn Prepared>, BaselineError> {
         let original = subject.mesh.positions();

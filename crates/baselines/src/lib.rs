@@ -25,8 +25,8 @@
 //! let marked = prepared.embed(&signature, Rbf::PAPER_ALPHA, Work::default())?;
 //!
 //! let suspect = Registered::by_vertices(marked.into_iter().map(Some).collect());
-//! let soft = prepared.extract(&suspect, Rbf::PAPER_ALPHA, Work::default())?;
-//! assert_eq!(soft.hard(), signature);
+//! let readings = prepared.extract(&suspect, Rbf::PAPER_ALPHA, Work::default())?;
+//! assert_eq!(readings[0].bits.hard(), signature);
 //! # Ok::<(), baselines::BaselineError>(())
 //! ```
 //!
@@ -55,7 +55,7 @@ mod radial;
 mod rbf;
 
 pub use adapted::{Adapted, Basis};
-pub use algorithm::{Algorithm, Prepared, Reference, Subject, entries};
+pub use algorithm::{Algorithm, PAPER_DETECTOR, Prepared, Reading, Reference, Subject, entries};
 pub use error::BaselineError;
 pub use kirchhoff::kirchhoff;
 pub use lbf::Lbf;

@@ -1,35 +1,38 @@
-use std::fmt::Debug;
+use std::sync::Arc;
 
-use sigmark::{ChipLayout, CoefficientDetector, Detector, Original, Registered, SoftBits, Work};
+use sigmark::{ChipLayout, CoefficientDetector, Detector, Original, Registered, Work};
 
 use crate::{
-    Algorithm, BaselineError, Prepared, Reference, Subject,
+    Algorithm, BaselineError, PAPER_DETECTOR, Prepared, Reading, Reference, Subject,
     algorithm::{check_alpha, check_bits, check_vertices},
 };
 
-/// Manifold harmonics, sigmark's own algorithm, with any of its detectors. α is the one that the paper prints, in the mesh's unit of length.
+/// Manifold harmonics, sigmark's own algorithm, read by the paper's detector and by any others. α is the one that the paper prints, in
+/// the mesh's unit of length.
 #[derive(Clone, Debug)]
-pub struct Mhb<D = CoefficientDetector> {
-    name: String,
+pub struct Mhb {
     chip_rate: usize,
-    detector: D,
+    detectors: Detectors,
 }
+
+/// Detectors with their names.
+type Detectors = Vec<(String, Arc<dyn Detector + Send + Sync>)>;
 
 impl Default for Mhb {
     /// The paper's.
     fn default() -> Self {
-        Self::new("MHBs", CoefficientDetector)
+        Self {
+            chip_rate: 3,
+            detectors: vec![(PAPER_DETECTOR.into(), Arc::new(CoefficientDetector))],
+        }
     }
 }
 
-impl<D> Mhb<D> {
-    /// Manifold harmonics read by another detector, under another name.
-    pub fn new(name: impl Into<String>, detector: D) -> Self {
-        Self {
-            name: name.into(),
-            chip_rate: 3,
-            detector,
-        }
+impl Mhb {
+    /// Lets another detector read the marks too, under this name.
+    pub fn detector(mut self, name: impl Into<String>, detector: impl Detector + Send + 'static) -> Self {
+        self.detectors.push((name.into(), Arc::new(detector)));
+        self
     }
 
     /// c, how often each bit is repeated in a patch; 3 by default.
@@ -41,9 +44,9 @@ impl<D> Mhb<D> {
     }
 }
 
-impl<D: Detector + Clone + Debug + Send + 'static> Algorithm for Mhb<D> {
+impl Algorithm for Mhb {
     fn name(&self) -> String {
-        self.name.clone()
+        "MHBs".into()
     }
 
     fn reference(&self) -> Reference {
@@ -57,18 +60,18 @@ impl<D: Detector + Clone + Debug + Send + 'static> Algorithm for Mhb<D> {
         original.keep_bases(work)?;
         Ok(Box::new(PreparedMhb {
             original,
-            detector: self.detector.clone(),
+            detectors: self.detectors.clone(),
         }))
     }
 }
 
 #[derive(Debug)]
-struct PreparedMhb<D> {
+struct PreparedMhb {
     original: Original,
-    detector: D,
+    detectors: Detectors,
 }
 
-impl<D> PreparedMhb<D> {
+impl PreparedMhb {
     /// The paper's α over unit area, for each patch.
     fn alphas(&self, alpha: f64) -> Vec<f64> {
         let patches = self.original.patches().iter();
@@ -76,7 +79,7 @@ impl<D> PreparedMhb<D> {
     }
 }
 
-impl<D: Detector + Debug + Send> Prepared for PreparedMhb<D> {
+impl Prepared for PreparedMhb {
     fn patches(&self) -> usize {
         self.original.patches().len()
     }
@@ -95,10 +98,21 @@ impl<D: Detector + Debug + Send> Prepared for PreparedMhb<D> {
             .collect())
     }
 
-    fn extract(&self, suspect: &Registered, alpha: f64, work: Work<'_>) -> Result<SoftBits, BaselineError> {
+    fn extract(
+        &self,
+        suspect: &Registered,
+        alpha: f64,
+        work: Work<'_>,
+    ) -> Result<Vec<Reading>, BaselineError> {
         check_vertices(suspect.positions.len(), self.original.mesh().vertex_count())?;
         check_alpha(alpha)?;
         let alphas = self.alphas(alpha);
-        Ok(self.detector.detect(&self.original, &alphas, suspect, work)?)
+        let read = |(name, detector): &(String, Arc<dyn Detector + Send + Sync>)| {
+            Ok(Reading {
+                detector: name.clone(),
+                bits: detector.detect(&self.original, &alphas, suspect, work)?,
+            })
+        };
+        self.detectors.iter().map(read).collect()
     }
 }

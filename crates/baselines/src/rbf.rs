@@ -41,6 +41,10 @@ impl Algorithm for Rbf {
         Reference::Marked
     }
 
+    fn paper_alpha(&self) -> Option<f64> {
+        Some(Self::PAPER_ALPHA)
+    }
+
     fn prepare(&self, subject: &Subject<'_>, work: Work<'_>) -> Result<Box<dyn Prepared>, BaselineError> {
         let positions = subject.mesh.positions();
         let layout = ChipLayout::new(subject.bits, 1)?;

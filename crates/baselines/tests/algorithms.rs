@@ -47,7 +47,11 @@ fn registered(positions: impl IntoIterator<Item = Option<[f64; 3]>>) -> Register
 }
 
 fn rate(prepared: &dyn Prepared, suspect: &Registered, alpha: f64) -> f64 {
-    let soft = prepared.extract(suspect, alpha, Work::default()).unwrap();
+    let soft = prepared
+        .extract(suspect, alpha, Work::default())
+        .unwrap()
+        .swap_remove(0)
+        .bits;
     extraction_rate(&signature(), &soft.hard())
 }
 
