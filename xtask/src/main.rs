@@ -24,7 +24,11 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Task {
-    /// Sign a real mesh, attack it, find the signature again, and write what came out into results/
+    /// Reproduce the paper: its tables and figures from real meshes, with what it prints beside what is measured
+    ///
+    /// The quick set is a bunny that comes with a package, under all attacks, for the paper's three algorithms: a few minutes. With
+    /// --full it is six models from a folder of yours, and hours; README.md says which. Finished work is kept in .cache/reproduce, so
+    /// that an interrupted run goes on where it stopped.
     ///
     /// Makes a Python environment for the attacks in attacks/.venv. Needs Python 3.11 or later with venv and the network
     /// the first time; without Python it does what it can, and says what is missing.
@@ -32,6 +36,24 @@ enum Task {
         /// Where the tables go
         #[arg(long, value_name = "DIR", default_value = "results")]
         output: PathBuf,
+        /// All six models; needs --meshes
+        #[arg(long, requires = "meshes")]
+        full: bool,
+        /// The folder with the models' meshes
+        #[arg(long, value_name = "DIR", requires = "full")]
+        meshes: Option<PathBuf>,
+        /// Only these models, by the paper's name or the file's; may be given again
+        #[arg(long, value_name = "MODEL", requires = "full")]
+        only: Vec<String>,
+        /// Only these algorithms, by their names in the tables; may be given again
+        #[arg(long, value_name = "NAME")]
+        algorithm: Vec<String>,
+        /// How many signatures each figure is a mean over
+        #[arg(long, default_value_t = 3)]
+        signatures: usize,
+        /// Take finished work that another version of the code did; the page then says how much of it there is
+        #[arg(long)]
+        keep: bool,
     },
     /// Sign every mesh file of a folder and verify it: untouched, moved, shuffled, converted; and refuse what is not it
     Meshes {
@@ -57,7 +79,22 @@ enum Task {
 
 fn main() -> ExitCode {
     let done = match Arguments::parse().task {
-        Task::Reproduce { output } => reproduce::run(&output),
+        Task::Reproduce {
+            output,
+            full: _,
+            meshes,
+            only,
+            algorithm,
+            signatures,
+            keep,
+        } => reproduce::run(&reproduce::Options {
+            output,
+            meshes,
+            only,
+            algorithms: algorithm,
+            signatures,
+            keep,
+        }),
         Task::Meshes {
             folder,
             most_vertices,
