@@ -2,26 +2,14 @@
 
 import numpy
 
-from meshfile import of_arrays
+from mesh import Mesh
+from strength import Strength
 
-DEFAULT_STRENGTH = 50.0
-
-
-def apply(meshes, strength: float, seed: int):
-    """Keeps `strength` % of the vertices: those on one side of a plane in a random direction. Keeps the faces between them."""
-    mesh = meshes.current_mesh()
-    positions, faces = mesh.vertex_matrix(), mesh.face_matrix()
-    direction = numpy.random.default_rng(seed).normal(size=3)
-    heights = positions @ direction
-    kept = heights <= numpy.percentile(heights, strength)
-    return compacted(positions, faces[kept[faces].all(axis=1)])
+STRENGTH = Strength(default=50, lowest=0.001, highest=100)
 
 
-def compacted(positions, faces):
-    """The mesh without the vertices that no face uses."""
-    used = numpy.unique(faces)
-    if len(used) == 0:
-        raise SystemExit("nothing is left of the mesh")
-    number = numpy.zeros(len(positions), dtype=faces.dtype)
-    number[used] = numpy.arange(len(used))
-    return of_arrays(positions[used], number[faces])
+def apply(mesh: Mesh, strength: float, random: numpy.random.Generator) -> Mesh:
+    """Keeps `strength` % of the vertices that triangles use: those on one side of a plane in a random direction. Keeps the triangles between them."""
+    heights = mesh.positions @ random.normal(size=3)
+    kept = heights <= numpy.percentile(heights[mesh.used()], strength)
+    return Mesh(mesh.positions, mesh.faces[kept[mesh.faces].all(axis=1)]).compacted()

@@ -2,15 +2,13 @@
 
 import numpy
 
-from meshfile import of_arrays
+from mesh import Mesh
+from strength import Strength
 
-DEFAULT_STRENGTH = 0.1
+STRENGTH = Strength(default=0.1, lowest=0, highest=100)
 
 
-def apply(meshes, strength: float, seed: int):
+def apply(mesh: Mesh, strength: float, random: numpy.random.Generator) -> Mesh:
     """Moves each coordinate by a uniform amount in ±strength % of the bounding box's edge along that axis."""
-    mesh = meshes.current_mesh()
-    positions = mesh.vertex_matrix()
-    random = numpy.random.default_rng(seed)
-    amplitude = strength / 100 * numpy.ptp(positions, axis=0)
-    return of_arrays(positions + random.uniform(-1, 1, size=positions.shape) * amplitude, mesh.face_matrix())
+    amplitude = strength / 100 * numpy.ptp(mesh.positions, axis=0)
+    return Mesh(mesh.positions + random.uniform(-1, 1, size=mesh.positions.shape) * amplitude, mesh.faces)

@@ -3,14 +3,16 @@
 import numpy
 import pymeshlab
 
-DEFAULT_STRENGTH = 100.0
+from mesh import Mesh
+from meshlab import filtered
+from strength import Strength
+
+STRENGTH = Strength(default=100, lowest=10, highest=1000)
 
 
-def apply(meshes, strength: float, seed: int):
+def apply(mesh: Mesh, strength: float, random: numpy.random.Generator) -> Mesh:
     """Ten rounds towards edges of `strength` % of the mean length, with vertices put back onto the surface. Not random."""
-    mesh = meshes.current_mesh()
-    positions, faces = mesh.vertex_matrix(), mesh.face_matrix()
-    sides = positions[faces] - positions[numpy.roll(faces, 1, axis=1)]
-    length = strength / 100 * numpy.linalg.norm(sides, axis=2).mean()
-    meshes.meshing_isotropic_explicit_remeshing(iterations=10, targetlen=pymeshlab.PureValue(length))
-    return meshes
+    length = strength / 100 * mesh.edge_lengths().mean()
+    return filtered(
+        mesh, "meshing_isotropic_explicit_remeshing", iterations=10, targetlen=pymeshlab.PureValue(length)
+    )

@@ -2,14 +2,14 @@
 
 import numpy
 
-from meshfile import of_arrays
+from mesh import Mesh
+from strength import Strength
 
-DEFAULT_STRENGTH = 100.0
+STRENGTH = Strength(default=100, lowest=1, highest=1e6)
 
 
-def apply(meshes, strength: float, seed: int):
+def apply(mesh: Mesh, strength: float, random: numpy.random.Generator) -> Mesh:
     """Rotates (uniformly), scales by 1/strength … strength (log-uniformly), shifts by up to ten diagonals."""
-    random = numpy.random.default_rng(seed)
     w, x, y, z = (lambda q: q / numpy.linalg.norm(q))(random.normal(size=4))
     rotation = numpy.array([
         [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
@@ -17,8 +17,5 @@ def apply(meshes, strength: float, seed: int):
         [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
     ])
     scale = strength ** random.uniform(-1, 1)
-    mesh = meshes.current_mesh()
-    positions = mesh.vertex_matrix()
-    diagonal = numpy.linalg.norm(numpy.ptp(positions, axis=0))
-    shift = random.uniform(-10, 10, size=3) * diagonal
-    return of_arrays(scale * (positions @ rotation.T + shift), mesh.face_matrix())
+    shift = random.uniform(-10, 10, size=3) * mesh.diagonal()
+    return Mesh(scale * (mesh.positions @ rotation.T + shift), mesh.faces)

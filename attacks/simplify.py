@@ -3,15 +3,20 @@
 import fast_simplification
 import numpy
 
-from meshfile import of_arrays
+from mesh import Mesh
+from strength import Strength
 
-DEFAULT_STRENGTH = 50.0
+STRENGTH = Strength(default=50, lowest=0.001, highest=100)
 
 
-def apply(meshes, strength: float, seed: int):
-    """Leaves `strength` % of the faces. Not random."""
-    mesh = meshes.current_mesh()
-    faces = mesh.face_matrix()
-    count = max(4, round(strength / 100 * len(faces)))
-    positions, faces = fast_simplification.simplify(mesh.vertex_matrix(), faces, target_count=count)
-    return of_arrays(numpy.asarray(positions, dtype=float), faces)
+def wanted(mesh: Mesh, strength: float) -> int:
+    """So many triangles are to be left: `strength` %, no fewer than a tetrahedron has."""
+    return max(4, round(strength / 100 * len(mesh.faces)))
+
+
+def apply(mesh: Mesh, strength: float, random: numpy.random.Generator) -> Mesh:
+    """Leaves `strength` % of the triangles. Not random."""
+    positions, faces = fast_simplification.simplify(
+        mesh.positions, mesh.faces, target_count=wanted(mesh, strength)
+    )
+    return Mesh(numpy.asarray(positions, dtype=float), numpy.asarray(faces))
