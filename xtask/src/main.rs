@@ -33,9 +33,9 @@ enum Task {
     /// Makes a Python environment for the attacks in attacks/.venv. Needs Python 3.11 or later with venv and the network
     /// the first time; without Python it does what it can, and says what is missing.
     Reproduce {
-        /// Where the tables go
-        #[arg(long, value_name = "DIR", default_value = "results")]
-        output: PathBuf,
+        /// Where the tables go; results/quick without it, or results/ with --full
+        #[arg(long, value_name = "DIR")]
+        output: Option<PathBuf>,
         /// All six models; needs --meshes
         #[arg(long, requires = "meshes")]
         full: bool,
@@ -81,14 +81,15 @@ fn main() -> ExitCode {
     let done = match Arguments::parse().task {
         Task::Reproduce {
             output,
-            full: _,
+            full,
             meshes,
             only,
             algorithm,
             signatures,
             keep,
         } => reproduce::run(&reproduce::Options {
-            output,
+            output: output
+                .unwrap_or_else(|| process::root().join(if full { "results" } else { "results/quick" })),
             meshes,
             only,
             algorithms: algorithm,

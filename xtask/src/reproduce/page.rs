@@ -87,19 +87,28 @@ fn pictures(results: &Results) -> Vec<Shown> {
 fn detectors(results: &Results) -> Vec<String> {
     let columns = results.outcomes.iter().flat_map(|outcome| &outcome.columns);
     let mut columns = columns.filter(|column| column.algorithm == "MHBs" && !column.trials.is_empty());
-    columns.next().map_or_else(|| vec![PAPER_DETECTOR.into()], super::Column::detectors)
+    columns
+        .next()
+        .map_or_else(|| vec![PAPER_DETECTOR.into()], super::Column::detectors)
 }
 
 /// As in the paper, one marked and one unmarked mesh for each attack and model: the first signature's.
 fn roc(results: &Results, detector: &str) -> Roc {
     let columns = results.outcomes.iter().flat_map(|outcome| &outcome.columns);
-    let trials = || columns.clone().filter(|column| column.algorithm == "MHBs").flat_map(|column| &column.trials);
+    let trials = || {
+        columns
+            .clone()
+            .filter(|column| column.algorithm == "MHBs")
+            .flat_map(|column| &column.trials)
+    };
     let rates = |marked: bool| {
         let wanted = trials().filter(move |trial| match trial.target {
             super::Target::Marked(number) => marked && number == 0,
             super::Target::Unmarked => !marked,
         });
-        let rated = wanted.flat_map(|trial| &trial.cell.readings).filter(|rated| rated.detector == detector);
+        let rated = wanted
+            .flat_map(|trial| &trial.cell.readings)
+            .filter(|rated| rated.detector == detector);
         rated.map(|rated| rated.rate).collect::<Vec<f64>>()
     };
     Roc::new(rates(true), rates(false))
@@ -137,7 +146,10 @@ const INTRODUCTION: &str = "Wang, Feng and Miao, A robust confirmable watermarki
      similarity after its attack, found again, resampled and read; what is read is compared with the signature by the harness, not by the algorithm.";
 
 fn markdown(words: &Words, sheets: &[&Sheet], shown: &[Shown]) -> String {
-    let mut page = format!("# The paper, reproduced\n\n{INTRODUCTION}\n\n{}\n\n", words.models);
+    let mut page = format!(
+        "# The paper, reproduced\n\n{INTRODUCTION}\n\n{}\n\n",
+        words.models
+    );
     for line in &words.missing {
         let _ = writeln!(page, "- Missing: {}", line.lines().next().unwrap_or_default());
     }
@@ -147,18 +159,22 @@ fn markdown(words: &Words, sheets: &[&Sheet], shown: &[Shown]) -> String {
     }
     page += "## Figures\n\n";
     for picture in shown {
-        let _ = write!(page, "### {}\n\n![{}]({})\n\n{}\n\n", picture.title, picture.title, picture.file, picture.caption);
+        let _ = write!(
+            page,
+            "### {}\n\n![{}]({})\n\n{}\n\n",
+            picture.title, picture.title, picture.file, picture.caption
+        );
     }
     page + &format!("{}\n", words.foot)
 }
 
-const STYLE: &str = "body{font:15px/1.5 system-ui,-apple-system,'Segoe UI','DejaVu Sans',sans-serif;color:#1f2933;background:#fff;max-width:1180px;margin:2rem auto;padding:0 1rem}\
+const STYLE: &str = "body{font:15px/1.5 system-ui,-apple-system,'Segoe UI','DejaVu Sans',sans-serif;color:#1f2933;background:#fff;max-width:1320px;margin:2rem auto;padding:0 1rem}\
 h1{font-size:1.7rem}h2{font-size:1.15rem;margin:2.2rem 0 .5rem}p{max-width:60rem;color:#3e4c59}.wide{overflow-x:auto}\
-table{border-collapse:collapse;font-size:13px;font-variant-numeric:tabular-nums;white-space:nowrap}\
-th,td{padding:.3rem .6rem;border-bottom:1px solid #e4e7eb;text-align:right}th{font-weight:600;background:#f5f7fa;position:sticky;top:0}\
-th:nth-child(-n+2),td:nth-child(-n+2){text-align:left}td i{display:block;color:#7b8794;font-style:normal;font-size:11px}\
+table{border-collapse:collapse;font-size:12px;font-variant-numeric:tabular-nums;white-space:nowrap}\
+th,td{padding:.3rem .45rem;border-bottom:1px solid #e4e7eb;text-align:right}th{font-weight:600;background:#f5f7fa;position:sticky;top:0}\
+th:nth-child(-n+2),td:nth-child(-n+2){text-align:left}td i{display:block;color:#7b8794;font-style:normal;font-size:11px}td s{color:#9aa5b1;text-decoration:none;font-size:10px}\
 td.below{background:#ffe3d3}td.above{background:#dff3e4}figure{display:inline-block;margin:0 1rem 1.5rem 0;max-width:100%;vertical-align:top}\
-figure img,figure svg{max-width:100%;height:auto;border:1px solid #e4e7eb;border-radius:6px}figcaption{max-width:34rem;font-size:13px;color:#52606d}\
+figure img{width:400px;max-width:100%}figure svg{max-width:100%;height:auto}figure img,figure svg{border:1px solid #e4e7eb;border-radius:6px}figcaption{max-width:400px;font-size:13px;color:#52606d}\
 .missing{background:#fff3bf;padding:.5rem 1rem;border-radius:6px}footer{margin-top:3rem;font-size:12px;color:#7b8794}";
 
 fn html(words: &Words, sheets: &[&Sheet], shown: &[Shown]) -> String {
@@ -166,7 +182,7 @@ fn html(words: &Words, sheets: &[&Sheet], shown: &[Shown]) -> String {
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width\">\
          <title>The paper, reproduced</title><style>{STYLE}</style></head><body>\n<h1>The paper, reproduced</h1>\n<p>{}</p>\n<p>{}</p>\n\
          <p>In each cell ours stands above, the paper's figure below in grey. Orange cells are more than five points below it, green ones more than five above.</p>\n",
-        escaped(INTRODUCTION),
+        escaped(&INTRODUCTION.replace('`', "")),
         escaped(&words.models)
     );
     for line in &words.missing {
@@ -192,5 +208,8 @@ fn html(words: &Words, sheets: &[&Sheet], shown: &[Shown]) -> String {
             escaped(&picture.caption)
         );
     }
-    page + &format!("</section>\n<footer>{}</footer>\n</body></html>\n", escaped(&words.foot))
+    page + &format!(
+        "</section>\n<footer>{}</footer>\n</body></html>\n",
+        escaped(&words.foot)
+    )
 }
