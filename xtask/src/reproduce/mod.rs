@@ -23,7 +23,7 @@ mod study;
 mod tables;
 
 use std::{
-    fs,
+    fs::{self, File},
     path::{Path, PathBuf},
     sync::Mutex,
     thread,
@@ -107,7 +107,10 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     };
     let (candidates, mut failures) = candidates(options, &python)?;
     let folder = root().join(".cache/reproduce");
+    let _lock = locked(&folder)?;
     let work = folder.join("work");
+    // What an interrupted run left there is of no use.
+    let _ = fs::remove_dir_all(&work);
     fs::create_dir_all(&work).with_context(|| work.display().to_string())?;
     let store = Store::open(&folder.join("cells"), options.keep)?;
     let key = SigningKey::generate(Curve::B163, &mut ChaCha20Rng::seed_from_u64(2012));
@@ -158,6 +161,20 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     page::write(&results, options)?;
     println!("\nwritten: {}", options.output.display());
     audit::check(&results)
+}
+
+/// Keeps other runs of this task out of the folder, until the file is dropped.
+fn locked(folder: &Path) -> Result<File> {
+    fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+    let path = folder.join("lock");
+    let file = File::create(&path).with_context(|| path.display().to_string())?;
+    file.try_lock().with_context(|| {
+        format!(
+            "{}: another reproduction is running here; wait for its end",
+            path.display()
+        )
+    })?;
+    Ok(file)
 }
 
 fn failed(failures: &mut Vec<String>, what: String) {
@@ -363,7 +380,7 @@ impl Campaign<'_> {
         if !missing.is_empty() {
             // All threads need it; computed by one of them it would keep the others waiting.
             study.prepare()?;
-            let file = self.bench.work.join(format!("marked-{}.ply", std::process::id()));
+            let file = self.bench.work.join("marked.ply");
             study.write(target, alpha, &file)?;
             let ended = Mutex::new(Vec::new());
             let work = |&i: &usize| {
