@@ -4,11 +4,12 @@ import numpy
 
 from mesh import Mesh
 from meshlab import filtered
-from simplify import STRENGTH, wanted
+from simplify import STRENGTH, reached, wanted
 
 __all__ = ["STRENGTH", "apply"]
 
 
 def apply(mesh: Mesh, strength: float, random: numpy.random.Generator) -> Mesh:
     """Leaves `strength` % of the triangles. Not random."""
-    return filtered(mesh, "meshing_decimation_quadric_edge_collapse", targetfacenum=wanted(mesh, strength))
+    target = wanted(mesh, strength)
+    return reached(filtered(mesh, "meshing_decimation_quadric_edge_collapse", targetfacenum=target), target)

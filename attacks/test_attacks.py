@@ -11,6 +11,7 @@ import numpy
 
 import chain
 import repair
+import simplify
 from mesh import Mesh, Refused
 from meshfile import load, save
 
@@ -282,6 +283,12 @@ class Resamplings(AttackCase):
                 self.assertTrue(after.used().all())
                 radii = numpy.linalg.norm(after.positions, axis=1)
                 self.assertLess(numpy.abs(radii - 1).max(), 12 / len(after.faces))
+
+    def test_simplification_that_falls_short_is_refused(self):
+        mesh = torus()
+        self.assertIs(simplify.reached(mesh, round(len(mesh.faces) / 1.01)), mesh)
+        with self.assertRaisesRegex(Refused, "wanted"):
+            simplify.reached(mesh, round(len(mesh.faces) / 1.03))
 
     def test_crop_keeps_one_side_of_a_plane(self):
         ball = icosphere(5)
