@@ -33,7 +33,7 @@ pub(super) fn check(results: &Results) -> Result<()> {
 
 fn faults_of(outcome: &Outcome, column: &Column, signatures: usize) -> Vec<String> {
     let mut faults = Vec::new();
-    let expected = signatures * outcome.model.attacks().count();
+    let expected = signatures * outcome.model.all_attacks().count();
     let finished = column.trials.iter().filter(|trial| trial.is_marked()).count();
     if finished != expected {
         faults.push(format!("{finished} cells of {expected} are finished"));

@@ -133,7 +133,6 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     let mut outcomes = Vec::new();
     let mut pictures = Vec::new();
     for candidate in candidates {
-        let shown = candidate.path().display().to_string();
         match candidate.open() {
             Ok(standin) => {
                 let campaign = Campaign {
@@ -147,7 +146,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
                     Err(error) => failed(&mut failures, format!("{}: {error:#}", standin.model.name)),
                 }
             }
-            Err(error) => failed(&mut failures, format!("{shown}: {error:#}")),
+            Err(error) => failed(&mut failures, format!("{error:#}")),
         }
     }
     let foot = foot(&bench, &python, &progress)?;
@@ -247,11 +246,12 @@ fn progress(candidates: &[Candidate], options: &Options) -> Progress {
         let model = &candidate.model;
         for algorithm in algorithms(model, options) {
             let name = algorithm.name();
-            let mut runs = options.signatures.max(1) + usize::from(reads_unmarked(&name, model));
-            let mut cells = runs * model.attacks().count();
+            let mut cells = options.signatures.max(1) * model.all_attacks().count();
+            if reads_unmarked(&name, model) {
+                cells += model.attacks().count();
+            }
             if is_swept(&name, model, options) {
-                runs = figures::SWEEP.len();
-                cells += runs * figures::swept_attacks().count();
+                cells += figures::SWEEP.len() * figures::swept_attacks().count();
             }
             pieces += cells;
             vertices += cells as f64 * model.size;
@@ -333,7 +333,7 @@ impl Campaign<'_> {
         for number in 0..self.bench.signatures.len() {
             column.marks.push(study.mark(number, strength.alpha)?);
             let target = Target::Marked(number);
-            let attacks: Vec<&Attack> = model.attacks().collect();
+            let attacks: Vec<&Attack> = model.all_attacks().collect();
             column
                 .trials
                 .extend(self.trials(study, target, strength.alpha, &attacks, failures)?);

@@ -123,9 +123,4 @@ impl Candidate {
             view: self.view,
         })
     }
-
-    /// The file, for messages.
-    pub(crate) fn path(&self) -> &Path {
-        &self.path
-    }
 }

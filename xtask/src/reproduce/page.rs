@@ -7,7 +7,7 @@ use base64::{Engine, engine::general_purpose::STANDARD};
 use baselines::PAPER_DETECTOR;
 
 use super::{
-    Options, Results,
+    Options, Outcome, Results, Trial,
     figures::{self, Shown},
     roc::Roc,
     save,
@@ -92,14 +92,17 @@ fn detectors(results: &Results) -> Vec<String> {
         .map_or_else(|| vec![PAPER_DETECTOR.into()], super::Column::detectors)
 }
 
-/// As in the paper, one marked and one unmarked mesh for each attack and model: the first signature's.
+/// As in the paper, one marked and one unmarked mesh for each model and attack of Tables 4 and 5: the first signature's.
 fn roc(results: &Results, detector: &str) -> Roc {
-    let columns = results.outcomes.iter().flat_map(|outcome| &outcome.columns);
+    let printed =
+        |outcome: &Outcome, trial: &Trial| outcome.model.attacks().any(|attack| attack == trial.attack);
     let trials = || {
-        columns
-            .clone()
-            .filter(|column| column.algorithm == "MHBs")
-            .flat_map(|column| &column.trials)
+        results.outcomes.iter().flat_map(|outcome| {
+            let columns = outcome.columns.iter().filter(|column| column.algorithm == "MHBs");
+            columns
+                .flat_map(|column| &column.trials)
+                .filter(move |trial| printed(outcome, trial))
+        })
     };
     let rates = |marked: bool| {
         let wanted = trials().filter(move |trial| match trial.target {

@@ -36,6 +36,25 @@ pub(crate) const COMBINED: [Attack; 4] = [
     attack("0.3 sim. + Loop + LS", "simplify:30+loop+laplacian:3"),
 ];
 
+/// What else a mesh meets; the paper has none of it. Tried on the bunny, with Table 5's.
+pub(crate) const BEYOND: [Attack; 15] = [
+    attack("crop to 50 %", "crop:50"),
+    attack("crop to 25 %", "crop:25"),
+    attack("11 bits", "quantise:11"),
+    attack("10 bits", "quantise:10"),
+    attack("9 bits", "quantise:9"),
+    attack("8 bits", "quantise:8"),
+    attack("7 bits", "quantise:7"),
+    attack("midpoint", "midpoint"),
+    attack("√3", "sqrt3"),
+    attack("LIRIS noise 0.3 %", "noise-liris:0.3"),
+    attack("LIRIS noise 0.5 %", "noise-liris:0.5"),
+    attack("LIRIS smoothing ×10", "laplacian-liris:10"),
+    attack("LIRIS smoothing ×30", "laplacian-liris:30"),
+    attack("LIRIS smoothing ×50", "laplacian-liris:50"),
+    attack("MeshLab's simpl. 10 %", "simplify-meshlab:10"),
+];
+
 /// One model's line of Table 4 for an algorithm.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Row {
@@ -394,6 +413,13 @@ impl Model {
     pub(crate) fn attacks(&self) -> impl Iterator<Item = &'static Attack> {
         let combined = self.printed[0].row.combined.is_some();
         ATTACKS.iter().chain(COMBINED.iter().filter(move |_| combined))
+    }
+
+    /// Those, and on the bunny all others too.
+    pub(crate) fn all_attacks(&self) -> impl Iterator<Item = &'static Attack> {
+        let bunny = self.name == BUNNY.name;
+        let others = COMBINED.iter().chain(&BEYOND).filter(move |_| bunny);
+        self.attacks().chain(others)
     }
 }
 

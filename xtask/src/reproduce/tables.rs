@@ -5,7 +5,7 @@ use sigmark::statistics::binomial_tail;
 
 use super::{
     Column, Outcome, Results, Trial,
-    paper::{ATTACKS, Attack, COMBINED, Printed, Times},
+    paper::{ATTACKS, Attack, BEYOND, COMBINED, Printed, Times},
     sheet::{Entry, Figure, Sheet, csv},
     study::{Rated, SCHEME, Target},
 };
@@ -108,7 +108,7 @@ fn robustness(results: &Results, title: &str, note: &str, attacks: &[Attack]) ->
     for outcome in &results.outcomes {
         if !attacks
             .iter()
-            .any(|attack| outcome.model.attacks().any(|own| own == attack))
+            .any(|attack| outcome.model.all_attacks().any(|own| own == attack))
         {
             continue;
         }
@@ -424,6 +424,15 @@ pub(super) fn all(results: &Results) -> Vec<(&'static str, Sheet)> {
                 "Table 5: extraction rate (%) under combinations of attacks",
                 &note,
                 &COMBINED,
+            ),
+        ),
+        (
+            "beyond",
+            robustness(
+                results,
+                "Beyond the paper: extraction rate (%) under other attacks",
+                "Crops keep that share of the vertices. Bits: coordinates rounded to so many. LIRIS: noise and smoothing as the benchmark of Wang, Lavoué et al. (2010) defines them.",
+                &BEYOND,
             ),
         ),
         ("shortfalls", shortfalls(results)),
