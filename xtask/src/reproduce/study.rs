@@ -4,7 +4,7 @@ use std::{fs, ops::ControlFlow, path::Path, sync::OnceLock, time::Instant};
 
 use anyhow::{Context, Result, bail, ensure};
 use baselines::{Algorithm, Prepared, Reference, Subject};
-use mesh::{Asset, Format, Precision, TriMesh, shapes, write_mesh};
+use mesh::{Asset, Format, Precision, Similarity, TriMesh, shapes, write_mesh};
 use quality::{
     DistanceOptions, Msdm2, Normalisation, ShapeDna, ShapeDnaOptions,
     picture::{Paint, Picture, linear},
@@ -128,6 +128,17 @@ pub(crate) enum Target {
     Marked(usize),
     /// The original. It is read as if it had the first signature.
     Unmarked,
+}
+
+/// An attacked mesh, moved.
+struct Suspect {
+    mesh: TriMesh,
+    /// What moved it, where the attack did not.
+    pose: Option<Similarity>,
+    /// What the attack said of itself.
+    report: Value,
+    /// What it took.
+    seconds: f64,
 }
 
 /// One algorithm on one scene. What costs much is computed when it is first needed.
@@ -407,19 +418,29 @@ impl<'a> Study<'a> {
         };
         let seed = self.bench().signatures[number].number as u64 + 1;
         let begun = Instant::now();
-        let (suspect, report) = self.attacked(file, attack, seed, &inputs)?;
-        let attack_seconds = begun.elapsed().as_secs_f64();
+        let (mesh, report) = self.attacked(file, attack, seed, &inputs)?;
+        let seconds = begun.elapsed().as_secs_f64();
         if let Some(size) = size {
-            let paint = vec![linear(SURFACE); suspect.triangle_count()];
-            let picture = Picture::of(&suspect, Paint::Triangles(&paint), self.scene.standin.view, size);
-            self.bench()
-                .store
-                .put_bytes("cell", &inputs, "png", &picture.to_png()?)?;
+            let paint = vec![linear(SURFACE); mesh.triangle_count()];
+            let picture = Picture::of(&mesh, Paint::Triangles(&paint), self.scene.standin.view, size);
+            let store = self.bench().store;
+            store.put_bytes("cell", &inputs, "png", &picture.to_png()?)?;
         }
-
-        let prepared = self.prepared()?;
         let pose = random_similarity(self.original(), seed);
-        let suspect = shapes::moved(&suspect, &pose);
+        let suspect = Suspect {
+            mesh: shapes::moved(&mesh, &pose),
+            // Where the attack is itself a motion, nobody knows the true transform.
+            pose: (!attack.spec.starts_with("similarity")).then_some(pose),
+            report,
+            seconds,
+        };
+        let cell = self.judged(number, alpha, suspect)?;
+        self.bench().store.put("cell", &inputs, &cell)?;
+        Ok(cell)
+    }
+
+    /// Finds a suspect and reads it, as if it had the signature of this number.
+    fn judged(&self, number: usize, alpha: f64, suspect: Suspect) -> Result<Cell> {
         let marked;
         let reference = match self.algorithm.reference() {
             Reference::Original => self.original(),
@@ -428,44 +449,32 @@ impl<'a> Study<'a> {
                 &marked
             }
         };
-        let found = find(reference, &suspect)?;
-        let reading = read(prepared, alpha, reference, &suspect, &found, &found.transform)?;
-        // Where the attack is itself a motion, nobody knows the true transform.
-        let in_true_pose = if attack.spec.starts_with("similarity") {
-            None
-        } else {
-            Some(read(
-                prepared,
-                alpha,
-                reference,
-                &suspect,
-                &found,
-                &pose.inverse(),
-            )?)
-        };
-        let cell = Cell {
-            attack: report,
-            vertices: suspect.vertex_count(),
+        let prepared = self.prepared()?;
+        let found = find(reference, &suspect.mesh)?;
+        let read_at = |pose: &Similarity| read(prepared, alpha, reference, &suspect.mesh, &found, pose);
+        let reading = read_at(&found.transform)?;
+        let in_true_pose = suspect.pose.map(|pose| read_at(&pose.inverse())).transpose()?;
+        let rated = reading.readings.iter().enumerate().map(|(i, reading)| {
+            let true_bits = in_true_pose.as_ref().map(|read| read.readings[i].bits.hard());
+            self.rated(
+                number,
+                &reading.detector,
+                &reading.bits.hard(),
+                true_bits.as_deref(),
+            )
+        });
+        Ok(Cell {
+            readings: rated.collect::<Result<_>>()?,
+            attack: suspect.report,
+            vertices: suspect.mesh.vertex_count(),
             aligned: found.aligned,
             basis: basis_name(&found),
             overlap: found.overlap,
             missing: reading.missing,
-            readings: reading
-                .readings
-                .iter()
-                .enumerate()
-                .map(|(i, reading)| {
-                    let bits = reading.bits.hard();
-                    let true_bits = in_true_pose.as_ref().map(|read| read.readings[i].bits.hard());
-                    self.rated(number, &reading.detector, &bits, true_bits.as_deref())
-                })
-                .collect::<Result<_>>()?,
-            attack_seconds,
+            attack_seconds: suspect.seconds,
             registration_seconds: found.seconds,
             reading_seconds: reading.seconds,
-        };
-        self.bench().store.put("cell", &inputs, &cell)?;
-        Ok(cell)
+        })
     }
 
     /// The attacked mesh, and what `attack.py` says of it. The file goes again.
