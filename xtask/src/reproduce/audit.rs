@@ -5,7 +5,7 @@ use baselines::PAPER_DETECTOR;
 
 use super::{Column, Outcome, Results, paper::Model};
 
-/// How far the agreement with a stranger's signature may lie from a half: more than five standard deviations of 324 coins.
+/// How far the agreement with a signature that is not in a mesh may lie from a half: more than five standard deviations of 324 coins.
 const CHANCE: f64 = 0.15;
 
 /// Fails with everything that is missing or can't be right. The results are written by then.
@@ -59,6 +59,13 @@ fn faults_of(outcome: &Outcome, column: &Column, signatures: usize) -> Vec<Strin
                     100.0 * rate
                 ));
             }
+            if !trial.is_marked() && (rated.rate - 0.5).abs() > CHANCE {
+                let (attack, rate) = (trial.attack.name, 100.0 * rated.rate);
+                faults.push(format!(
+                    "after {attack}, {} reads {rate:.1} % from an unmarked mesh",
+                    rated.detector
+                ));
+            }
             let moved = trial.attack.spec == "similarity"
                 && trial.is_marked()
                 && is_of_the_paper(&outcome.model, column);
@@ -78,4 +85,134 @@ fn faults_of(outcome: &Outcome, column: &Column, signatures: usize) -> Vec<Strin
 
 fn is_of_the_paper(model: &Model, column: &Column) -> bool {
     model.printed(&column.algorithm).is_some()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::reproduce::{
+        Mark, Strength, Trial,
+        paper::BUNNY,
+        study::{Cell, Rated, Target},
+    };
+
+    fn trial(target: Target, attack: &'static crate::reproduce::Attack, rate: f64) -> Trial {
+        let rated = Rated {
+            detector: PAPER_DETECTOR.into(),
+            rate,
+            rate_in_true_pose: None,
+            strangers: vec![0.52, 0.47],
+            verified: rate >= 1.0,
+        };
+        let cell = Cell {
+            attack: serde_json::Value::Null,
+            vertices: 1000,
+            aligned: true,
+            basis: "surface".into(),
+            overlap: 1.0,
+            missing: 0.0,
+            readings: vec![rated],
+            attack_seconds: 0.0,
+            registration_seconds: 0.0,
+            reading_seconds: 0.0,
+        };
+        Trial {
+            target,
+            attack,
+            cell,
+            picture: None,
+        }
+    }
+
+    /// Two signatures of the bunny by MHBs, as they should come out.
+    fn results() -> Results {
+        let marked = (0..2).flat_map(|number| {
+            let rate = |spec: &str| if spec == "similarity" { 1.0 } else { 0.9 };
+            BUNNY
+                .all_attacks()
+                .map(move |attack| trial(Target::Marked(number), attack, rate(attack.spec)))
+        });
+        let unmarked = BUNNY
+            .attacks()
+            .map(|attack| trial(Target::Unmarked, attack, 0.53));
+        let mark = Mark {
+            alpha: 1.0,
+            d_rmse: 0.0205,
+            hausdorff: 0.1,
+            d_2_50: 0.2,
+            msdm2: 0.05,
+            seconds: 0.1,
+        };
+        let column = Column {
+            algorithm: "MHBs".into(),
+            distortion: 0.02,
+            preparation: None,
+            strength: Some(Strength {
+                alpha: 1.0,
+                printed: false,
+                reached: true,
+            }),
+            marks: vec![mark; 2],
+            trials: marked.chain(unmarked).collect(),
+            sweep: Vec::new(),
+        };
+        Results {
+            outcomes: vec![Outcome {
+                model: BUNNY,
+                file: "bunny".into(),
+                digest: String::new(),
+                vertices: 1000,
+                columns: vec![column],
+            }],
+            failures: Vec::new(),
+            signatures: 2,
+            pictures: Vec::new(),
+            foot: String::new(),
+        }
+    }
+
+    /// What is said of results that were spoilt.
+    fn said(spoil: impl FnOnce(&mut Column)) -> String {
+        let mut results = results();
+        spoil(&mut results.outcomes[0].columns[0]);
+        check(&results).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn what_is_complete_and_plausible_passes() {
+        check(&results()).unwrap();
+    }
+
+    #[test]
+    fn a_cell_that_is_missing_is_told() {
+        assert!(said(|column| drop(column.trials.remove(3))).contains("cells of"));
+    }
+
+    #[test]
+    fn an_algorithm_that_remembers_its_bits_is_found_out() {
+        // It answers with what it wrote last, whatever it is shown.
+        let cheat = |column: &mut Column| {
+            for trial in &mut column.trials {
+                trial.cell.readings[0].rate = 1.0;
+                trial.cell.readings[0].verified = true;
+            }
+        };
+        assert!(said(cheat).contains("from an unmarked mesh"));
+        let stranger = |column: &mut Column| column.trials[0].cell.readings[0].strangers[1] = 0.9;
+        assert!(said(stranger).contains("of a signature that is not there"));
+    }
+
+    #[test]
+    fn robustness_is_not_bought_with_distortion() {
+        assert!(said(|column| column.marks[1].d_rmse = 0.03).contains("d_rmse is 0.0300 %"));
+    }
+
+    #[test]
+    fn a_mesh_that_was_only_moved_must_be_read() {
+        let spoil = |column: &mut Column| {
+            column.trials[0].cell.readings[0].rate = 0.99;
+            column.trials[0].cell.readings[0].verified = false;
+        };
+        assert!(said(spoil).contains("only moved"));
+    }
 }

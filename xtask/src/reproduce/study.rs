@@ -37,6 +37,9 @@ pub(crate) struct Signed {
     pub(crate) signature: Signature,
 }
 
+/// How far d_rmse may be from the printed one, as a share of it. Signatures differ, so the bound on each mark is wider.
+const NEAR_ENOUGH: f64 = 0.08;
+
 /// What a study works with.
 pub(crate) struct Bench<'a> {
     pub(crate) python: &'a Python,
@@ -60,6 +63,8 @@ pub(crate) struct Scene<'a> {
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(crate) struct Strength {
     pub(crate) alpha: f64,
+    /// Whether α is the one that the paper gives.
+    pub(crate) printed: bool,
     /// False where even α = 0 distorts more: then α is the paper's.
     pub(crate) reached: bool,
 }
@@ -269,8 +274,23 @@ impl<'a> Study<'a> {
         Ok(strength)
     }
 
-    /// The mark is affine in α, so d² is t² + (k α)² to first order, t being the distortion at α = 0.
+    /// The paper's α where it has no unit and distorts as much as in the paper; else the one that does.
     fn calibrated(&self) -> Result<Strength> {
+        if let Some(alpha) = self.algorithm.paper_alpha() {
+            let (found, _) = self.d_rmse(&self.marked(0, alpha)?)?;
+            if (found / self.distortion - 1.0).abs() < NEAR_ENOUGH {
+                return Ok(Strength {
+                    alpha,
+                    printed: true,
+                    reached: true,
+                });
+            }
+        }
+        self.fitted()
+    }
+
+    /// The mark is affine in α, so d² is t² + (k α)² to first order, t being the distortion at α = 0.
+    fn fitted(&self) -> Result<Strength> {
         let (base, unit) = (self.positions(0, 0.0)?, self.positions(0, 1.0)?);
         let squares = base
             .iter()
@@ -291,6 +311,7 @@ impl<'a> Study<'a> {
             })?;
             return Ok(Strength {
                 alpha,
+                printed: true,
                 reached: false,
             });
         };
@@ -310,7 +331,11 @@ impl<'a> Study<'a> {
             );
             alpha *= (room / marked).sqrt();
         }
-        Ok(Strength { alpha, reached: true })
+        Ok(Strength {
+            alpha,
+            printed: false,
+            reached: true,
+        })
     }
 
     /// A mark's distortion.
