@@ -187,8 +187,6 @@ fn candidates(options: &Options, python: &Python) -> Result<(Vec<Candidate>, Vec
         return Ok((vec![models::bunny(python.bunny()?)], Vec::new()));
     };
     let (found, missing) = models::in_folder(folder, &options.only)?;
-    let words = |name: &str| format!("{}: no mesh file {name}; its rows are missing", folder.display());
-    let missing: Vec<String> = missing.into_iter().map(words).collect();
     for line in &missing {
         eprintln!("{line}");
     }

