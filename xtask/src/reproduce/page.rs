@@ -133,7 +133,11 @@ fn words(results: &Results, whole: bool) -> Words {
     let list = results.outcomes.iter().map(|outcome| {
         format!(
             "{} ({} vertices), {} ({} vertices, SHA-256 {}…)",
-            outcome.model.name, outcome.model.vertices, outcome.file, outcome.vertices, outcome.digest
+            outcome.model.name,
+            outcome.model.vertices,
+            outcome.file,
+            outcome.vertices,
+            &outcome.digest[..16]
         )
     });
     models += &list.collect::<Vec<_>>().join("; ");
