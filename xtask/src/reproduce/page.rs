@@ -137,7 +137,7 @@ fn words(results: &Results, whole: bool) -> Words {
             outcome.model.vertices,
             outcome.file,
             outcome.vertices,
-            &outcome.digest[..16]
+            outcome.digest.get(..16).unwrap_or_default()
         )
     });
     models += &list.collect::<Vec<_>>().join("; ");
