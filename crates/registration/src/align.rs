@@ -1,8 +1,9 @@
 //! From a suspect in unknown pose to the similarity that brings it back.
 
-use crate::connectivity::{Correspondence, map_candidates, map_surroundings};
+use crate::connectivity::{Correspondence, Graph, map_candidates, map_surroundings};
 use crate::observer::{Observer, Stage, Watch, begin, go_on};
-use crate::search::Search;
+use crate::sampled::Sampled;
+use crate::search::{SAMPLES, Search};
 use crate::vector::{norm, squared, sub};
 use crate::{Handedness, RegistrationError, fit_similarity, threads};
 use mesh::{Similarity, TriMesh};
@@ -133,17 +134,8 @@ pub fn align_observed(
     options: &AlignOptions,
     observer: &dyn Observer,
 ) -> Result<Alignment, RegistrationError> {
-    check(options)?;
-    threads::in_pool(options.threads, || {
-        begin(observer, Stage::Connectivity)?;
-        let maps = by_vertices(original, suspect, observer)?;
-        begin(observer, Stage::Preparation)?;
-        let search = Search::new(original, suspect, options, observer)?;
-        if let Some(found) = maps.and_then(|maps| maps.judged(&search, 0)) {
-            return Ok(found);
-        }
-        search.by_surface()
-    })?
+    begin(observer, Stage::Preparation)?;
+    Aligner::new(original, options)?.align(suspect, observer)
 }
 
 /// As [`align_observed`], from at least three pairs of corresponding points instead of guesses, for suspects
@@ -178,22 +170,89 @@ pub fn align_points(
     options: &AlignOptions,
     observer: &dyn Observer,
 ) -> Result<Alignment, RegistrationError> {
-    check(options)?;
-    let guesses = fits(original, pairs)?;
-    threads::in_pool(options.threads, || {
-        begin(observer, Stage::Connectivity)?;
-        let maps = by_vertices(original, suspect, observer)?;
-        begin(observer, Stage::Preparation)?;
-        let search = Search::new(original, suspect, options, observer)?;
-        if let Some(maps) = maps {
-            let (chosen, off) = maps.nearest(pairs);
-            let agrees = off <= POINTS_OFF * original.bounding_box().diagonal();
-            if let Some(found) = maps.judged(&search, chosen).filter(|_| agrees) {
-                return Ok(found);
+    begin(observer, Stage::Preparation)?;
+    Aligner::new(original, options)?.align_points(suspect, pairs, observer)
+}
+
+/// An original with what does not depend on the suspect, for who has many suspects of one original.
+pub struct Aligner<'a> {
+    graph: Graph<'a>,
+    sampled: Sampled,
+    options: AlignOptions,
+}
+
+impl<'a> Aligner<'a> {
+    /// Builds the original's search structures.
+    ///
+    /// # Errors
+    /// When the original has no area, or an option is out of range.
+    pub fn new(original: &'a TriMesh, options: &AlignOptions) -> Result<Self, RegistrationError> {
+        check(options)?;
+        let build = || {
+            rayon::join(
+                || Graph::of(original),
+                || Sampled::of(original, "original", SAMPLES),
+            )
+        };
+        let (graph, sampled) = threads::in_pool(options.threads, build)?;
+        Ok(Self {
+            graph,
+            sampled: sampled?,
+            options: *options,
+        })
+    }
+
+    /// As [`align_observed`].
+    ///
+    /// # Errors
+    /// As [`align_observed`].
+    pub fn align(&self, suspect: &TriMesh, observer: &dyn Observer) -> Result<Alignment, RegistrationError> {
+        threads::in_pool(self.options.threads, || {
+            let (maps, search) = self.prepared(suspect, observer)?;
+            match maps.and_then(|maps| maps.judged(&search, 0)) {
+                Some(found) => Ok(found),
+                None => search.by_surface(),
             }
-        }
-        search.at_guesses(guesses)
-    })?
+        })?
+    }
+
+    /// As [`align_points`](crate::align_points).
+    ///
+    /// # Errors
+    /// As [`align_points`](crate::align_points).
+    pub fn align_points(
+        &self,
+        suspect: &TriMesh,
+        pairs: &[PointPair],
+        observer: &dyn Observer,
+    ) -> Result<Alignment, RegistrationError> {
+        let guesses = fits(self.sampled.diagonal, pairs)?;
+        threads::in_pool(self.options.threads, || {
+            let (maps, search) = self.prepared(suspect, observer)?;
+            if let Some(maps) = maps {
+                let (chosen, off) = maps.nearest(pairs);
+                let agrees = off <= POINTS_OFF * self.sampled.diagonal;
+                if let Some(found) = maps.judged(&search, chosen).filter(|_| agrees) {
+                    return Ok(found);
+                }
+            }
+            search.at_guesses(guesses)
+        })?
+    }
+
+    /// What surviving vertices say, and both surfaces ready to be searched.
+    fn prepared(
+        &'a self,
+        suspect: &TriMesh,
+        observer: &'a dyn Observer,
+    ) -> Result<(Option<ByVertices>, Search<'a>), RegistrationError> {
+        begin(observer, Stage::Connectivity)?;
+        let maps = by_vertices(&self.graph, suspect, observer)?;
+        begin(observer, Stage::Preparation)?;
+        let suspect = Sampled::of(suspect, "suspect", SAMPLES)?;
+        go_on(observer)?;
+        Ok((maps, Search::new(&self.sampled, suspect, &self.options, observer)))
+    }
 }
 
 /// Given points that lie farther off than this, root mean square, as a fraction of the original's diagonal,
@@ -205,10 +264,10 @@ const CARELESS: f64 = 0.01;
 
 /// The similarities that pairs of points leave open: one of each hand, or one alone if the other hand does
 /// not fit the pairs.
-fn fits(original: &TriMesh, pairs: &[PointPair]) -> Result<Vec<Similarity>, RegistrationError> {
+fn fits(diagonal: f64, pairs: &[PointPair]) -> Result<Vec<Similarity>, RegistrationError> {
     let (from, onto): (Vec<_>, Vec<_>) = pairs.iter().map(|pair| (pair.suspect, pair.original)).unzip();
     let proper = fit_similarity(&from, &onto, None, Handedness::Proper)?;
-    let careless = CARELESS * original.bounding_box().diagonal();
+    let careless = CARELESS * diagonal;
     let bound = 2.0 * proper.residual.min(proper.mirrored_residual) + careless;
     let mut open = Vec::new();
     if proper.residual <= bound {
@@ -290,20 +349,21 @@ impl ByVertices {
 
 /// The similarities between vertices that survived, if enough did.
 fn by_vertices(
-    original: &TriMesh,
+    graph: &Graph<'_>,
     suspect: &TriMesh,
     observer: &dyn Observer,
 ) -> Result<Option<ByVertices>, RegistrationError> {
+    let original = graph.mesh;
     let fitted = |map: Correspondence| {
         let fit = map.fit_robustly(original, suspect, Handedness::Either).ok()?;
         Some((fit.transform, map))
     };
-    let whole = map_candidates(original, suspect, MOST_MAPS, observer);
+    let whole = map_candidates(graph, suspect, MOST_MAPS, observer);
     go_on(observer)?;
     let (basis, maps) = match whole {
         Ok(maps) => (Basis::Connectivity, maps),
         Err(_difference) => {
-            let part = map_surroundings(original, suspect, observer);
+            let part = map_surroundings(graph, suspect, observer);
             let part = without_strays(part, original, suspect);
             (Basis::Surroundings, part.into_iter().collect())
         }

@@ -10,7 +10,7 @@ mod surroundings;
 use crate::observer::Observer;
 use crate::vector::{norm, sub};
 use crate::{Fit, Handedness, RegistrationError, fit_similarity};
-use graph::Graph;
+pub(crate) use graph::Graph;
 use mesh::TriMesh;
 
 /// Which suspect vertex each original vertex became.
@@ -192,29 +192,29 @@ pub fn match_candidates(
     suspect: &TriMesh,
     limit: usize,
 ) -> Result<Vec<Correspondence>, Difference> {
-    map_candidates(original, suspect, limit, &())
+    map_candidates(&Graph::of(original), suspect, limit, &())
 }
 
 /// As [`match_candidates`]; what it gives when cancelled means nothing.
 pub(crate) fn map_candidates(
-    original: &TriMesh,
+    from: &Graph<'_>,
     suspect: &TriMesh,
     limit: usize,
     observer: &dyn Observer,
 ) -> Result<Vec<Correspondence>, Difference> {
-    compare_counts(original, suspect)?;
+    compare_counts(from, suspect)?;
     if limit <= 1
-        && let Some(same_order) = identity(original, suspect)
+        && let Some(same_order) = identity(from.mesh, suspect)
     {
         return Ok(vec![same_order]);
     }
-    let (from, onto) = (Graph::of(original), Graph::of(suspect));
-    let colours = colours::refine(&from, &onto, observer);
+    let onto = Graph::of(suspect);
+    let colours = colours::refine(from, &onto, observer);
     match colours.unmatched() {
         0 => {}
         vertices => return Err(Difference::Surroundings { vertices }),
     }
-    let mut maps = placement::candidates(&from, &onto, &colours, limit.max(1), observer);
+    let mut maps = placement::candidates(from, &onto, &colours, limit.max(1), observer);
     let vertices = from.used_vertices - maps.first().map_or(0, Correspondence::matched);
     if vertices > 0 {
         return Err(Difference::Unmapped { vertices });
@@ -249,16 +249,16 @@ pub fn match_components(original: &TriMesh, suspect: &TriMesh) -> Correspondence
 /// Nothing proves the result: near altered places a pair may be wrong, and a re-meshed suspect gives few
 /// pairs or none. Fit robustly, and look at the residuals.
 pub fn match_surroundings(original: &TriMesh, suspect: &TriMesh) -> Correspondence {
-    map_surroundings(original, suspect, &())
+    map_surroundings(&Graph::of(original), suspect, &())
 }
 
 /// As [`match_surroundings`]; what it gives when cancelled means nothing.
 pub(crate) fn map_surroundings(
-    original: &TriMesh,
+    from: &Graph<'_>,
     suspect: &TriMesh,
     observer: &dyn Observer,
 ) -> Correspondence {
-    surroundings::correspondence(&Graph::of(original), &Graph::of(suspect), observer)
+    surroundings::correspondence(from, &Graph::of(suspect), observer)
 }
 
 /// The map of each vertex to itself, if that is right.
@@ -273,16 +273,16 @@ fn identity(original: &TriMesh, suspect: &TriMesh) -> Option<Correspondence> {
     })
 }
 
-fn compare_counts(original: &TriMesh, suspect: &TriMesh) -> Result<(), Difference> {
-    let used = |mesh| in_use(mesh).into_iter().filter(|&used| used).count();
-    let (here, there) = (used(original), used(suspect));
+fn compare_counts(from: &Graph<'_>, suspect: &TriMesh) -> Result<(), Difference> {
+    let in_suspect = in_use(suspect).into_iter().filter(|&used| used).count();
+    let (here, there) = (from.used_vertices, in_suspect);
     if here != there {
         return Err(Difference::VertexCount {
             original: here,
             suspect: there,
         });
     }
-    let (here, there) = (original.triangle_count(), suspect.triangle_count());
+    let (here, there) = (from.mesh.triangle_count(), suspect.triangle_count());
     if here != there {
         return Err(Difference::TriangleCount {
             original: here,

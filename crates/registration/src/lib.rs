@@ -92,7 +92,7 @@ mod umeyama;
 mod vector;
 
 pub use align::{
-    AlignOptions, Alignment, Basis, PointPair, align, align_observed, align_points, align_until,
+    AlignOptions, Aligner, Alignment, Basis, PointPair, align, align_observed, align_points, align_until,
 };
 pub use connectivity::{
     Correspondence, Difference, match_candidates, match_components, match_connectivity, match_surroundings,

@@ -9,10 +9,10 @@ use crate::overlap::Overlap;
 use crate::sampled::Sampled;
 use crate::vector::{norm, sub};
 use crate::{RegistrationError, congruent, guesses, threads};
-use mesh::{Similarity, TriMesh};
+use mesh::Similarity;
 
 /// Samples of each surface.
-const SAMPLES: usize = 20_000;
+pub(crate) const SAMPLES: usize = 20_000;
 
 /// First look at a guess: few samples, few steps, a wide gate.
 const GLANCE: Effort = Effort {
@@ -83,7 +83,7 @@ const PLANE: usize = 4;
 type Ranked = Vec<(f64, Similarity)>;
 
 pub(crate) struct Search<'a> {
-    original: Sampled,
+    original: &'a Sampled,
     suspect: Sampled,
     options: &'a AlignOptions,
     observer: &'a dyn Observer,
@@ -91,34 +91,30 @@ pub(crate) struct Search<'a> {
 
 impl<'a> Search<'a> {
     pub(crate) fn new(
-        original: &TriMesh,
-        suspect: &TriMesh,
+        original: &'a Sampled,
+        suspect: Sampled,
         options: &'a AlignOptions,
         observer: &'a dyn Observer,
-    ) -> Result<Self, RegistrationError> {
-        let original = Sampled::of(original, "original", SAMPLES)?;
-        go_on(observer)?;
-        let suspect = Sampled::of(suspect, "suspect", SAMPLES)?;
-        go_on(observer)?;
-        Ok(Self {
+    ) -> Self {
+        Self {
             original,
             suspect,
             options,
             observer,
-        })
+        }
     }
 
     /// The best pose that guesses of all kinds lead to.
     pub(crate) fn by_surface(&self) -> Result<Alignment, RegistrationError> {
         let mut cheap = vec![Similarity::IDENTITY];
-        cheap.extend(guesses::principal_axes(&self.original, &self.suspect));
+        cheap.extend(guesses::principal_axes(self.original, &self.suspect));
         let mut ranked = self.finalists(cheap)?;
         if !self.convinced(&ranked) {
-            let rotations = guesses::all_rotations(&self.original, &self.suspect, ROTATIONS);
+            let rotations = guesses::all_rotations(self.original, &self.suspect, ROTATIONS);
             ranked.extend(self.finalists(self.promising(rotations))?);
             if !self.convinced(&ranked) {
                 go_on(self.observer)?;
-                let partial = congruent::guesses(&self.original, &self.suspect, REFINED);
+                let partial = congruent::guesses(self.original, &self.suspect, REFINED);
                 ranked.extend(self.finalists(partial)?);
             }
         }
@@ -155,7 +151,7 @@ impl<'a> Search<'a> {
     fn cared_for(&self, guess: Similarity) -> Result<Similarity, RegistrationError> {
         let refined = |start: Similarity, effort: Effort, ends: Ends| {
             go_on(self.observer)?;
-            let refined = icp::refine(&self.original, &self.suspect, start, effort, ends);
+            let refined = icp::refine(self.original, &self.suspect, start, effort, ends);
             Ok::<_, RegistrationError>(refined)
         };
         let start = refined(guess, CARE[0], Ends::Samples)?.map_or(guess, |refined| refined.transform);
@@ -205,7 +201,7 @@ impl<'a> Search<'a> {
     }
 
     fn refined(&self, guess: Similarity, effort: Effort, ends: Ends) -> Option<Similarity> {
-        let better = icp::refine(&self.original, &self.suspect, guess, effort, ends);
+        let better = icp::refine(self.original, &self.suspect, guess, effort, ends);
         better.map(|better| better.transform)
     }
 
@@ -213,7 +209,7 @@ impl<'a> Search<'a> {
     fn ranked(&self, guesses: Vec<Similarity>, samples: usize) -> Ranked {
         let &AlignOptions { tolerance, .. } = self.options;
         let score =
-            |t: &Similarity| Overlap::measure(&self.original, &self.suspect, t, tolerance, samples).score;
+            |t: &Similarity| Overlap::measure(self.original, &self.suspect, t, tolerance, samples).score;
         let mut ranked: Ranked = guesses.into_iter().map(|guess| (score(&guess), guess)).collect();
         ranked.sort_by(|x, y| y.0.total_cmp(&x.0));
         ranked
@@ -224,7 +220,7 @@ impl<'a> Search<'a> {
         let tolerance = 10.0 * self.options.tolerance;
         let scores = threads::map(guesses.len(), |i| {
             rough_score(
-                &self.original,
+                self.original,
                 &self.suspect,
                 &guesses[i],
                 tolerance,
@@ -240,7 +236,7 @@ impl<'a> Search<'a> {
     fn convinced(&self, ranked: &Ranked) -> bool {
         ranked.iter().any(|(_, guess)| {
             let &AlignOptions { tolerance, .. } = self.options;
-            let overlap = Overlap::measure(&self.original, &self.suspect, guess, tolerance, CARE[0].samples);
+            let overlap = Overlap::measure(self.original, &self.suspect, guess, tolerance, CARE[0].samples);
             overlap.of_suspect >= CONVINCING
         })
     }
@@ -272,11 +268,11 @@ impl<'a> Search<'a> {
             least_overlap,
             ..
         } = self.options;
-        let overlap = Overlap::measure(&self.original, &self.suspect, &transform, tolerance, SAMPLES);
+        let overlap = Overlap::measure(self.original, &self.suspect, &transform, tolerance, SAMPLES);
         let free_directions = match basis {
             Basis::Connectivity | Basis::Surroundings => 0,
             Basis::Surface | Basis::Points => {
-                icp::free_directions(&self.original, &self.suspect, &transform, tolerance)
+                icp::free_directions(self.original, &self.suspect, &transform, tolerance)
             }
         };
         Alignment {

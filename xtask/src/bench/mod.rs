@@ -8,8 +8,9 @@ mod peers;
 mod quality;
 mod registration;
 mod registration_peers;
+mod registration_tables;
 
-use std::path::PathBuf;
+use std::{path::PathBuf, time::Duration};
 
 use anyhow::Result;
 use clap::Subcommand;
@@ -44,8 +45,8 @@ pub(crate) enum Bench {
     Solve(eigen::Alone),
     /// Registration: how often, how exactly and how fast attacked and moved meshes come back; beside its peers
     ///
-    /// Makes Python environments in attacks/.venv and bench-harness/.venv. Finished draws are kept in .cache/bench/registration;
-    /// delete it after a change of the program.
+    /// Makes Python environments in attacks/.venv and bench-harness/.venv. Goes from the smallest mesh to the largest. Finished
+    /// draws are kept in .cache/bench/registration, so that a run that was interrupted goes on; delete it after a change of the program.
     Registration {
         /// Mesh files
         #[arg(long, value_name = "DIR")]
@@ -62,6 +63,9 @@ pub(crate) enum Bench {
         /// Meshes with more vertices are passed over
         #[arg(long, default_value_t = usize::MAX, hide_default_value = true)]
         most_vertices: usize,
+        /// Begin no draw after so many minutes, and write what there is; 0: what is finished
+        #[arg(long, value_name = "MINUTES")]
+        minutes: Option<f64>,
         /// Leave the peers out
         #[arg(long)]
         no_peers: bool,
@@ -98,6 +102,7 @@ pub(crate) fn run(bench: Bench) -> Result<()> {
             attack,
             draws,
             most_vertices,
+            minutes,
             no_peers,
         } => {
             let selection = registration::Selection {
@@ -106,6 +111,9 @@ pub(crate) fn run(bench: Bench) -> Result<()> {
                 draws,
                 most_vertices,
                 with_peers: !no_peers,
+                time: minutes
+                    .map(|minutes| Duration::try_from_secs_f64(60.0 * minutes))
+                    .transpose()?,
             };
             registration::run(&meshes, &selection)
         }

@@ -1,8 +1,8 @@
 use mesh::{Components, Edges, TriMesh, components};
 
 /// A mesh with what the matching asks of it.
-pub(super) struct Graph<'a> {
-    pub(super) mesh: &'a TriMesh,
+pub(crate) struct Graph<'a> {
+    pub(crate) mesh: &'a TriMesh,
     pub(super) edges: Edges,
     pub(super) parts: Components,
     /// How many triangles each part has.
@@ -14,7 +14,7 @@ pub(super) struct Graph<'a> {
 }
 
 impl<'a> Graph<'a> {
-    pub(super) fn of(mesh: &'a TriMesh) -> Self {
+    pub(crate) fn of(mesh: &'a TriMesh) -> Self {
         let parts = components(mesh);
         let mut part_triangles = vec![0; parts.count];
         for &[a, ..] in mesh.triangles() {

@@ -1,0 +1,173 @@
+//! The draws of the registration, as tables.
+
+use super::{
+    measure::{greatest, median},
+    registration::{Cell, Draw, EXACT, Trial, trials},
+};
+use crate::table::Table;
+
+impl Cell {
+    fn right(&self) -> usize {
+        self.draws.iter().filter(|draw| draw.is_right(self.trial)).count()
+    }
+}
+
+/// A cell in words.
+pub(super) fn line(cell: &Cell) -> String {
+    let draws = || cell.draws.iter();
+    format!(
+        "{}, {}: {} of {} right, error {:.1e} (worst {:.1e}), {:.2} s (worst {:.2})",
+        cell.mesh,
+        cell.trial.name(),
+        cell.right(),
+        cell.draws.len(),
+        median(draws().map(|draw| draw.error)),
+        greatest(draws().map(|draw| draw.error)),
+        median(draws().map(|draw| draw.cpu)),
+        greatest(draws().map(|draw| draw.cpu)),
+    )
+}
+
+/// Right draws of all draws, as it stands in the tables.
+fn share<'a>(cells: impl Iterator<Item = &'a Cell>) -> String {
+    let (mut right, mut all) = (0, 0);
+    for cell in cells {
+        right += cell.right();
+        all += cell.draws.len();
+    }
+    if all == 0 {
+        String::new()
+    } else {
+        format!("{right} of {all}")
+    }
+}
+
+/// By how many points the true transform reads more than the found one.
+fn shortfall(draw: &Draw) -> Option<f64> {
+    draw.rates.map(|[found, truth]| 100.0 * (truth - found))
+}
+
+/// What several draws say, empty where they say nothing.
+struct Summary([String; 8]);
+
+impl Summary {
+    const HEADER: [&'static str; 8] = [
+        "median error",
+        "worst error",
+        "unmarked: worst error",
+        "ER, true transform: least",
+        "median",
+        "ER less with the found one: worst",
+        "median (s)",
+        "worst (s)",
+    ];
+
+    fn of(trial: Trial, draws: &[&Draw]) -> Self {
+        let stranger = matches!(trial, Trial::Stranger);
+        let of =
+            |f: &dyn Fn(&Draw) -> Option<f64>| -> Vec<f64> { draws.iter().filter_map(|d| f(d)).collect() };
+        let shown = |values: Vec<f64>, number: &dyn Fn(Vec<f64>) -> String| {
+            if values.is_empty() {
+                String::new()
+            } else {
+                number(values)
+            }
+        };
+        let errors = of(&|draw| (!stranger).then_some(draw.error));
+        let truths = of(&|draw| draw.rates.map(|[_, truth]| 100.0 * truth));
+        let seconds = of(&|draw| Some(draw.cpu));
+        Self([
+            shown(errors.clone(), &|v| format!("{:.1e}", median(v))),
+            shown(errors, &|v| format!("{:.1e}", greatest(v))),
+            shown(of(&|draw| draw.exact_error), &|v| format!("{:.1e}", greatest(v))),
+            shown(truths.clone(), &|v| {
+                format!("{:.1}", -greatest(v.into_iter().map(|x| -x)))
+            }),
+            shown(truths, &|v| format!("{:.1}", median(v))),
+            shown(of(&shortfall), &|v| format!("{:.2}", greatest(v))),
+            shown(seconds.clone(), &|v| format!("{:.2}", median(v))),
+            shown(seconds, &|v| format!("{:.2}", greatest(v))),
+        ])
+    }
+}
+
+pub(super) fn by_attack(cells: &[Cell]) -> Table {
+    let header: Vec<&str> = ["attack", "right", ""]
+        .into_iter()
+        .chain(Summary::HEADER)
+        .collect();
+    let mut table = Table::new("By attack", &header);
+    for trial in trials() {
+        let rows: Vec<&Cell> = cells
+            .iter()
+            .filter(|cell| cell.trial.name() == trial.name())
+            .collect();
+        let draws: Vec<&Draw> = rows.iter().flat_map(|cell| &cell.draws).collect();
+        if draws.is_empty() {
+            continue;
+        }
+        let right: usize = rows.iter().map(|cell| cell.right()).sum();
+        let share = [
+            format!("{right} of {}", draws.len()),
+            format!("{:.1} %", 100.0 * right as f64 / draws.len() as f64),
+        ];
+        let Summary(figures) = Summary::of(trial, &draws);
+        table.row([trial.name().to_string()].into_iter().chain(share).chain(figures));
+    }
+    table
+}
+
+pub(super) fn by_mesh(cells: &[Cell]) -> Table {
+    let names = trials().map(Trial::name);
+    let header: Vec<&str> = ["mesh", "vertices"].into_iter().chain(names).collect();
+    let mut table = Table::new("By mesh: draws that came out right", &header);
+    let mut meshes: Vec<(&str, usize)> = cells
+        .iter()
+        .map(|cell| (cell.mesh.as_str(), cell.vertices))
+        .collect();
+    meshes.dedup();
+    for (mesh, vertices) in meshes {
+        let of = |trial: Trial| {
+            let same = |cell: &&Cell| cell.mesh == mesh && cell.trial.name() == trial.name();
+            share(cells.iter().filter(same))
+        };
+        let shares = trials().map(of);
+        table.row([mesh.to_string(), vertices.to_string()].into_iter().chain(shares));
+    }
+    table
+}
+
+pub(super) fn all(cells: &[Cell]) -> Table {
+    let first = [
+        "mesh",
+        "vertices",
+        "attack",
+        "draws",
+        "right",
+        "exact to",
+        "least overlap",
+    ];
+    let header: Vec<&str> = first.into_iter().chain(Summary::HEADER).collect();
+    let mut table = Table::new("Alignments", &header);
+    for cell in cells {
+        let draws: Vec<&Draw> = cell.draws.iter().collect();
+        let Summary(figures) = Summary::of(cell.trial, &draws);
+        let exact = if cell.trial.is_exact() {
+            format!("{EXACT:e}")
+        } else {
+            String::new()
+        };
+        let overlap = -greatest(draws.iter().map(|draw| -draw.overlap));
+        let first = [
+            cell.mesh.clone(),
+            cell.vertices.to_string(),
+            cell.trial.name().to_string(),
+            draws.len().to_string(),
+            cell.right().to_string(),
+            exact,
+            format!("{overlap:.4}"),
+        ];
+        table.row(first.into_iter().chain(figures));
+    }
+    table
+}
