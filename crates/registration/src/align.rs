@@ -134,7 +134,7 @@ pub fn align_observed(
     options: &AlignOptions,
     observer: &dyn Observer,
 ) -> Result<Alignment, RegistrationError> {
-    begin(observer, Stage::Preparation)?;
+    go_on(observer)?;
     Aligner::new(original, options)?.align(suspect, observer)
 }
 
@@ -170,7 +170,7 @@ pub fn align_points(
     options: &AlignOptions,
     observer: &dyn Observer,
 ) -> Result<Alignment, RegistrationError> {
-    begin(observer, Stage::Preparation)?;
+    go_on(observer)?;
     Aligner::new(original, options)?.align_points(suspect, pairs, observer)
 }
 

@@ -154,11 +154,7 @@ fn sample_rows(
     samples: usize,
 ) -> Vec<Row> {
     let inverse = transform.inverse();
-    let from_suspect: Vec<usize> = suspect.some(samples).collect();
     let from_original: Vec<usize> = original.some(samples).collect();
-    let there = threads::map(from_suspect.len(), |i| {
-        forward(original, transform.apply(suspect.points[from_suspect[i]]), gate)
-    });
     let back = threads::map(from_original.len(), |i| {
         let q = original.points[from_original[i]];
         let nearest = suspect
@@ -167,7 +163,23 @@ fn sample_rows(
         let normal = original.normals[original.triangles[from_original[i]] as usize];
         row(original, transform.apply(nearest.point), q, normal)
     });
-    there.into_iter().chain(back).flatten().collect()
+    let mut rows = forward_rows(original, suspect, transform, gate, samples);
+    rows.extend(back.into_iter().flatten());
+    rows
+}
+
+fn forward_rows(
+    original: &Sampled,
+    suspect: &Sampled,
+    transform: &Similarity,
+    gate: f64,
+    samples: usize,
+) -> Vec<Row> {
+    let picked: Vec<usize> = suspect.some(samples).collect();
+    let there = threads::map(picked.len(), |i| {
+        forward(original, transform.apply(suspect.points[picked[i]]), gate)
+    });
+    there.into_iter().flatten().collect()
 }
 
 fn rough_rows(
@@ -217,7 +229,8 @@ pub(crate) fn free_directions(
     tolerance: f64,
 ) -> usize {
     let gate = tolerance * original.diagonal.min(transform.scale * suspect.diagonal);
-    let rows = sample_rows(original, suspect, transform, gate, SLIDING_SAMPLES);
+    // Where the original goes on beyond a border of the suspect does not hold the suspect.
+    let rows = forward_rows(original, suspect, transform, gate, SLIDING_SAMPLES);
     if rows.len() < FEWEST_PAIRS {
         return 7;
     }
@@ -230,7 +243,7 @@ pub(crate) fn free_directions(
     (0..7).filter(|&k| values[k] < bound).count()
 }
 
-/// Samples of each surface that say whether the surfaces slide.
+/// Samples of the suspect that say whether the surfaces slide.
 const SLIDING_SAMPLES: usize = 2_000;
 
 /// Mean square distance from the original, per square of the motion, below which a motion counts as sliding;

@@ -82,6 +82,7 @@ mod guesses;
 mod icp;
 mod observer;
 mod overlap;
+mod quads;
 mod resample;
 mod sampled;
 mod search;

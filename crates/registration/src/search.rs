@@ -52,6 +52,9 @@ const CARE: [Effort; 2] = [
     },
 ];
 
+/// The suspect's vertices decide if they deviate by less than this fraction of what its samples do.
+const FAR_BETTER: f64 = 0.5;
+
 /// Rotations tried when principal axes fail, and guesses of a kind that get a glance.
 const ROTATIONS: usize = 576;
 const REFINED: usize = 64;
@@ -146,8 +149,9 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// Refines the best guess by samples of both surfaces and by the suspect's vertices, and keeps what
-    /// agrees better.
+    /// Refines the best guess by samples of both surfaces, or by the suspect's vertices if they agree far better:
+    /// those of a re-meshed suspect lie on the original, those of a simplified one beside it on the outside of
+    /// bends, which shrinks the suspect.
     fn cared_for(&self, guess: Similarity) -> Result<Similarity, RegistrationError> {
         let refined = |start: Similarity, effort: Effort, ends: Ends| {
             go_on(self.observer)?;
@@ -157,8 +161,10 @@ impl<'a> Search<'a> {
         let start = refined(guess, CARE[0], Ends::Samples)?.map_or(guess, |refined| refined.transform);
         let by_samples = refined(start, CARE[1], Ends::Samples)?;
         let by_vertices = refined(start, CARE[1], Ends::Vertices)?;
-        let both = [by_samples, by_vertices].into_iter().flatten();
-        let better = both.min_by(|x, y| x.deviation.total_cmp(&y.deviation));
+        let bound = by_samples.map_or(f64::INFINITY, |refined| FAR_BETTER * refined.deviation);
+        let better = by_vertices
+            .filter(|refined| refined.deviation <= bound)
+            .or(by_samples);
         Ok(better.map_or(start, |refined| refined.transform))
     }
 

@@ -5,11 +5,14 @@
 //! which give a shared edge the same sign from both of its triangles: a line through a closed surface never
 //! slips between two triangles.
 
+use crate::quads::Quads;
 use crate::vector::{Vec3, add, cross, dot, norm, scaled, squared, sub};
 use mesh::{BoundingBox, TriMesh};
 
 /// A mesh prepared for queries. Building takes O(n log n) time, about 170 bytes a triangle.
 pub struct Surface {
+    quads: Quads,
+    /// The tree of pairs that `quads` is made of.
     pub(crate) nodes: Vec<Node>,
     /// Corners of the triangles, in the order of the leaves.
     pub(crate) corners: Vec<[Vec3; 3]>,
@@ -47,12 +50,19 @@ pub(crate) struct Node {
     pub(crate) count: u32,
 }
 
+impl Node {
+    pub(crate) fn half_area(&self) -> f64 {
+        let [x, y, z] = sub(self.max, self.min);
+        x * y + y * z + z * x
+    }
+}
+
 const LEAF: usize = 4;
 const BINS: usize = 16;
 
 /// Below this depth ranges are halved, so that the tree is never deeper than this and 32.
 const HEURISTIC_DEPTH: usize = 48;
-const DEEPEST: usize = HEURISTIC_DEPTH + 33;
+pub(crate) const DEEPEST: usize = HEURISTIC_DEPTH + 33;
 
 impl Surface {
     /// Builds the tree over the triangles of a mesh.
@@ -80,6 +90,7 @@ impl Surface {
         nodes.shrink_to_fit();
         let corners = order.iter().map(|&t| mesh.corners(t as usize)).collect();
         Self {
+            quads: Quads::of(&nodes),
             nodes,
             corners,
             triangles: order,
@@ -103,35 +114,16 @@ impl Surface {
     fn search(&self, p: Vec3, limit_squared: f64) -> Option<Nearest> {
         let mut best = limit_squared;
         let mut found = None;
-        let mut stack = Stack::new();
-        stack.push(0, distance_to_box(&self.nodes[0], p));
-        while let Some((node, distance)) = stack.pop() {
-            if distance >= best {
-                continue;
-            }
-            let node = self.nodes[node as usize];
-            if node.count == 0 {
-                let (left, right) = (node.first, node.first + 1);
-                let to_left = distance_to_box(&self.nodes[left as usize], p);
-                let to_right = distance_to_box(&self.nodes[right as usize], p);
-                if to_right < to_left {
-                    stack.push_nearer(left, to_left, best);
-                    stack.push_nearer(right, to_right, best);
-                } else {
-                    stack.push_nearer(right, to_right, best);
-                    stack.push_nearer(left, to_left, best);
-                }
-                continue;
-            }
-            for leaf in node.first as usize..(node.first + node.count) as usize {
+        self.quads.near(p, &mut best, |first, count, best| {
+            for leaf in first..first + count {
                 let point = nearest_on_triangle(&self.corners[leaf], p);
                 let distance = squared(sub(point, p));
-                if distance < best {
-                    best = distance;
+                if distance < *best {
+                    *best = distance;
                     found = Some((point, leaf));
                 }
             }
-        }
+        });
         found.map(|(point, leaf)| Nearest {
             point,
             distance: best.sqrt(),
@@ -154,39 +146,21 @@ impl Surface {
         let line = Line::new(origin, direction)?;
         let mut best = limit;
         let mut found = None;
-        let mut stack = Stack::new();
-        stack.push(0, line.reach(&self.nodes[0]));
-        while let Some((node, reach)) = stack.pop() {
-            if reach > best {
-                continue;
-            }
-            let node = self.nodes[node as usize];
-            if node.count == 0 {
-                let (left, right) = (node.first, node.first + 1);
-                let to_left = line.reach(&self.nodes[left as usize]);
-                let to_right = line.reach(&self.nodes[right as usize]);
-                if to_right < to_left {
-                    stack.push_nearer(left, to_left, best);
-                    stack.push_nearer(right, to_right, best);
-                } else {
-                    stack.push_nearer(right, to_right, best);
-                    stack.push_nearer(left, to_left, best);
+        self.quads
+            .along(origin, direction, &mut best, |first, count, best| {
+                for leaf in first..first + count {
+                    if let Some(t) = line.meet(&self.corners[leaf])
+                        && t.abs() <= *best
+                        && accept(self.triangles[leaf])
+                    {
+                        *best = t.abs();
+                        found = Some(Hit {
+                            t,
+                            triangle: self.triangles[leaf],
+                        });
+                    }
                 }
-                continue;
-            }
-            for leaf in node.first as usize..(node.first + node.count) as usize {
-                if let Some(t) = line.meet(&self.corners[leaf])
-                    && t.abs() <= best
-                    && accept(self.triangles[leaf])
-                {
-                    best = t.abs();
-                    found = Some(Hit {
-                        t,
-                        triangle: self.triangles[leaf],
-                    });
-                }
-            }
-        }
+            });
         found
     }
 }
@@ -368,27 +342,10 @@ impl Stack {
         self.len += 1;
     }
 
-    /// Leaves out what lies farther than the best so far.
-    fn push_nearer(&mut self, node: u32, distance: f64, best: f64) {
-        if distance <= best {
-            self.push(node, distance);
-        }
-    }
-
     pub(crate) fn pop(&mut self) -> Option<(u32, f64)> {
         self.len = self.len.checked_sub(1)?;
         Some(self.nodes[self.len])
     }
-}
-
-/// Squared distance of a point from a box.
-fn distance_to_box(node: &Node, p: Vec3) -> f64 {
-    let mut sum = 0.0;
-    for axis in 0..3 {
-        let outside = (node.min[axis] - p[axis]).max(p[axis] - node.max[axis]).max(0.0);
-        sum += outside * outside;
-    }
-    sum
 }
 
 /// The point of a triangle nearest to `p` (Ericson, *Real-Time Collision Detection*, 5.1.5), degenerate
@@ -431,7 +388,6 @@ fn ratio(x: f64, y: f64) -> f64 {
 /// A line in the frame in which triangles are tested: its largest axis last, sheared onto that axis.
 struct Line {
     origin: Vec3,
-    inverse: Vec3,
     axes: [usize; 3],
     shear: Vec3,
 }
@@ -449,30 +405,7 @@ impl Line {
             direction[axes[1]] / direction[z],
             1.0 / direction[z],
         ];
-        // A tiny component in place of zero keeps 0 · ∞ out of the box test.
-        let inverse = direction.map(|d| 1.0 / if d.abs() < 1e-280 { 1e-280 } else { d });
-        Some(Self {
-            origin,
-            inverse,
-            axes,
-            shear,
-        })
-    }
-
-    /// The least |t| at which the line is inside a box; infinite if it never is.
-    fn reach(&self, node: &Node) -> f64 {
-        let (mut enter, mut leave) = (f64::NEG_INFINITY, f64::INFINITY);
-        for axis in 0..3 {
-            let s = (node.min[axis] - self.origin[axis]) * self.inverse[axis];
-            let t = (node.max[axis] - self.origin[axis]) * self.inverse[axis];
-            enter = enter.max(s.min(t));
-            leave = leave.min(s.max(t));
-        }
-        if enter > leave {
-            f64::INFINITY
-        } else {
-            enter.max(-leave).max(0.0)
-        }
+        Some(Self { origin, axes, shear })
     }
 
     /// Where the line meets a triangle.
