@@ -1,13 +1,14 @@
 //! From a suspect in unknown pose to the similarity that brings it back.
 
 use crate::connectivity::{Correspondence, Graph, map_candidates, map_surroundings};
-use crate::observer::{Observer, Stage, Watch, begin, go_on};
+use crate::observer::{Observer, Quiet, Stage, Watch, begin, go_on};
 use crate::sampled::Sampled;
 use crate::search::{SAMPLES, Search};
 use crate::vector::{norm, squared, sub};
 use crate::{Handedness, RegistrationError, fit_similarity, threads};
 use mesh::{Similarity, TriMesh};
 use std::ops::ControlFlow;
+use std::sync::OnceLock;
 
 /// How to align.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -179,6 +180,7 @@ pub struct Aligner<'a> {
     graph: Graph<'a>,
     sampled: Sampled,
     options: AlignOptions,
+    symmetries: OnceLock<Vec<Similarity>>,
 }
 
 impl<'a> Aligner<'a> {
@@ -199,6 +201,7 @@ impl<'a> Aligner<'a> {
             graph,
             sampled: sampled?,
             options: *options,
+            symmetries: OnceLock::new(),
         })
     }
 
@@ -208,12 +211,29 @@ impl<'a> Aligner<'a> {
     /// As [`align_observed`].
     pub fn align(&self, suspect: &TriMesh, observer: &dyn Observer) -> Result<Alignment, RegistrationError> {
         threads::in_pool(self.options.threads, || {
-            let (maps, search) = self.prepared(suspect, observer)?;
-            match maps.and_then(|maps| maps.judged(&search, 0)) {
-                Some(found) => Ok(found),
-                None => search.by_surface(),
+            let (maps, suspect) = self.prepared(suspect, observer)?;
+            let search = Search::new(&self.sampled, &suspect, &self.options, observer);
+            if let Some(found) = maps.and_then(|maps| maps.judged(&search, 0)) {
+                return Ok(found);
+            }
+            let found = search.by_surface()?;
+            if found.aligned {
+                Ok(search.with_symmetries(found, self.symmetries(observer)?))
+            } else {
+                Ok(found)
             }
         })?
+    }
+
+    /// The motions that take the original onto itself.
+    fn symmetries(&self, observer: &dyn Observer) -> Result<&[Similarity], RegistrationError> {
+        if self.symmetries.get().is_none() {
+            let quiet = Quiet(observer);
+            let search = Search::new(&self.sampled, &self.sampled, &self.options, &quiet);
+            // Whoever was first has found the same.
+            let _ = self.symmetries.set(search.symmetries()?);
+        }
+        Ok(self.symmetries.get().map_or(&[], Vec::as_slice))
     }
 
     /// As [`align_points`](crate::align_points).
@@ -228,7 +248,8 @@ impl<'a> Aligner<'a> {
     ) -> Result<Alignment, RegistrationError> {
         let guesses = fits(self.sampled.diagonal, pairs)?;
         threads::in_pool(self.options.threads, || {
-            let (maps, search) = self.prepared(suspect, observer)?;
+            let (maps, suspect) = self.prepared(suspect, observer)?;
+            let search = Search::new(&self.sampled, &suspect, &self.options, observer);
             if let Some(maps) = maps {
                 let (chosen, off) = maps.nearest(pairs);
                 let agrees = off <= POINTS_OFF * self.sampled.diagonal;
@@ -240,18 +261,18 @@ impl<'a> Aligner<'a> {
         })?
     }
 
-    /// What surviving vertices say, and both surfaces ready to be searched.
+    /// What surviving vertices say, and the suspect ready to be searched.
     fn prepared(
-        &'a self,
+        &self,
         suspect: &TriMesh,
-        observer: &'a dyn Observer,
-    ) -> Result<(Option<ByVertices>, Search<'a>), RegistrationError> {
+        observer: &dyn Observer,
+    ) -> Result<(Option<ByVertices>, Sampled), RegistrationError> {
         begin(observer, Stage::Connectivity)?;
         let maps = by_vertices(&self.graph, suspect, observer)?;
         begin(observer, Stage::Preparation)?;
         let suspect = Sampled::of(suspect, "suspect", SAMPLES)?;
         go_on(observer)?;
-        Ok((maps, Search::new(&self.sampled, suspect, &self.options, observer)))
+        Ok((maps, suspect))
     }
 }
 

@@ -24,6 +24,16 @@ pub(crate) fn principal_axes(original: &Sampled, suspect: &Sampled) -> Vec<Simil
     guesses
 }
 
+/// Whether the moments along the principal axes differ: then no other motion than those of [`principal_axes`] takes the mesh onto
+/// itself.
+pub(crate) fn axes_are_distinct(mesh: &Sampled) -> bool {
+    let [first, second, third] = svd(&mesh.covariance).values;
+    second < DISTINCT * first && third < DISTINCT * second
+}
+
+/// Moments of area are distinct when their ratio is below this.
+const DISTINCT: f64 = 0.95;
+
 /// `count` rotations spread evenly over all rotations, each also mirrored; scale and place as in
 /// [`principal_axes`].
 ///

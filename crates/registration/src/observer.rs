@@ -51,6 +51,15 @@ pub(crate) fn begin(observer: &dyn Observer, stage: Stage) -> Result<(), Registr
     go_on(observer)
 }
 
+/// Can be cancelled as another observer, and tells it nothing: for work on the side.
+pub(crate) struct Quiet<'a>(pub(crate) &'a dyn Observer);
+
+impl Observer for Quiet<'_> {
+    fn cancelled(&self) -> bool {
+        self.0.cancelled()
+    }
+}
+
 /// An observer that asks a closure at each stage.
 pub(crate) struct Watch<'a> {
     closure: Mutex<&'a mut (dyn FnMut(Stage) -> ControlFlow<()> + Send)>,

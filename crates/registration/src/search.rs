@@ -79,6 +79,12 @@ const NOT_ALIGNED: f64 = 0.5;
 /// Guesses that score at least this fraction of the best fit about as well.
 const ABOUT_AS_WELL: f64 = 0.98;
 
+/// Glances at poses that score less than this fraction of a perfect fit do not suggest a symmetry.
+const PERHAPS_AS_WELL: f64 = 0.8;
+
+/// Symmetries that are told apart: those of a dodecahedron are 120.
+const MOST_SYMMETRIES: usize = 128;
+
 /// The least overlapping directions of a plane: two of translation, one of rotation, and scale.
 const PLANE: usize = 4;
 
@@ -87,7 +93,7 @@ type Ranked = Vec<(f64, Similarity)>;
 
 pub(crate) struct Search<'a> {
     original: &'a Sampled,
-    suspect: Sampled,
+    suspect: &'a Sampled,
     options: &'a AlignOptions,
     observer: &'a dyn Observer,
 }
@@ -95,7 +101,7 @@ pub(crate) struct Search<'a> {
 impl<'a> Search<'a> {
     pub(crate) fn new(
         original: &'a Sampled,
-        suspect: Sampled,
+        suspect: &'a Sampled,
         options: &'a AlignOptions,
         observer: &'a dyn Observer,
     ) -> Self {
@@ -110,18 +116,102 @@ impl<'a> Search<'a> {
     /// The best pose that guesses of all kinds lead to.
     pub(crate) fn by_surface(&self) -> Result<Alignment, RegistrationError> {
         let mut cheap = vec![Similarity::IDENTITY];
-        cheap.extend(guesses::principal_axes(self.original, &self.suspect));
+        cheap.extend(guesses::principal_axes(self.original, self.suspect));
         let mut ranked = self.finalists(cheap)?;
         if !self.convinced(&ranked) {
-            let rotations = guesses::all_rotations(self.original, &self.suspect, ROTATIONS);
+            let rotations = guesses::all_rotations(self.original, self.suspect, ROTATIONS);
             ranked.extend(self.finalists(self.promising(rotations))?);
             if !self.convinced(&ranked) {
                 go_on(self.observer)?;
-                let partial = congruent::guesses(self.original, &self.suspect, REFINED);
+                let partial = congruent::guesses(self.original, self.suspect, REFINED);
                 ranked.extend(self.finalists(partial)?);
             }
         }
         self.settled(ranked, Basis::Surface)
+    }
+
+    /// The poses that fit as well as a found one because the original is symmetric.
+    pub(crate) fn with_symmetries(&self, mut found: Alignment, symmetries: &[Similarity]) -> Alignment {
+        let &AlignOptions { tolerance, .. } = self.options;
+        let score = |t: &Similarity| {
+            Overlap::measure(self.original, self.suspect, t, tolerance, LOOK[1].samples).score
+        };
+        let least = ABOUT_AS_WELL * score(&found.transform);
+        // Exact to rounding where the original is, unlike the same pose found from another guess.
+        let composed = symmetries.iter().map(|symmetry| found.transform.then(symmetry));
+        let others = composed.chain(std::mem::take(&mut found.alternatives));
+        let mut poses = vec![found.transform];
+        for other in others {
+            if poses.iter().all(|pose| self.differ(pose, &other)) && score(&other) >= least {
+                poses.push(other);
+            }
+        }
+        found.alternatives = poses.split_off(1);
+        found
+    }
+
+    /// The motions that take the original onto itself, apart from none at all, the suspect being the original too: those
+    /// that guesses lead to, and their products. None of a shape that slides on itself.
+    pub(crate) fn symmetries(&self) -> Result<Vec<Similarity>, RegistrationError> {
+        let &AlignOptions { tolerance, .. } = self.options;
+        if icp::free_directions(self.original, self.suspect, &Similarity::IDENTITY, tolerance) > 0 {
+            return Ok(Vec::new());
+        }
+        let mut guesses = guesses::principal_axes(self.original, self.suspect);
+        if !guesses::axes_are_distinct(self.original) {
+            let rotations = guesses::all_rotations(self.original, self.suspect, ROTATIONS);
+            guesses.extend(self.promising(rotations));
+        }
+        let glanced = self.each(guesses, |guess| self.refined(guess, GLANCE, Ends::Rough))?;
+        let perfect = self.ranked(vec![Similarity::IDENTITY], GLANCED_SAMPLES)[0].0;
+        let mut near = Vec::new();
+        for (score, guess) in self.ranked(glanced, GLANCED_SAMPLES) {
+            let new = std::iter::once(&Similarity::IDENTITY)
+                .chain(&near)
+                .all(|other| self.differ(other, &guess));
+            if new && score >= PERHAPS_AS_WELL * perfect {
+                near.push(guess);
+            }
+        }
+        let refined = self.each(near, |guess| self.refined(guess, CARE[0], Ends::Samples))?;
+        let mut group = vec![Similarity::IDENTITY];
+        for symmetry in refined {
+            self.add(&mut group, symmetry);
+        }
+        let mut done = 1;
+        while done < group.len() && group.len() < MOST_SYMMETRIES {
+            go_on(self.observer)?;
+            for other in 1..=done {
+                let products = [group[done].then(&group[other]), group[other].then(&group[done])];
+                for product in products {
+                    self.add(&mut group, product);
+                }
+            }
+            done += 1;
+        }
+        group.truncate(MOST_SYMMETRIES);
+        Ok(group.split_off(1))
+    }
+
+    /// Adds a pose if it is new and fits about as well as the first.
+    fn add(&self, group: &mut Vec<Similarity>, pose: Similarity) {
+        let samples = LOOK[1].samples;
+        let score = |pose| self.ranked(vec![pose], samples)[0].0;
+        if group.iter().all(|other| self.differ(other, &pose))
+            && score(pose) >= ABOUT_AS_WELL * score(group[0])
+        {
+            group.push(pose);
+        }
+    }
+
+    /// Whether two transforms take the suspect to places that are apart.
+    fn differ(&self, one: &Similarity, other: &Similarity) -> bool {
+        let apart = |i: usize| {
+            let p = self.suspect.points[i];
+            norm(sub(one.apply(p), other.apply(p)))
+        };
+        let bound = 2.0 * self.options.tolerance * self.original.diagonal;
+        self.suspect.some(100).any(|i| apart(i) > bound)
     }
 
     /// The best pose that given guesses lead to.
@@ -155,7 +245,7 @@ impl<'a> Search<'a> {
     fn cared_for(&self, guess: Similarity) -> Result<Similarity, RegistrationError> {
         let refined = |start: Similarity, effort: Effort, ends: Ends| {
             go_on(self.observer)?;
-            let refined = icp::refine(self.original, &self.suspect, start, effort, ends);
+            let refined = icp::refine(self.original, self.suspect, start, effort, ends);
             Ok::<_, RegistrationError>(refined)
         };
         let start = refined(guess, CARE[0], Ends::Samples)?.map_or(guess, |refined| refined.transform);
@@ -207,7 +297,7 @@ impl<'a> Search<'a> {
     }
 
     fn refined(&self, guess: Similarity, effort: Effort, ends: Ends) -> Option<Similarity> {
-        let better = icp::refine(self.original, &self.suspect, guess, effort, ends);
+        let better = icp::refine(self.original, self.suspect, guess, effort, ends);
         better.map(|better| better.transform)
     }
 
@@ -215,7 +305,7 @@ impl<'a> Search<'a> {
     fn ranked(&self, guesses: Vec<Similarity>, samples: usize) -> Ranked {
         let &AlignOptions { tolerance, .. } = self.options;
         let score =
-            |t: &Similarity| Overlap::measure(self.original, &self.suspect, t, tolerance, samples).score;
+            |t: &Similarity| Overlap::measure(self.original, self.suspect, t, tolerance, samples).score;
         let mut ranked: Ranked = guesses.into_iter().map(|guess| (score(&guess), guess)).collect();
         ranked.sort_by(|x, y| y.0.total_cmp(&x.0));
         ranked
@@ -225,13 +315,7 @@ impl<'a> Search<'a> {
     fn promising(&self, guesses: Vec<Similarity>) -> Vec<Similarity> {
         let tolerance = 10.0 * self.options.tolerance;
         let scores = threads::map(guesses.len(), |i| {
-            rough_score(
-                self.original,
-                &self.suspect,
-                &guesses[i],
-                tolerance,
-                ROUGH_SAMPLES,
-            )
+            rough_score(self.original, self.suspect, &guesses[i], tolerance, ROUGH_SAMPLES)
         });
         let mut order: Vec<usize> = (0..guesses.len()).collect();
         order.sort_by(|&i, &j| scores[j].total_cmp(&scores[i]));
@@ -242,7 +326,7 @@ impl<'a> Search<'a> {
     fn convinced(&self, ranked: &Ranked) -> bool {
         ranked.iter().any(|(_, guess)| {
             let &AlignOptions { tolerance, .. } = self.options;
-            let overlap = Overlap::measure(self.original, &self.suspect, guess, tolerance, CARE[0].samples);
+            let overlap = Overlap::measure(self.original, self.suspect, guess, tolerance, CARE[0].samples);
             overlap.of_suspect >= CONVINCING
         })
     }
@@ -251,15 +335,7 @@ impl<'a> Search<'a> {
     fn alternatives(&self, ranked: &Ranked, best: f64, transform: &Similarity) -> Vec<Similarity> {
         let mut others: Vec<Similarity> = Vec::new();
         for (score, other) in ranked {
-            let differs = |from: &Similarity| {
-                let apart = |i: usize| {
-                    let p = self.suspect.points[i];
-                    norm(sub(other.apply(p), from.apply(p)))
-                };
-                self.suspect
-                    .some(100)
-                    .any(|i| apart(i) > 2.0 * self.options.tolerance * self.original.diagonal)
-            };
+            let differs = |from: &Similarity| self.differ(from, other);
             if *score >= ABOUT_AS_WELL * best && differs(transform) && others.iter().all(differs) {
                 others.push(*other);
             }
@@ -274,11 +350,11 @@ impl<'a> Search<'a> {
             least_overlap,
             ..
         } = self.options;
-        let overlap = Overlap::measure(self.original, &self.suspect, &transform, tolerance, SAMPLES);
+        let overlap = Overlap::measure(self.original, self.suspect, &transform, tolerance, SAMPLES);
         let free_directions = match basis {
             Basis::Connectivity | Basis::Surroundings => 0,
             Basis::Surface | Basis::Points => {
-                icp::free_directions(self.original, &self.suspect, &transform, tolerance)
+                icp::free_directions(self.original, self.suspect, &transform, tolerance)
             }
         };
         Alignment {

@@ -168,6 +168,50 @@ fn a_symmetric_shape_has_alternatives() {
 }
 
 #[test]
+fn every_pose_of_a_symmetric_shape_is_found_wherever_the_suspect_lay() {
+    // A box of three different edges lies in its place in 8 ways, mirrored ones among them, a cube in 48.
+    let stretched = |edges: [f64; 3]| {
+        let cube = shapes::cube(1.0);
+        let positions = cube
+            .positions()
+            .iter()
+            .map(|p| std::array::from_fn(|i| edges[i] * p[i]));
+        cube.with_positions(positions.collect()).expect("a valid mesh")
+    };
+    for (original, poses) in [(stretched([1.0, 1.3, 1.7]), 8), (stretched([1.0; 3]), 48)] {
+        let suspect = divided(&divided(&original));
+        let (found, _) = aligned(&original, &suspect);
+        assert_eq!(
+            (found.basis, found.alternatives.len() + 1),
+            (Basis::Surface, poses)
+        );
+        let all = std::iter::once(&found.transform).chain(&found.alternatives);
+        let true_pose = all.map(|pose| {
+            miss(
+                &Alignment {
+                    transform: *pose,
+                    ..found.clone()
+                },
+                &original,
+                &shapes::moved(&suspect, &away()),
+                &away(),
+            )
+        });
+        assert!(true_pose.fold(f64::INFINITY, f64::min) < 1e-9);
+    }
+    // Half of it fits in as many, and an irregular shape in one.
+    let original = stretched([1.0, 1.3, 1.7]);
+    let (found, _) = aligned(&original, &cut(&divided(&divided(&divided(&original))), 0.5));
+    assert!(
+        found.aligned && found.alternatives.len() >= 7,
+        "{}",
+        found.alternatives.len()
+    );
+    let original = shapes::bumpy_block(1, 4, 3);
+    assert!(aligned(&original, &divided(&original)).0.alternatives.is_empty());
+}
+
+#[test]
 fn degenerate_suspects_get_defined_answers() {
     let original = shapes::bumpy_sphere(2, 1);
     let triangle = TriMesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], vec![[0, 1, 2]]).unwrap();

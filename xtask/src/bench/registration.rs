@@ -204,8 +204,8 @@ pub(crate) fn run(folder: &Path, selection: &Selection) -> Result<()> {
         let mut bench = Bench {
             name: name_of(path),
             original: &original,
-            // Not the next: neighbours by size may be versions of one model.
-            stranger: &files[(i + 3) % files.len()],
+            // Not a neighbour: those by size may be versions of one model.
+            stranger: &files[(i + 4) % files.len()],
             attacks: &attacks,
             folder: peers::folder("registration")?,
             prepared: None,
