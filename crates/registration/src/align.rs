@@ -1,6 +1,6 @@
 //! From a suspect in unknown pose to the similarity that brings it back.
 
-use crate::connectivity::{Correspondence, Graph, map_candidates, map_surroundings};
+use crate::connectivity::{Correspondence, Graph, Survivors, survivors};
 use crate::observer::{Observer, Quiet, Stage, Watch, begin, go_on};
 use crate::sampled::Sampled;
 use crate::search::{SAMPLES, Search};
@@ -379,12 +379,9 @@ fn by_vertices(
         let fit = map.fit_robustly(original, suspect, Handedness::Either).ok()?;
         Some((fit.transform, map))
     };
-    let whole = map_candidates(graph, suspect, MOST_MAPS, observer);
-    go_on(observer)?;
-    let (basis, maps) = match whole {
-        Ok(maps) => (Basis::Connectivity, maps),
-        Err(_difference) => {
-            let part = map_surroundings(graph, suspect, observer);
+    let (basis, maps) = match survivors(graph, suspect, MOST_MAPS, observer) {
+        Survivors::All(maps) => (Basis::Connectivity, maps),
+        Survivors::Some(part) => {
             let part = without_strays(part, original, suspect);
             (Basis::Surroundings, part.into_iter().collect())
         }

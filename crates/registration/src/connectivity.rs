@@ -5,6 +5,7 @@ mod colours;
 mod graph;
 mod placement;
 mod propagation;
+mod seams;
 mod surroundings;
 
 use crate::observer::Observer;
@@ -12,6 +13,7 @@ use crate::vector::{norm, sub};
 use crate::{Fit, Handedness, RegistrationError, fit_similarity};
 pub(crate) use graph::Graph;
 use mesh::TriMesh;
+use seams::Closed;
 
 /// Which suspect vertex each original vertex became.
 #[derive(Clone, Debug, PartialEq)]
@@ -146,6 +148,9 @@ pub enum Difference {
         /// How many vertices of the original have no counterpart.
         vertices: usize,
     },
+    /// The observer asked to stop.
+    #[error("the search for corresponding vertices was stopped")]
+    Stopped,
     /// The surroundings agree everywhere, but no map of the vertices takes triangles to triangles.
     #[error(
         "connectivity differs: {vertices} vertices of the original lie in parts that could not be mapped onto the suspect"
@@ -162,7 +167,8 @@ pub enum Difference {
 /// geometry (noise, smoothing, any transform), as long as the connectivity is unambiguous. A symmetric mesh
 /// has several such maps, and so have equal pieces: then the map whose best similarity, mirrored or not,
 /// leaves the smallest residual is chosen. The result is exact: it maps the triangles of the original one to
-/// one onto those of the suspect.
+/// one onto those of the suspect, copies of a vertex along seams being one vertex, up to the rounding of single
+/// precision.
 ///
 /// # Errors
 /// Says how the connectivities differ.
@@ -192,29 +198,82 @@ pub fn match_candidates(
     suspect: &TriMesh,
     limit: usize,
 ) -> Result<Vec<Correspondence>, Difference> {
-    map_candidates(&Graph::of(original), suspect, limit, &())
+    match_candidates_observed(original, suspect, limit, &())
 }
 
-/// As [`match_candidates`]; what it gives when cancelled means nothing.
-pub(crate) fn map_candidates(
-    from: &Graph<'_>,
+/// As [`match_candidates`], told to an observer, which may end it.
+///
+/// # Errors
+/// Says how the connectivities differ; [`Difference::Stopped`] when the observer stopped it.
+pub fn match_candidates_observed(
+    original: &TriMesh,
     suspect: &TriMesh,
     limit: usize,
     observer: &dyn Observer,
 ) -> Result<Vec<Correspondence>, Difference> {
-    compare_counts(from, suspect)?;
     if limit <= 1
-        && let Some(same_order) = identity(from.mesh, suspect)
+        && let Some(same_order) = identity(original, suspect)
     {
         return Ok(vec![same_order]);
     }
+    let (from, onto) = (Graph::of(original), Graph::of(suspect));
+    let found = map_candidates(&from, &onto, limit, observer);
+    let found = match (found, Closed::of(&onto)) {
+        (Err(difference), Some(closed)) => {
+            let maps = map_candidates(&from, &Graph::of(&closed.mesh), limit, observer);
+            let opened = |maps: Vec<_>| maps.into_iter().map(|map| closed.opened(map)).collect();
+            maps.map(opened).map_err(|_| difference)
+        }
+        (found, _) => found,
+    };
+    if observer.cancelled() {
+        return Err(Difference::Stopped);
+    }
+    found
+}
+
+/// What surviving vertices say: maps of all of them, if there are any, or of some.
+pub(crate) enum Survivors {
+    All(Vec<Correspondence>),
+    Some(Correspondence),
+}
+
+/// As [`match_candidates`], else as [`match_surroundings`]; what it gives when cancelled means nothing.
+pub(crate) fn survivors(
+    from: &Graph<'_>,
+    suspect: &TriMesh,
+    limit: usize,
+    observer: &dyn Observer,
+) -> Survivors {
     let onto = Graph::of(suspect);
-    let colours = colours::refine(from, &onto, observer);
+    if let Ok(maps) = map_candidates(from, &onto, limit, observer) {
+        return Survivors::All(maps);
+    }
+    let Some(closed) = Closed::of(&onto) else {
+        return Survivors::Some(surroundings::correspondence(from, &onto, observer));
+    };
+    drop(onto);
+    let onto = Graph::of(&closed.mesh);
+    match map_candidates(from, &onto, limit, observer) {
+        Ok(maps) => Survivors::All(maps.into_iter().map(|map| closed.opened(map)).collect()),
+        Err(_) => Survivors::Some(closed.opened(surroundings::correspondence(from, &onto, observer))),
+    }
+}
+
+/// As [`match_candidates`], of vertices as they are; what it gives when cancelled means nothing.
+fn map_candidates(
+    from: &Graph<'_>,
+    onto: &Graph<'_>,
+    limit: usize,
+    observer: &dyn Observer,
+) -> Result<Vec<Correspondence>, Difference> {
+    compare_counts(from, onto)?;
+    let colours = colours::refine(from, onto, observer);
     match colours.unmatched() {
         0 => {}
         vertices => return Err(Difference::Surroundings { vertices }),
     }
-    let mut maps = placement::candidates(from, &onto, &colours, limit.max(1), observer);
+    let mut maps = placement::candidates(from, onto, &colours, limit.max(1), observer);
     let vertices = from.used_vertices - maps.first().map_or(0, Correspondence::matched);
     if vertices > 0 {
         return Err(Difference::Unmapped { vertices });
@@ -249,16 +308,7 @@ pub fn match_components(original: &TriMesh, suspect: &TriMesh) -> Correspondence
 /// Nothing proves the result: near altered places a pair may be wrong, and a re-meshed suspect gives few
 /// pairs or none. Fit robustly, and look at the residuals.
 pub fn match_surroundings(original: &TriMesh, suspect: &TriMesh) -> Correspondence {
-    map_surroundings(&Graph::of(original), suspect, &())
-}
-
-/// As [`match_surroundings`]; what it gives when cancelled means nothing.
-pub(crate) fn map_surroundings(
-    from: &Graph<'_>,
-    suspect: &TriMesh,
-    observer: &dyn Observer,
-) -> Correspondence {
-    surroundings::correspondence(from, &Graph::of(suspect), observer)
+    surroundings::correspondence(&Graph::of(original), &Graph::of(suspect), &())
 }
 
 /// The map of each vertex to itself, if that is right.
@@ -273,21 +323,14 @@ fn identity(original: &TriMesh, suspect: &TriMesh) -> Option<Correspondence> {
     })
 }
 
-fn compare_counts(from: &Graph<'_>, suspect: &TriMesh) -> Result<(), Difference> {
-    let in_suspect = in_use(suspect).into_iter().filter(|&used| used).count();
-    let (here, there) = (from.used_vertices, in_suspect);
-    if here != there {
-        return Err(Difference::VertexCount {
-            original: here,
-            suspect: there,
-        });
+fn compare_counts(from: &Graph<'_>, onto: &Graph<'_>) -> Result<(), Difference> {
+    let (original, suspect) = (from.used_vertices, onto.used_vertices);
+    if original != suspect {
+        return Err(Difference::VertexCount { original, suspect });
     }
-    let (here, there) = (from.mesh.triangle_count(), suspect.triangle_count());
-    if here != there {
-        return Err(Difference::TriangleCount {
-            original: here,
-            suspect: there,
-        });
+    let (original, suspect) = (from.mesh.triangle_count(), onto.mesh.triangle_count());
+    if original != suspect {
+        return Err(Difference::TriangleCount { original, suspect });
     }
     Ok(())
 }

@@ -96,10 +96,11 @@ pub use align::{
     AlignOptions, Aligner, Alignment, Basis, PointPair, align, align_observed, align_points, align_until,
 };
 pub use connectivity::{
-    Correspondence, Difference, match_candidates, match_components, match_connectivity, match_surroundings,
+    Correspondence, Difference, match_candidates, match_candidates_observed, match_components,
+    match_connectivity, match_surroundings,
 };
 pub use error::RegistrationError;
 pub use observer::{Observer, Stage};
-pub use resample::{ResampleOptions, Resampled, resample, resample_on};
+pub use resample::{ResampleOptions, Resampled, resample, resample_observed, resample_on};
 pub use surface::{Hit, Nearest, Surface};
 pub use umeyama::{Fit, Handedness, fit_similarity, umeyama};

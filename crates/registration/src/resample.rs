@@ -1,6 +1,7 @@
 //! The suspect's surface seen from the original's vertices (section 4.4.1 of the paper).
 
 use crate::RegistrationError;
+use crate::observer::{Observer, go_on};
 use crate::surface::{Hit, Surface, triangle_normals};
 use crate::threads;
 use crate::vector::{Vec3, add, dot, scaled};
@@ -100,8 +101,24 @@ pub fn resample_on(
     transform: &Similarity,
     options: &ResampleOptions,
 ) -> Result<Resampled, RegistrationError> {
+    resample_observed(original, suspect, surface, transform, options, &())
+}
+
+/// As [`resample_on`], with an observer that may end it.
+///
+/// # Errors
+/// As [`resample`], and [`RegistrationError::Stopped`].
+pub fn resample_observed(
+    original: &TriMesh,
+    suspect: &TriMesh,
+    surface: &Surface,
+    transform: &Similarity,
+    options: &ResampleOptions,
+    observer: &dyn Observer,
+) -> Result<Resampled, RegistrationError> {
     check(options)?;
     let lines = Lines {
+        observer,
         origins: original.positions(),
         directions: original.vertex_normals(),
         surface,
@@ -110,7 +127,9 @@ pub fn resample_on(
         to_suspect: transform.inverse(),
         reach: options.reach * original.bounding_box().diagonal(),
     };
-    threads::in_pool(options.threads, || lines.shoot(options.facing))
+    let seen = threads::in_pool(options.threads, || lines.shoot(options.facing))?;
+    go_on(observer)?;
+    Ok(seen)
 }
 
 fn check(options: &ResampleOptions) -> Result<(), RegistrationError> {
@@ -141,6 +160,7 @@ struct Lines<'a> {
     to_original: Similarity,
     to_suspect: Similarity,
     reach: f64,
+    observer: &'a dyn Observer,
 }
 
 /// The nearest hits must agree on a side to this degree before the facing is asked.
@@ -179,8 +199,11 @@ impl Lines<'_> {
         }
     }
 
-    /// The nearest accepted hit of a vertex's line; t in the original's unit.
+    /// The nearest accepted hit of a vertex's line; t in the original's unit. None when cancelled.
     fn hit(&self, v: usize, accept: impl Fn(u32) -> bool) -> Option<Hit> {
+        if self.observer.cancelled() {
+            return None;
+        }
         let origin = self.to_suspect.apply(self.origins[v]);
         let direction = self
             .to_suspect

@@ -248,6 +248,43 @@ fn meshes_with_nothing_in_common_give_almost_no_pairs() {
     assert!(map.matched() < 60, "{}", map.matched());
 }
 
+/// Every vertex of the upper half in as many copies as it has triangles, each rounded to single precision from a copy that is off
+/// by its last digit.
+fn split(mesh: &TriMesh) -> TriMesh {
+    let mut positions = mesh.positions().to_vec();
+    let mut triangles = mesh.triangles().to_vec();
+    for (i, corner) in triangles.as_flattened_mut().iter_mut().enumerate() {
+        let p = mesh.positions()[*corner as usize];
+        if p[2] > 0.0 {
+            let off = if i % 2 == 0 { 6e-8 } else { -6e-8 };
+            positions.push(p.map(|x| f64::from((x * (1.0 + off)) as f32)));
+            *corner = positions.len() as u32 - 1;
+        }
+    }
+    TriMesh::new(positions, triangles).expect("a valid mesh")
+}
+
+#[test]
+fn copies_of_vertices_along_seams_are_one_vertex() {
+    let original = shapes::bumpy_torus(24, 16, 1);
+    let suspect = split(&shapes::shuffled(&original, 4));
+    assert!(suspect.vertex_count() > 2 * original.vertex_count());
+    let map = match_connectivity(&original, &suspect).unwrap();
+    for (v, w) in map.suspect_of.iter().enumerate() {
+        let (p, q) = (
+            original.positions()[v],
+            suspect.positions()[w.expect("found") as usize],
+        );
+        assert!((0..3).all(|i| (p[i] - q[i]).abs() < 1e-6));
+    }
+    // Every triangle on its own, as STL files have it.
+    let loose = shapes::exploded(&original);
+    assert_eq!(
+        match_connectivity(&original, &loose).unwrap().matched(),
+        original.vertex_count()
+    );
+}
+
 #[test]
 fn counts_are_compared_first() {
     let (sphere, larger) = (shapes::icosphere(1), shapes::icosphere(2));

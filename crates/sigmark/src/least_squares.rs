@@ -5,7 +5,9 @@
 //!
 //! u·d = Σₜ Xₜ bₜ + Σᵧ Gᵧ θᵧ + e,  Xₜ = Σ α φ Hᵏ u_axis over the chips of bit t,
 //!
-//! with bits b = ±1, the seven fields G of a small similarity θ, and noise e. The estimate minimises
+//! with bits b = ±1, the seven fields G of a small similarity θ, an eighth of a step of smoothing, and noise e. Smoothing,
+//! decimation and subdivision move a surface towards the mean of its neighbourhood; without the eighth field a change of scale
+//! would have to account for that. The estimate minimises
 //!
 //! Σ w e² + σ² Σ b²,  w the mass of the vertex, σ² the mean square of e,
 //!
@@ -20,7 +22,10 @@ use faer::{
         solvers::Solve,
     },
 };
-use mesh::Similarity;
+use mesh::{
+    Similarity, TriMesh,
+    vector::{add, dot, scaled, sub},
+};
 
 use crate::{Detector, Original, Patch, PatchBasis, Registered, SigmarkError, SoftBits, Work};
 
@@ -52,8 +57,9 @@ pub(crate) struct Estimate {
     pub(crate) misalignment: Similarity,
 }
 
-/// Scale, three of rotation, three of translation.
-const PARAMETERS: usize = 7;
+/// Scale, three of rotation, three of translation, one of smoothing.
+const PARAMETERS: usize = SIMILARITY + 1;
+const SIMILARITY: usize = 7;
 
 /// The normal equations: the Gram matrix of all columns X, G and d, by its lower triangle.
 pub(crate) struct Equations {
@@ -64,6 +70,8 @@ pub(crate) struct Equations {
     redundancy: f64,
     centre: [f64; 3],
     diagonal: f64,
+    /// From each vertex of the original to the mean of its neighbours, in diagonals.
+    smoothing: Vec<[f64; 3]>,
 }
 
 /// One observation at a vertex of a patch.
@@ -103,6 +111,7 @@ impl Equations {
             redundancy: suspect.redundancy(),
             centre: bounds.centre(),
             diagonal: bounds.diagonal(),
+            smoothing: smoothing(original.mesh()),
         };
         let parts = original.map_bases(work, |index, patch, basis| {
             check(index, basis)?;
@@ -146,7 +155,12 @@ impl Equations {
                 let place = patch.mesh().positions()[sight.vertex];
                 let place = std::array::from_fn(|axis| (place[axis] - self.centre[axis]) / self.diagonal);
                 let fields = similarity_fields(place, sight.along);
-                for (j, value) in fields.into_iter().chain([sight.displacement]).enumerate() {
+                let smoothed = dot(
+                    sight.along,
+                    self.smoothing[patch.vertices()[sight.vertex] as usize],
+                );
+                let last = [smoothed, sight.displacement];
+                for (j, value) in fields.into_iter().chain(last).enumerate() {
                     rows[(i, self.bits + j)] = sight.root_weight * value;
                 }
             }
@@ -194,7 +208,7 @@ impl Equations {
             let factor = system.llt(Side::Lower).map_err(|_| SigmarkError::Alignment)?;
             solution = factor.solve(&right);
         }
-        let theta: [f64; PARAMETERS] = std::array::from_fn(|j| solution[(self.bits + j, 0)]);
+        let theta: [f64; SIMILARITY] = std::array::from_fn(|j| solution[(self.bits + j, 0)]);
         Ok(Estimate {
             bits: (0..self.bits).map(|t| solution[(t, 0)]).collect(),
             misalignment: self.similarity(theta),
@@ -202,7 +216,7 @@ impl Equations {
     }
 
     /// The similarity with parameters θ of the frame in which the original's diagonal is 1 and its centre 0.
-    fn similarity(&self, [scale, a, b, c, x, y, z]: [f64; PARAMETERS]) -> Similarity {
+    fn similarity(&self, [scale, a, b, c, x, y, z]: [f64; SIMILARITY]) -> Similarity {
         let turn = Similarity {
             scale: 1.0 + scale,
             translation: [x, y, z],
@@ -244,8 +258,28 @@ fn sights(patch: &Patch, basis: &PatchBasis, suspect: &Registered, diagonal: f64
     sights
 }
 
+/// From each vertex to the mean of its neighbours, in diagonals; neighbours across two triangles, as most are, count twice.
+fn smoothing(mesh: &TriMesh) -> Vec<[f64; 3]> {
+    let mut sums = vec![([0.0; 3], 0.0); mesh.vertex_count()];
+    let positions = mesh.positions();
+    for &[a, b, c] in mesh.triangles() {
+        for [v, next, last] in [[a, b, c], [b, c, a], [c, a, b]] {
+            let here = positions[v as usize];
+            let (sum, count) = &mut sums[v as usize];
+            for w in [next, last] {
+                *sum = add(*sum, sub(positions[w as usize], here));
+                *count += 1.0;
+            }
+        }
+    }
+    let diagonal = mesh.bounding_box().diagonal();
+    sums.into_iter()
+        .map(|(sum, count): ([f64; 3], f64)| scaled(sum, 1.0 / (count.max(1.0) * diagonal)))
+        .collect()
+}
+
 /// u·p, u·(eᵢ × p) and u·eᵢ: how a point p moves along u with each parameter.
-fn similarity_fields([x, y, z]: [f64; 3], [u, v, w]: [f64; 3]) -> [f64; PARAMETERS] {
+fn similarity_fields([x, y, z]: [f64; 3], [u, v, w]: [f64; 3]) -> [f64; SIMILARITY] {
     [
         u * x + v * y + w * z,
         w * y - v * z,

@@ -5,9 +5,13 @@ use mesh::{
     Similarity, TriMesh,
     vector::{cross, dot, sub},
 };
-use registration::{Correspondence, ResampleOptions, Surface, resample_on};
+use registration::{Correspondence, ResampleOptions, Surface, resample_observed};
 
-use crate::{Original, PatchBasis, Registered, SigmarkError, Work, least_squares::Equations};
+use crate::{
+    Original, PatchBasis, Registered, SigmarkError, Work,
+    least_squares::Equations,
+    verify::{Watching, stopped},
+};
 
 /// Samples a suspect at the vertices of an original (section 4.4.1).
 ///
@@ -75,7 +79,7 @@ impl<'a> Sampler<'a> {
     /// survived, else the surface along the normal.
     ///
     /// # Errors
-    /// When the threads can't be started.
+    /// When the threads can't be started; [`SigmarkError::Cancelled`] when the observer stopped it.
     pub fn sample(
         &self,
         original: &TriMesh,
@@ -86,7 +90,16 @@ impl<'a> Sampler<'a> {
             threads: work.threads,
             ..ResampleOptions::default()
         };
-        let sampled = resample_on(original, self.suspect, &self.surface, transform, &options)?;
+        let watching = Watching(work.observer);
+        let sampled = resample_observed(
+            original,
+            self.suspect,
+            &self.surface,
+            transform,
+            &options,
+            &watching,
+        )
+        .map_err(stopped)?;
         let normals = original.vertex_normals();
         let nothing = vec![None; original.vertex_count()];
         let mut registered = Registered {

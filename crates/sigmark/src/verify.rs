@@ -5,7 +5,8 @@ use std::{
 
 use mesh::{Similarity, TriMesh};
 use registration::{
-    AlignOptions, Alignment, Basis, Correspondence, RegistrationError, align_observed, match_candidates,
+    AlignOptions, Alignment, Basis, Correspondence, Difference, RegistrationError, align_observed,
+    match_candidates_observed,
 };
 
 use crate::{
@@ -172,8 +173,9 @@ impl<'a> Verifier<'a> {
             observer,
         };
         observer.stage(Stage::Registration);
-        match match_candidates(self.mesh, suspect, MOST_MAPS) {
+        match match_candidates_observed(self.mesh, suspect, MOST_MAPS, &Watching(observer)) {
             Ok(maps) => self.by_vertices(suspect, &maps, work),
+            Err(Difference::Stopped) => Err(SigmarkError::Cancelled),
             Err(_) => self.by_surface(suspect, work),
         }
     }
@@ -212,11 +214,7 @@ impl<'a> Verifier<'a> {
             ..AlignOptions::default()
         };
         let watching = Watching(work.observer);
-        let alignment =
-            align_observed(self.mesh, suspect, &options, &watching).map_err(|error| match error {
-                RegistrationError::Stopped => SigmarkError::Cancelled,
-                other => other.into(),
-            })?;
+        let alignment = align_observed(self.mesh, suspect, &options, &watching).map_err(stopped)?;
         let fit = Fit::of(&alignment);
         if !alignment.aligned {
             return Ok(self.does_not_align(fit, &options));
@@ -387,8 +385,16 @@ struct Reading {
     tries: usize,
 }
 
+/// The error of a registration that may have been stopped.
+pub(crate) fn stopped(error: RegistrationError) -> SigmarkError {
+    match error {
+        RegistrationError::Stopped => SigmarkError::Cancelled,
+        other => other.into(),
+    }
+}
+
 /// Passes on to an observer how far the alignment is.
-struct Watching<'a>(&'a dyn Observer);
+pub(crate) struct Watching<'a>(pub(crate) &'a dyn Observer);
 
 impl registration::Observer for Watching<'_> {
     fn stage(&self, stage: registration::Stage) {

@@ -1,0 +1,106 @@
+//! Suspects whose vertices were split along seams: files repeat a vertex wherever its texture or its normal changes, and
+//! conversions round the copies.
+
+use super::Correspondence;
+use super::graph::Graph;
+use crate::vector::Vec3;
+use mesh::{TriMesh, Welded};
+
+/// Copies differ by the rounding of single precision at most, a few times over: this fraction of the largest coordinate.
+const ROUNDED: f64 = 4.0 / (1 << 24) as f64;
+
+/// Cells are so many times larger than the distance of copies, so that few vertices lie near a border.
+const ROOMY: f64 = 1000.0;
+
+/// A suspect whose copies of vertices are one vertex again.
+pub(super) struct Closed {
+    pub(super) mesh: TriMesh,
+    /// A vertex of the suspect for each of its vertices.
+    source: Vec<u32>,
+}
+
+impl Closed {
+    /// None when the suspect has no borders, or no vertices that could be copies.
+    pub(super) fn of(suspect: &Graph<'_>) -> Option<Self> {
+        let is_border = |e: usize| suspect.edges.triangles(e).len() == 1;
+        let ends = suspect.edges.vertices().iter().enumerate();
+        let mut on_border: Vec<u32> = ends
+            .filter(|(e, _)| is_border(*e))
+            .flat_map(|(_, ends)| *ends)
+            .collect();
+        on_border.sort_unstable();
+        on_border.dedup();
+        let positions = suspect.mesh.positions();
+        let largest = positions
+            .as_flattened()
+            .iter()
+            .fold(0.0_f64, |m, x| m.max(x.abs()));
+        let first = first_copies(positions, &on_border, ROUNDED * largest);
+        if first.iter().enumerate().all(|(v, &first)| v == first as usize) {
+            return None;
+        }
+        let moved: Vec<Vec3> = first.iter().map(|&v| positions[v as usize]).collect();
+        let welded = Welded::new(&moved, suspect.mesh.triangles()).ok()?;
+        let mut source = vec![u32::MAX; welded.mesh().vertex_count()];
+        for (v, kept) in welded.vertex_of().iter().enumerate() {
+            if let Some(kept) = kept {
+                let source = &mut source[*kept as usize];
+                *source = (*source).min(v as u32);
+            }
+        }
+        Some(Self {
+            source,
+            mesh: welded.into_mesh(),
+        })
+    }
+
+    /// The map to the suspect that a map to the closed mesh stands for.
+    pub(super) fn opened(&self, mut map: Correspondence) -> Correspondence {
+        for image in map.suspect_of.iter_mut().flatten() {
+            *image = self.source[*image as usize];
+        }
+        map
+    }
+}
+
+/// For each vertex the first of those that lie within `near` of it along every axis, or of others that do of those; itself for
+/// all but the `chosen`.
+fn first_copies(positions: &[Vec3], chosen: &[u32], near: f64) -> Vec<u32> {
+    let mut first: Vec<u32> = (0..positions.len() as u32).collect();
+    let cell = ROOMY * near;
+    if !(cell > 0.0 && cell.is_finite()) {
+        return first;
+    }
+    let mut filed: Vec<([i64; 3], u32)> = Vec::with_capacity(chosen.len());
+    for &v in chosen {
+        let [low, high] =
+            [-near, near].map(|off| positions[v as usize].map(|x| ((x + off) / cell).floor() as i64));
+        for x in low[0]..=high[0] {
+            for y in low[1]..=high[1] {
+                filed.extend((low[2]..=high[2]).map(|z| ([x, y, z], v)));
+            }
+        }
+    }
+    let x = |v: u32| positions[v as usize][0];
+    filed.sort_by(|a, b| a.0.cmp(&b.0).then(x(a.1).total_cmp(&x(b.1))));
+    for cell in filed.chunk_by(|a, b| a.0 == b.0) {
+        for (i, &(_, v)) in cell.iter().enumerate() {
+            let neighbours = cell[i + 1..].iter().take_while(|(_, w)| x(*w) - x(v) <= near);
+            for &(_, w) in neighbours {
+                let (p, q) = (positions[v as usize], positions[w as usize]);
+                if (0..3).all(|axis| (p[axis] - q[axis]).abs() <= near) {
+                    let (a, b) = (root(&first, v), root(&first, w));
+                    first[a.max(b) as usize] = a.min(b);
+                }
+            }
+        }
+    }
+    (0..first.len() as u32).map(|v| root(&first, v)).collect()
+}
+
+fn root(first: &[u32], mut v: u32) -> u32 {
+    while first[v as usize] != v {
+        v = first[v as usize];
+    }
+    v
+}
