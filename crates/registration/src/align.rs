@@ -268,10 +268,12 @@ impl<'a> Aligner<'a> {
         observer: &dyn Observer,
     ) -> Result<(Option<ByVertices>, Sampled), RegistrationError> {
         begin(observer, Stage::Connectivity)?;
-        let maps = by_vertices(&self.graph, suspect, observer)?;
+        let (maps, sampled) = rayon::join(
+            || by_vertices(&self.graph, suspect, observer),
+            || Sampled::of(suspect, "suspect", SAMPLES),
+        );
+        let (maps, suspect) = (maps?, sampled?);
         begin(observer, Stage::Preparation)?;
-        let suspect = Sampled::of(suspect, "suspect", SAMPLES)?;
-        go_on(observer)?;
         Ok((maps, suspect))
     }
 }

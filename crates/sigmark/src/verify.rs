@@ -3,7 +3,10 @@ use std::{
     sync::{Arc, OnceLock},
 };
 
-use mesh::{Similarity, TriMesh};
+use mesh::{
+    Similarity, TriMesh,
+    vector::{norm, sub},
+};
 use registration::{
     AlignOptions, Alignment, Basis, Correspondence, Difference, RegistrationError, align_observed,
     match_candidates_observed,
@@ -11,7 +14,7 @@ use registration::{
 
 use crate::{
     Certificate, ChipLayout, CoefficientDetector, Detector, GeometryDigest, LeastSquaresDetector, Observer,
-    Original, PatchBasis, PatchRecord, Patches, SigmarkError, SoftBits, Stage, Work,
+    Original, PatchBasis, PatchRecord, Patches, Registered, SigmarkError, SoftBits, Stage, Work,
     align::{Aligned, align},
     resampling::Sampler,
     signature::{PublicKey, Scheme, Signature},
@@ -196,15 +199,30 @@ impl<'a> Verifier<'a> {
         });
         let detector = self.detector.unwrap_or(&CoefficientDetector);
         let reading = self.best(poses, detector, work)?;
-        let seen = 1.0 - reading.aligned.registered.missing();
-        self.judge(
-            &reading,
-            Fit {
-                basis: Basis::Connectivity,
-                overlap: 1.0,
-                coverage: seen,
-            },
-        )
+        let options = AlignOptions::default();
+        let overlap = self.in_place(&reading.aligned.registered, &options);
+        let fit = Fit {
+            basis: Basis::Connectivity,
+            overlap,
+            coverage: overlap,
+        };
+        let mut verdict = self.judge(&reading, fit)?;
+        if matches!(verdict.outcome, Outcome::NotFound { .. }) && overlap < options.least_overlap {
+            verdict.remark = Some(format!(
+                "another shape: it has the original's triangles, but {:.1} % of its vertices lie where those of the original do",
+                100.0 * overlap
+            ));
+        }
+        Ok(verdict)
+    }
+
+    /// The share of the vertices that lie near where they belong.
+    fn in_place(&self, registered: &Registered, options: &AlignOptions) -> f64 {
+        let bound = options.tolerance * self.mesh.bounding_box().diagonal();
+        let pairs = registered.positions.iter().zip(self.mesh.positions());
+        let distances: Vec<f64> = pairs.filter_map(|(r, &v)| r.map(|r| norm(sub(r, v)))).collect();
+        let near = distances.iter().filter(|&&distance| distance <= bound);
+        near.count() as f64 / distances.len().max(1) as f64
     }
 
     /// Judges a suspect by its surface.

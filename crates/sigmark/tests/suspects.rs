@@ -214,6 +214,20 @@ fn a_symmetric_shape_with_other_vertices_is_tried_in_its_poses_and_pays_for_them
     );
 }
 
+#[test]
+fn the_triangles_of_the_original_on_another_shape_are_another_shape() {
+    let original = original();
+    let flat = original.positions().iter().map(|&[x, y, _]| [x, y, 0.0]);
+    let flat = original.with_positions(flat.collect()).expect("a valid mesh");
+    let verdict = judge(&original, signed(), &flat);
+    assert!(matches!(verdict.outcome, Outcome::NotFound { .. }) && verdict.overlap < 0.8);
+    assert!(
+        verdict
+            .remark
+            .is_some_and(|remark| remark.contains("another shape"))
+    );
+}
+
 /// Both detectors on a suspect under a transform: the share of bits that they read.
 fn rates(signed: &Signed, suspect: &TriMesh, transform: &Similarity) -> [f64; 2] {
     let original = signed.original();

@@ -59,8 +59,9 @@ pub(super) fn run(files: &[PathBuf], attacks: &Python) -> Result<String> {
     }
     Ok(format!(
         "{}\nThe suspect is the re-meshed surface, turned by 2° and shifted by 1 % of the diagonal. The peers align vertices to vertices with the scale given; ours finds the scale, too, and its \
-         time includes looking for surviving vertices and building search trees. Errors are of the vertices, over the diagonal.\n\n{}\nRays go both ways along the normal of each vertex; ours is \
-         the whole of `resample` on a surface that was built before. Nearest points are from samples of the suspect. A peer that is not there could not be installed or started.\n\n",
+         time includes looking for surviving vertices and building search trees. Errors are of the vertices, over the diagonal.\n\n{}\nAlong normals: from each vertex of \
+         the original both ways to the first hit of the suspect, however far; one line of ours, two rays of Embree's. Resampling is the whole of `resample_on`: with normals, moved points and a second \
+         look where the first hit faces the wrong way. Nearest points are from samples of the suspect. A peer that is not there could not be installed or started.\n\n",
         fine.markdown(),
         queries.markdown(),
     ))
@@ -148,7 +149,9 @@ impl Pair {
         let (seen, cost) =
             timed(|| resample_on(&self.original, &self.suspect, &surface, &self.back, &options));
         seen?;
-        row("along normals", "ours", cost.cpu, self.original.vertex_count());
+        row("resampling", "ours", cost.cpu, self.original.vertex_count());
+        let (count, cost) = self.rays(&surface);
+        row("along normals", "ours", cost.cpu, count);
         let mut peer = |query: &str, task: &str, program: &str| {
             let report = self.ask(python, &[task])?;
             row(
@@ -164,6 +167,27 @@ impl Pair {
         let (count, cost) = self.nearest();
         row("nearest point", "ours", cost.cpu, count);
         Ok(())
+    }
+
+    /// Where lines along the original's normals first meet the suspect, either way.
+    fn rays(&self, surface: &Surface) -> (usize, Cost) {
+        let normals = self.original.vertex_normals();
+        let there = self.back.inverse();
+        let lines: Vec<[[f64; 3]; 2]> = self
+            .original
+            .positions()
+            .iter()
+            .zip(normals)
+            .map(|(&p, n)| {
+                let ahead = there.apply(std::array::from_fn(|i| p[i] + n[i]));
+                let p = there.apply(p);
+                [p, std::array::from_fn(|i| ahead[i] - p[i])]
+            })
+            .collect();
+        let first = |[p, d]: &[[f64; 3]; 2]| surface.hit(*p, *d, f64::INFINITY, |_| true).is_some();
+        let (met, cost) = timed(|| lines.iter().filter(|line| first(line)).count());
+        std::hint::black_box(met);
+        (lines.len(), cost)
     }
 
     /// Nearest points of the original from points spread over the suspect's triangles.

@@ -2,7 +2,7 @@
 
 use super::{
     measure::{greatest, median},
-    registration::{Cell, Draw, EXACT, Trial, trials},
+    registration::{Cell, Draw, Trial, trials},
 };
 use crate::table::Table;
 
@@ -55,9 +55,9 @@ impl Summary {
         "median error",
         "worst error",
         "unmarked: worst error",
-        "ER, true transform: least",
-        "median",
-        "ER less with the found one: worst",
+        "least ER with the true transform",
+        "median ER",
+        "most that the found one reads less",
         "median (s)",
         "worst (s)",
     ];
@@ -92,7 +92,7 @@ impl Summary {
 }
 
 pub(super) fn by_attack(cells: &[Cell]) -> Table {
-    let header: Vec<&str> = ["attack", "right", ""]
+    let header: Vec<&str> = ["attack", "right", "share"]
         .into_iter()
         .chain(Summary::HEADER)
         .collect();
@@ -152,11 +152,6 @@ pub(super) fn all(cells: &[Cell]) -> Table {
     for cell in cells {
         let draws: Vec<&Draw> = cell.draws.iter().collect();
         let Summary(figures) = Summary::of(cell.trial, &draws);
-        let exact = if cell.trial.is_exact() {
-            format!("{EXACT:e}")
-        } else {
-            String::new()
-        };
         let overlap = -greatest(draws.iter().map(|draw| -draw.overlap));
         let first = [
             cell.mesh.clone(),
@@ -164,7 +159,6 @@ pub(super) fn all(cells: &[Cell]) -> Table {
             cell.trial.name().to_string(),
             draws.len().to_string(),
             cell.right().to_string(),
-            exact,
             format!("{overlap:.4}"),
         ];
         table.row(first.into_iter().chain(figures));
