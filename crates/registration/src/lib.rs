@@ -17,7 +17,11 @@
 //! suspects alone that are cut and lost all their vertices.
 //!
 //! [`align_points`] begins from given pairs of points instead. [`align_observed`] can be watched, and ended at
-//! a time limit.
+//! a time limit. [`Aligner`] keeps what it knows of an original for the next suspect.
+//!
+//! An original may be symmetric. Where the surfaces alone speak, it is aligned with itself once, which gives its
+//! symmetries and, by composition, the group that they generate; every pose of the suspect comes with those that
+//! the group makes of it.
 //!
 //! [`resample`] then gives for each vertex v with normal n of the original the offset h at which v + h n lies
 //! on the suspect.
@@ -46,14 +50,15 @@
 //! # Costs
 //! Matching vertices is O(n log n): with the judgement of the surfaces 0.3 s for 43 000 vertices. Aligning
 //! surfaces of that size costs about a second, two for suspects that are cut and altered and for other models,
-//! most of it in nearest-point queries on fixed numbers of samples. Memory is about 500 bytes a vertex of each
+//! most of it in nearest-point queries on fixed numbers of samples. Memory is about 600 bytes a vertex of each
 //! mesh.
 //!
 //! # What comes back from odd suspects
 //! | suspect | answer |
 //! |---|---|
 //! | mirrored, inside out, of another size, in many pieces | aligned; [`Alignment::mirrored`] says so of the first |
-//! | symmetric | the other poses are [`Alignment::alternatives`]; try them all |
+//! | symmetric | all other poses are [`Alignment::alternatives`], up to 128; try them |
+//! | with vertices split along seams | aligned as if they were not |
 //! | a sphere, a surface of revolution | aligned; [`Alignment::free_directions`] is 3, 1: the pose is not determined |
 //! | a plane, one triangle | not aligned when the surfaces alone speak for it: it lies on any flat place |
 //! | another model | not aligned, with the overlap measured |

@@ -300,11 +300,7 @@ impl<'a> Bench<'a> {
 
     /// A draw as it was finished before, or now; none when the time is over.
     fn finished(&mut self, trial: Trial, number: u64) -> Result<Option<Value>> {
-        let kept: String = trial
-            .name()
-            .chars()
-            .filter(|c| c.is_ascii_alphanumeric())
-            .collect();
+        let kept: String = trial.name().chars().filter(char::is_ascii_alphanumeric).collect();
         let name = format!("{}-{kept}-{number}", self.name);
         let folder = self.folder.clone();
         if !folder.join(format!("{name}.json")).is_file() && !(self.may_begin)() {
