@@ -19,7 +19,9 @@ pub(crate) const SWEEP: [f64; 6] = [0.25, 0.5, 1.0, 2.0, 4.0, 8.0];
 
 /// The attacks under which strengths are compared: those that leave something to tell apart.
 pub(crate) fn swept_attacks() -> impl Iterator<Item = &'static Attack> {
-    ATTACKS.iter().filter(|attack| ["noise 0.5 %", "LS5", "simpl. 5 %", "simpl. 1 %"].contains(&attack.name))
+    ATTACKS
+        .iter()
+        .filter(|attack| ["noise 0.5 %", "LS5", "simpl. 5 %", "simpl. 1 %"].contains(&attack.name))
 }
 
 /// A picture with a caption, for the page.
@@ -33,19 +35,34 @@ pub(crate) struct Shown {
 
 /// Which figure shows which attacks on which model.
 const SERIES: [(&str, &str, &[&str]); 5] = [
-    ("Fig. 6", paper::ARMADILLO.name, &["simpl. 50 %", "simpl. 10 %", "simpl. 5 %", "simpl. 1 %"]),
+    (
+        "Fig. 6",
+        paper::ARMADILLO.name,
+        &["simpl. 50 %", "simpl. 10 %", "simpl. 5 %", "simpl. 1 %"],
+    ),
     ("Fig. 7", paper::DRAGON.name, &["noise 0.1 %", "noise 0.5 %"]),
     ("Fig. 8", paper::TEDDY.name, &["re-meshing"]),
     ("Fig. 9", paper::BUNNY.name, &["TS", "LS5"]),
-    ("Fig. 10", paper::EROS.name, &["crop. + 0.1 sim.", "0.3 sim. + Loop", "crop. + 0.1 sim. + Loop"]),
+    (
+        "Fig. 10",
+        paper::EROS.name,
+        &["crop. + 0.1 sim.", "0.3 sim. + Loop", "crop. + 0.1 sim. + Loop"],
+    ),
 ];
 
 /// Pixels of an attacked mesh's picture.
 const SIZE: usize = 420;
 
 /// The size of the picture that a figure wants of a suspect, if it wants one: the first signature's, marked by MHBs.
-pub(crate) fn size(model: &Model, algorithm: &dyn Algorithm, target: Target, attack: &Attack) -> Option<usize> {
-    let shown = SERIES.iter().any(|(_, name, attacks)| *name == model.name && attacks.contains(&attack.name));
+pub(crate) fn size(
+    model: &Model,
+    algorithm: &dyn Algorithm,
+    target: Target,
+    attack: &Attack,
+) -> Option<usize> {
+    let shown = SERIES
+        .iter()
+        .any(|(_, name, attacks)| *name == model.name && attacks.contains(&attack.name));
     (shown && algorithm.name() == "MHBs" && matches!(target, Target::Marked(0))).then_some(SIZE)
 }
 
@@ -72,7 +89,10 @@ impl<'a> Heat<'a> {
 
     fn figure(&self) -> Option<&'static str> {
         let name = self.standin.model.name;
-        HEATED.iter().find(|(model, _)| *model == name).map(|(_, figure)| *figure)
+        HEATED
+            .iter()
+            .find(|(model, _)| *model == name)
+            .map(|(_, figure)| *figure)
     }
 
     /// Whether a figure shows this algorithm's mark.
@@ -87,7 +107,9 @@ impl<'a> Heat<'a> {
 
     /// The algorithms' pictures, red where any of them is farthest.
     pub(crate) fn painted(&self) -> Result<Vec<Shown>> {
-        let Some(figure) = self.figure() else { return Ok(Vec::new()) };
+        let Some(figure) = self.figure() else {
+            return Ok(Vec::new());
+        };
         let diagonal = self.standin.mesh.bounding_box().diagonal();
         let all = self.fields.iter().flat_map(|(_, field)| field);
         let greatest = all.copied().fold(0.0, f64::max) / diagonal;
@@ -117,7 +139,10 @@ impl<'a> Heat<'a> {
 pub(crate) fn attacked(results: &Results) -> Vec<Shown> {
     let mut shown = Vec::new();
     for (figure, model, attacks) in SERIES {
-        let outcomes = results.outcomes.iter().filter(|outcome| outcome.model.name == model);
+        let outcomes = results
+            .outcomes
+            .iter()
+            .filter(|outcome| outcome.model.name == model);
         for outcome in outcomes {
             let columns = outcome.columns.iter().filter(|column| column.algorithm == "MHBs");
             for trial in columns.flat_map(|column| &column.trials) {
@@ -125,16 +150,31 @@ pub(crate) fn attacked(results: &Results) -> Vec<Shown> {
                 if !attacks.contains(&trial.attack.name) || !matches!(trial.target, Target::Marked(0)) {
                     continue;
                 }
-                let printed = outcome.model.printed("MHBs").and_then(|printed| printed.row.rate(trial.attack.name));
+                let printed = outcome
+                    .model
+                    .printed("MHBs")
+                    .and_then(|printed| printed.row.rate(trial.attack.name));
                 let printed = printed.map_or(String::new(), |rate| format!(", printed {rate} %"));
                 let readings = trial.cell.readings.iter();
-                let readings: Vec<String> =
-                    readings.map(|rated| format!("{:.2} % ({})", 100.0 * rated.rate, rated.detector)).collect();
-                let known = ATTACKS.iter().chain(&COMBINED).position(|attack| attack == trial.attack);
+                let readings: Vec<String> = readings
+                    .map(|rated| format!("{:.2} % ({})", 100.0 * rated.rate, rated.detector))
+                    .collect();
+                let known = ATTACKS
+                    .iter()
+                    .chain(&COMBINED)
+                    .position(|attack| attack == trial.attack);
                 shown.push(Shown {
-                    file: format!("{}_{}.png", figure.to_lowercase().replace(". ", ""), known.unwrap_or_default()),
+                    file: format!(
+                        "{}_{}.png",
+                        figure.to_lowercase().replace(". ", ""),
+                        known.unwrap_or_default()
+                    ),
                     title: format!("{figure}: {}, {}", outcome.file, trial.attack.name),
-                    caption: format!("{} vertices. Extraction rate {}{printed}.", trial.cell.vertices, readings.join(", ")),
+                    caption: format!(
+                        "{} vertices. Extraction rate {}{printed}.",
+                        trial.cell.vertices,
+                        readings.join(", ")
+                    ),
                     bytes: picture.clone(),
                 });
             }
@@ -148,7 +188,10 @@ const COLOURS: [&str; 4] = ["#d9480f", "#1c7ed6", "#2b8a3e", "#862e9c"];
 /// Fig. 2: extraction rate over distortion, as SVG; none without a sweep.
 pub(crate) fn strengths(results: &Results) -> Option<String> {
     let columns = results.outcomes.iter().flat_map(|outcome| &outcome.columns);
-    let swept = columns.filter(|column| !column.sweep.is_empty()).map(|column| &column.sweep).next()?;
+    let swept = columns
+        .filter(|column| !column.sweep.is_empty())
+        .map(|column| &column.sweep)
+        .next()?;
     let frame = Frame::new(70.0, 50.0, 500.0, 270.0);
     let mut svg = String::from(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 620 380\" width=\"620\" height=\"380\" \
@@ -168,13 +211,18 @@ pub(crate) fn strengths(results: &Results) -> Option<String> {
     for (i, attack) in swept_attacks().enumerate() {
         let mut path = String::new();
         for (mark, trials) in swept {
-            let Some(trial) = trials.iter().find(|trial| trial.attack.name == attack.name) else { continue };
+            let Some(trial) = trials.iter().find(|trial| trial.attack.name == attack.name) else {
+                continue;
+            };
             let rate = 100.0 * trial.cell.readings.first()?.rate;
             let (x, y) = frame.place(across(mark.d_rmse), (rate - 45.0) / 58.0);
             let _ = write!(path, "{}{x:.1} {y:.1}", if path.is_empty() { "M" } else { "L" });
         }
         let colour = COLOURS[i % COLOURS.len()];
-        let _ = writeln!(svg, "<path d=\"{path}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"2\"/>");
+        let _ = writeln!(
+            svg,
+            "<path d=\"{path}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"2\"/>"
+        );
         svg += &Frame::new(290.0, 220.0, 300.0, 100.0).key(i, attack.name, colour);
     }
     Some(svg + "</svg>\n")

@@ -136,13 +136,19 @@ mod tests {
         let jobs: Vec<u64> = (0..40).map(|i| 1 + i % 7).collect();
         for memory in [0, 7, 12] {
             let (held, runs) = (AtomicU64::new(0), AtomicUsize::new(0));
-            run(&jobs, 3, memory, |&job| job, |&job| {
-                let now = held.fetch_add(job, SeqCst) + job;
-                assert!(now <= memory.max(job), "{now} of {memory}");
-                thread::yield_now();
-                held.fetch_sub(job, SeqCst);
-                runs.fetch_add(1, SeqCst);
-            });
+            run(
+                &jobs,
+                3,
+                memory,
+                |&job| job,
+                |&job| {
+                    let now = held.fetch_add(job, SeqCst) + job;
+                    assert!(now <= memory.max(job), "{now} of {memory}");
+                    thread::yield_now();
+                    held.fetch_sub(job, SeqCst);
+                    runs.fetch_add(1, SeqCst);
+                },
+            );
             assert_eq!(runs.load(SeqCst), jobs.len());
         }
     }

@@ -215,7 +215,11 @@ fn reads_unmarked(algorithm: &str, model: &Model) -> bool {
 
 /// The model whose α is swept: the paper's eros, or the bunny where it is alone.
 fn is_swept(algorithm: &str, model: &Model, options: &Options) -> bool {
-    let swept = if options.meshes.is_some() { paper::EROS } else { paper::BUNNY };
+    let swept = if options.meshes.is_some() {
+        paper::EROS
+    } else {
+        paper::BUNNY
+    };
     algorithm == "MHBs" && model.name == swept.name
 }
 
@@ -290,7 +294,10 @@ impl Campaign<'_> {
             sweep: Vec::new(),
         };
         if let Err(error) = self.fill(study, &mut column, failures, heat) {
-            failed(failures, format!("{}, {}: {error:#}", self.standin.model.name, column.algorithm));
+            failed(
+                failures,
+                format!("{}, {}: {error:#}", self.standin.model.name, column.algorithm),
+            );
         }
         column
     }
@@ -310,14 +317,18 @@ impl Campaign<'_> {
             column.marks.push(study.mark(number, strength.alpha)?);
             let target = Target::Marked(number);
             let attacks: Vec<&Attack> = model.attacks().collect();
-            column.trials.extend(self.trials(study, target, strength.alpha, &attacks, failures)?);
+            column
+                .trials
+                .extend(self.trials(study, target, strength.alpha, &attacks, failures)?);
         }
         if heat.wants(&column.algorithm) {
             heat.add(&column.algorithm, study.distances(0, strength.alpha)?);
         }
         if reads_unmarked(&column.algorithm, model) {
             let attacks: Vec<&Attack> = model.attacks().collect();
-            column.trials.extend(self.trials(study, Target::Unmarked, strength.alpha, &attacks, failures)?);
+            column
+                .trials
+                .extend(self.trials(study, Target::Unmarked, strength.alpha, &attacks, failures)?);
         }
         if is_swept(&column.algorithm, model, self.options) {
             let attacks: Vec<&Attack> = figures::swept_attacks().collect();
@@ -341,7 +352,10 @@ impl Campaign<'_> {
         failures: &mut Vec<String>,
     ) -> Result<Vec<Trial>> {
         let vertices = self.standin.model.size;
-        let mut done: Vec<Option<Cell>> = attacks.iter().map(|attack| study.kept(target, alpha, attack)).collect();
+        let mut done: Vec<Option<Cell>> = attacks
+            .iter()
+            .map(|attack| study.kept(target, alpha, attack))
+            .collect();
         let missing: Vec<usize> = (0..attacks.len()).filter(|&i| done[i].is_none()).collect();
         for _ in missing.len()..attacks.len() {
             self.progress.done(vertices, None);
@@ -357,15 +371,23 @@ impl Campaign<'_> {
                 let cell = study.cell(target, alpha, attacks[i], &file, size);
                 let words = self.words(study, target, attacks[i], cell.as_ref());
                 self.progress.done(vertices, Some(&words));
-                ended.lock().unwrap_or_else(std::sync::PoisonError::into_inner).push((i, cell));
+                ended
+                    .lock()
+                    .unwrap_or_else(std::sync::PoisonError::into_inner)
+                    .push((i, cell));
             };
             let bytes = |&i: &usize| bytes_of(vertices, attacks[i]);
             jobs::run(&missing, self.bench.threads, jobs::free_memory(), bytes, work);
             let _ = fs::remove_file(&file);
-            for (i, cell) in ended.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner) {
+            for (i, cell) in ended
+                .into_inner()
+                .unwrap_or_else(std::sync::PoisonError::into_inner)
+            {
                 match cell {
                     Ok(cell) => done[i] = Some(cell),
-                    Err(error) => failures.push(format!("{}: {error:#}", self.name(study, target, attacks[i]))),
+                    Err(error) => {
+                        failures.push(format!("{}: {error:#}", self.name(study, target, attacks[i])))
+                    }
                 }
             }
         }
@@ -404,8 +426,11 @@ impl Campaign<'_> {
             Ok(cell) => cell,
             Err(error) => return format!("{name}: {error:#}"),
         };
-        let rates: Vec<String> =
-            cell.readings.iter().map(|rated| format!("{:.2} % ({})", 100.0 * rated.rate, rated.detector)).collect();
+        let rates: Vec<String> = cell
+            .readings
+            .iter()
+            .map(|rated| format!("{:.2} % ({})", 100.0 * rated.rate, rated.detector))
+            .collect();
         let printed = self.standin.model.printed(&study.algorithm.name());
         let printed = printed.and_then(|printed| printed.row.rate(attack.name));
         let printed = match (target, printed) {

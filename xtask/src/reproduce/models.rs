@@ -84,7 +84,11 @@ pub(crate) fn in_folder(folder: &Path, only: &[String]) -> Result<(Vec<Candidate
     let files = mesh_files(folder)?;
     let (mut found, mut missing) = (Vec::new(), Vec::new());
     for (model, name, view) in CAST {
-        if !only.is_empty() && !only.iter().any(|wanted| model.name == wanted || name.starts_with(wanted.as_str())) {
+        if !only.is_empty()
+            && !only
+                .iter()
+                .any(|wanted| model.name == wanted || name.starts_with(wanted.as_str()))
+        {
             continue;
         }
         match files.iter().find(|path| name_of(path) == name) {

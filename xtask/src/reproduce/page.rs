@@ -87,19 +87,28 @@ fn pictures(results: &Results) -> Vec<Shown> {
 fn detectors(results: &Results) -> Vec<String> {
     let columns = results.outcomes.iter().flat_map(|outcome| &outcome.columns);
     let mut columns = columns.filter(|column| column.algorithm == "MHBs" && !column.trials.is_empty());
-    columns.next().map_or_else(|| vec![PAPER_DETECTOR.into()], super::Column::detectors)
+    columns
+        .next()
+        .map_or_else(|| vec![PAPER_DETECTOR.into()], super::Column::detectors)
 }
 
 /// As in the paper, one marked and one unmarked mesh for each attack and model: the first signature's.
 fn roc(results: &Results, detector: &str) -> Roc {
     let columns = results.outcomes.iter().flat_map(|outcome| &outcome.columns);
-    let trials = || columns.clone().filter(|column| column.algorithm == "MHBs").flat_map(|column| &column.trials);
+    let trials = || {
+        columns
+            .clone()
+            .filter(|column| column.algorithm == "MHBs")
+            .flat_map(|column| &column.trials)
+    };
     let rates = |marked: bool| {
         let wanted = trials().filter(move |trial| match trial.target {
             super::Target::Marked(number) => marked && number == 0,
             super::Target::Unmarked => !marked,
         });
-        let rated = wanted.flat_map(|trial| &trial.cell.readings).filter(|rated| rated.detector == detector);
+        let rated = wanted
+            .flat_map(|trial| &trial.cell.readings)
+            .filter(|rated| rated.detector == detector);
         rated.map(|rated| rated.rate).collect::<Vec<f64>>()
     };
     Roc::new(rates(true), rates(false))
@@ -137,7 +146,10 @@ const INTRODUCTION: &str = "Wang, Feng and Miao, A robust confirmable watermarki
      similarity after its attack, found again, resampled and read; what is read is compared with the signature by the harness, not by the algorithm.";
 
 fn markdown(words: &Words, sheets: &[&Sheet], shown: &[Shown]) -> String {
-    let mut page = format!("# The paper, reproduced\n\n{INTRODUCTION}\n\n{}\n\n", words.models);
+    let mut page = format!(
+        "# The paper, reproduced\n\n{INTRODUCTION}\n\n{}\n\n",
+        words.models
+    );
     for line in &words.missing {
         let _ = writeln!(page, "- Missing: {}", line.lines().next().unwrap_or_default());
     }
@@ -147,7 +159,11 @@ fn markdown(words: &Words, sheets: &[&Sheet], shown: &[Shown]) -> String {
     }
     page += "## Figures\n\n";
     for picture in shown {
-        let _ = write!(page, "### {}\n\n![{}]({})\n\n{}\n\n", picture.title, picture.title, picture.file, picture.caption);
+        let _ = write!(
+            page,
+            "### {}\n\n![{}]({})\n\n{}\n\n",
+            picture.title, picture.title, picture.file, picture.caption
+        );
     }
     page + &format!("{}\n", words.foot)
 }
@@ -192,5 +208,8 @@ fn html(words: &Words, sheets: &[&Sheet], shown: &[Shown]) -> String {
             escaped(&picture.caption)
         );
     }
-    page + &format!("</section>\n<footer>{}</footer>\n</body></html>\n", escaped(&words.foot))
+    page + &format!(
+        "</section>\n<footer>{}</footer>\n</body></html>\n",
+        escaped(&words.foot)
+    )
 }

@@ -28,7 +28,9 @@ impl Roc {
     }
 
     pub(crate) fn at(&self, threshold: f64) -> Point {
-        let below = |rates: &[f64]| rates.partition_point(|&rate| rate < threshold) as f64 / rates.len().max(1) as f64;
+        let below = |rates: &[f64]| {
+            rates.partition_point(|&rate| rate < threshold) as f64 / rates.len().max(1) as f64
+        };
         Point {
             threshold,
             false_positives: 1.0 - below(&self.unmarked),
@@ -86,8 +88,14 @@ impl Roc {
             }
             counts
         };
-        let all = [(shares(&self.unmarked), THEIRS, "unmarked"), (shares(&self.marked), OURS, "marked")];
-        let highest = all.iter().flat_map(|(counts, ..)| counts).fold(0.05_f64, |a, &b| a.max(b));
+        let all = [
+            (shares(&self.unmarked), THEIRS, "unmarked"),
+            (shares(&self.marked), OURS, "marked"),
+        ];
+        let highest = all
+            .iter()
+            .flat_map(|(counts, ..)| counts)
+            .fold(0.05_f64, |a, &b| a.max(b));
         let mut svg = frame.axes("extraction rate (%)", "share of the meshes (%)");
         for tick in 0..=6 {
             let rate = LEFT + 0.1 * f64::from(tick);
@@ -116,7 +124,10 @@ impl Roc {
             svg += &frame.mark_x(place(rate), &format!("{}", 100.0 * rate));
         }
         svg += &frame.mark_x(0.0, "0");
-        let points: Vec<Point> = (0..=bits).rev().map(|k| self.at(k as f64 / bits as f64)).collect();
+        let points: Vec<Point> = (0..=bits)
+            .rev()
+            .map(|k| self.at(k as f64 / bits as f64))
+            .collect();
         let spotless = points.iter().filter(|point| point.false_positives <= 0.0);
         let highest = spotless.map(|point| point.false_negatives).fold(1.0, f64::min);
         let highest = (1.2 * highest).clamp(0.05, 1.0);
@@ -129,7 +140,10 @@ impl Roc {
             let (x, y) = frame.place(place(point.false_positives), point.false_negatives / highest);
             let _ = write!(path, "{}{x:.1} {y:.1}", if path.is_empty() { "M" } else { "L" });
         }
-        let _ = writeln!(svg, "<path d=\"{path}\" fill=\"none\" stroke=\"{OURS}\" stroke-width=\"2\"/>");
+        let _ = writeln!(
+            svg,
+            "<path d=\"{path}\" fill=\"none\" stroke=\"{OURS}\" stroke-width=\"2\"/>"
+        );
         let equal = self.equal_error(bits);
         let (x, y) = frame.place(place(equal.false_positives), equal.false_negatives / highest);
         let _ = writeln!(

@@ -39,7 +39,10 @@ impl Figure {
 
     /// A rate more than [`TOLERATED`] points below the printed one.
     pub(crate) fn falls_short(&self) -> bool {
-        let below = self.printed.zip(self.mean()).map(|(printed, mean)| printed - mean);
+        let below = self
+            .printed
+            .zip(self.mean())
+            .map(|(printed, mean)| printed - mean);
         self.rate && below.is_some_and(|below| below > TOLERATED)
     }
 
@@ -59,7 +62,11 @@ impl Entry {
             Self::Text(text) => text.clone(),
             Self::Figure(figure) => {
                 let words = figure.words();
-                let words = if figure.falls_short() { format!("**{words}**") } else { words };
+                let words = if figure.falls_short() {
+                    format!("**{words}**")
+                } else {
+                    words
+                };
                 match figure.printed {
                     Some(printed) => format!("{words} ({printed})"),
                     None => words,
@@ -77,7 +84,9 @@ impl Entry {
                     (true, Some((printed, mean))) if mean > printed + TOLERATED => "above",
                     _ => "",
                 };
-                let printed = figure.printed.map_or(String::new(), |printed| format!("<i>{printed}</i>"));
+                let printed = figure
+                    .printed
+                    .map_or(String::new(), |printed| format!("<i>{printed}</i>"));
                 format!("<td class=\"{class}\">{}{printed}</td>", figure.words())
             }
         }
@@ -106,8 +115,13 @@ impl Sheet {
     pub(crate) fn markdown(&self) -> String {
         let line = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
         let rule = self.header.iter().enumerate();
-        let rule = rule.map(|(i, _)| if i < 2 { "---" } else { "--:" }.into()).collect();
-        let rows = self.rows.iter().map(|row| line(row.iter().map(Entry::markdown).collect()));
+        let rule = rule
+            .map(|(i, _)| if i < 2 { "---" } else { "--:" }.into())
+            .collect();
+        let rows = self
+            .rows
+            .iter()
+            .map(|row| line(row.iter().map(Entry::markdown).collect()));
         format!(
             "## {}\n\n{}{}{}\n{}\n",
             self.title,
@@ -119,7 +133,11 @@ impl Sheet {
     }
 
     pub(crate) fn html(&self) -> String {
-        let header: String = self.header.iter().map(|name| format!("<th>{}</th>", escaped(name))).collect();
+        let header: String = self
+            .header
+            .iter()
+            .map(|name| format!("<th>{}</th>", escaped(name)))
+            .collect();
         let rows: String = self
             .rows
             .iter()
@@ -135,7 +153,11 @@ impl Sheet {
     /// RFC 4180. A figure takes three fields: mean, spread, printed.
     pub(crate) fn csv(&self) -> String {
         let figures: Vec<bool> = (0..self.header.len())
-            .map(|i| self.rows.iter().any(|row| matches!(row.get(i), Some(Entry::Figure(_)))))
+            .map(|i| {
+                self.rows
+                    .iter()
+                    .any(|row| matches!(row.get(i), Some(Entry::Figure(_))))
+            })
             .collect();
         let mut fields: Vec<Vec<String>> = vec![Vec::new()];
         for (name, &figure) in self.header.iter().zip(&figures) {
@@ -175,7 +197,10 @@ pub(crate) fn csv(lines: &[Vec<String>]) -> String {
 }
 
 pub(crate) fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+        .replace('"', "&quot;")
 }
 
 #[cfg(test)]
@@ -205,11 +230,20 @@ mod tests {
     #[test]
     fn csv_has_a_field_for_each_name_whatever_stands_in_the_rows() {
         let mut sheet = Sheet::new("t", "n", &["model", "rate"]);
-        sheet.rows.push(vec![Entry::Text("a, b".into()), Entry::Figure(figure(&[1.0, 2.0], Some(3.0)))]);
-        sheet.rows.push(vec![Entry::Text("c".into()), Entry::Text("none".into())]);
+        sheet.rows.push(vec![
+            Entry::Text("a, b".into()),
+            Entry::Figure(figure(&[1.0, 2.0], Some(3.0))),
+        ]);
+        sheet
+            .rows
+            .push(vec![Entry::Text("c".into()), Entry::Text("none".into())]);
         let csv = sheet.csv();
         assert_eq!(csv.lines().next(), Some("model,rate,rate: spread,rate: paper"));
         assert_eq!(csv.lines().nth(2), Some("c,none,,"));
-        assert!(csv.lines().nth(1).is_some_and(|line| line.starts_with("\"a, b\",1.5,0.7")));
+        assert!(
+            csv.lines()
+                .nth(1)
+                .is_some_and(|line| line.starts_with("\"a, b\",1.5,0.7"))
+        );
     }
 }

@@ -84,7 +84,10 @@ impl Store {
             code: self.code.clone(),
             value: serde_json::to_value(value)?,
         };
-        self.write(&self.path(kind, inputs, "json"), serde_json::to_string(&entry)?.as_bytes())
+        self.write(
+            &self.path(kind, inputs, "json"),
+            serde_json::to_string(&entry)?.as_bytes(),
+        )
     }
 
     /// Keeps bytes beside a finished piece.
@@ -117,7 +120,15 @@ impl Store {
 fn code_digest(root: &Path) -> io::Result<String> {
     let mut files = vec![root.join("Cargo.lock"), root.join("attacks/requirements.txt")];
     sources(&root.join("attacks"), "py", &mut files)?;
-    for name in ["mesh", "partition", "mhb-core", "registration", "quality", "sigmark", "baselines"] {
+    for name in [
+        "mesh",
+        "partition",
+        "mhb-core",
+        "registration",
+        "quality",
+        "sigmark",
+        "baselines",
+    ] {
         sources(&root.join("crates").join(name).join("src"), "rs", &mut files)?;
     }
     for name in ["study.rs", "reading.rs"] {
@@ -126,7 +137,12 @@ fn code_digest(root: &Path) -> io::Result<String> {
     files.sort();
     let mut all = Sha256::new();
     for file in files {
-        all.update(file.strip_prefix(root).unwrap_or(&file).to_string_lossy().as_bytes());
+        all.update(
+            file.strip_prefix(root)
+                .unwrap_or(&file)
+                .to_string_lossy()
+                .as_bytes(),
+        );
         all.update(Sha256::digest(fs::read(&file)?));
     }
     Ok(digest(&all.finalize()))
@@ -162,7 +178,10 @@ mod tests {
         assert_eq!(store.get::<f64>("cell", &inputs), None);
         store.put("cell", &inputs, &0.75).unwrap();
         assert_eq!(store.get("cell", &inputs), Some(0.75));
-        assert_eq!(store.get::<f64>("cell", &json!({"attack": "noise", "seed": 2})), None);
+        assert_eq!(
+            store.get::<f64>("cell", &json!({"attack": "noise", "seed": 2})),
+            None
+        );
         assert_eq!(store.get::<f64>("mark", &inputs), None);
 
         let mut changed = Store::open(&folder, false).unwrap();

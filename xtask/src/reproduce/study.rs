@@ -1,18 +1,14 @@
 //! One model and one algorithm: its strength, its marks, and what is left of them after each attack.
 
-use std::{
-    fs,
-    ops::ControlFlow,
-    path::Path,
-    sync::OnceLock,
-    time::Instant,
-};
+use std::{fs, ops::ControlFlow, path::Path, sync::OnceLock, time::Instant};
 
 use anyhow::{Context, Result, bail, ensure};
 use baselines::{Algorithm, Prepared, Reference, Subject};
 use mesh::{Asset, Format, Precision, TriMesh, shapes, write_mesh};
 use quality::{
-    DistanceOptions, Msdm2, Normalisation, ShapeDna, ShapeDnaOptions, picture::{Paint, Picture, linear}, surface_distance, vertex_distances,
+    DistanceOptions, Msdm2, Normalisation, ShapeDna, ShapeDnaOptions,
+    picture::{Paint, Picture, linear},
+    surface_distance, vertex_distances,
 };
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
@@ -198,7 +194,9 @@ impl<'a> Study<'a> {
                 seconds: begun.elapsed().as_secs_f64(),
                 threads: self.bench().threads,
             };
-            self.bench().store.put("preparation", &self.inputs(), &preparation)?;
+            self.bench()
+                .store
+                .put("preparation", &self.inputs(), &preparation)?;
             let _ = self.prepared.set(prepared);
         }
         let prepared = self.prepared.get().context("it was just prepared")?;
@@ -227,12 +225,16 @@ impl<'a> Study<'a> {
     }
 
     fn positions(&self, signature: usize, alpha: f64) -> Result<Vec<[f64; 3]>> {
-        Ok(self.prepared()?.embed(&self.bits(signature), alpha, self.work())?)
+        Ok(self
+            .prepared()?
+            .embed(&self.bits(signature), alpha, self.work())?)
     }
 
     /// The mesh with a signature.
     pub(crate) fn marked(&self, signature: usize, alpha: f64) -> Result<TriMesh> {
-        Ok(self.original().with_positions(self.positions(signature, alpha)?)?)
+        Ok(self
+            .original()
+            .with_positions(self.positions(signature, alpha)?)?)
     }
 
     fn d_rmse(&self, marked: &TriMesh) -> Result<(f64, f64)> {
@@ -259,7 +261,10 @@ impl<'a> Study<'a> {
     /// The mark is affine in α, so d² is t² + (k α)² to first order, t being the distortion at α = 0.
     fn calibrated(&self) -> Result<Strength> {
         let (base, unit) = (self.positions(0, 0.0)?, self.positions(0, 1.0)?);
-        let squares = base.iter().zip(&unit).map(|(p, q)| (0..3).map(|i| (p[i] - q[i]).powi(2)).sum::<f64>());
+        let squares = base
+            .iter()
+            .zip(&unit)
+            .map(|(p, q)| (0..3).map(|i| (p[i] - q[i]).powi(2)).sum::<f64>());
         let per_alpha = (squares.sum::<f64>() / base.len() as f64).sqrt();
         ensure!(per_alpha > 0.0, "{}: a mark has no size", self.algorithm.name());
         let least = if base == self.original().positions() {
@@ -273,17 +278,25 @@ impl<'a> Study<'a> {
             let alpha = alpha.with_context(|| {
                 format!("{name} distorts by {least:.4} % unmarked, and there is no other strength to take")
             })?;
-            return Ok(Strength { alpha, reached: false });
+            return Ok(Strength {
+                alpha,
+                reached: false,
+            });
         };
         // A third of a displacement's square is along the normal.
-        let mut alpha = 3f64.sqrt() * room.sqrt() / 100.0 * self.original().bounding_box().diagonal() / per_alpha;
+        let mut alpha =
+            3f64.sqrt() * room.sqrt() / 100.0 * self.original().bounding_box().diagonal() / per_alpha;
         for _ in 0..5 {
             let (found, _) = self.d_rmse(&self.marked(0, alpha)?)?;
             if (found / self.distortion - 1.0).abs() < 0.01 {
                 break;
             }
             let marked = found.powi(2) - least.powi(2);
-            ensure!(marked > 0.0, "{}: a stronger mark distorts no more", self.algorithm.name());
+            ensure!(
+                marked > 0.0,
+                "{}: a stronger mark distorts no more",
+                self.algorithm.name()
+            );
             alpha *= (room / marked).sqrt();
         }
         Ok(Strength { alpha, reached: true })
@@ -291,7 +304,9 @@ impl<'a> Study<'a> {
 
     /// A mark's distortion.
     pub(crate) fn mark(&self, signature: usize, alpha: f64) -> Result<Mark> {
-        let inputs = self.with(json!({"alpha": alpha, "signature": self.bench().signatures[signature].signature.to_hex()}));
+        let inputs = self.with(
+            json!({"alpha": alpha, "signature": self.bench().signatures[signature].signature.to_hex()}),
+        );
         if let Some(kept) = self.bench().store.get("mark", &inputs) {
             return Ok(kept);
         }
@@ -332,7 +347,9 @@ impl<'a> Study<'a> {
 
     /// A finished cell, if it was finished before.
     pub(crate) fn kept(&self, target: Target, alpha: f64, attack: &Attack) -> Option<Cell> {
-        self.bench().store.get("cell", &self.cell_inputs(target, alpha, attack))
+        self.bench()
+            .store
+            .get("cell", &self.cell_inputs(target, alpha, attack))
     }
 
     /// The picture of a finished cell's suspect, as PNG.
@@ -343,11 +360,15 @@ impl<'a> Study<'a> {
 
     /// How far each vertex of a marked mesh lies from the original's surface, #V, in the mesh's unit.
     pub(crate) fn distances(&self, signature: usize, alpha: f64) -> Result<Vec<f64>> {
-        let inputs = self.with(json!({"alpha": alpha, "signature": self.bench().signatures[signature].signature.to_hex()}));
+        let inputs = self.with(
+            json!({"alpha": alpha, "signature": self.bench().signatures[signature].signature.to_hex()}),
+        );
         let store = self.bench().store;
         if let Some(kept) = store.bytes("distances", &inputs, "f32") {
             let numbers = kept.as_chunks::<4>().0.iter();
-            return Ok(numbers.map(|&octets| f64::from(f32::from_le_bytes(octets))).collect());
+            return Ok(numbers
+                .map(|&octets| f64::from(f32::from_le_bytes(octets)))
+                .collect());
         }
         let distances = vertex_distances(
             &self.marked(signature, alpha)?,
@@ -391,7 +412,9 @@ impl<'a> Study<'a> {
         if let Some(size) = size {
             let paint = vec![linear(SURFACE); suspect.triangle_count()];
             let picture = Picture::of(&suspect, Paint::Triangles(&paint), self.scene.standin.view, size);
-            self.bench().store.put_bytes("cell", &inputs, "png", &picture.to_png()?)?;
+            self.bench()
+                .store
+                .put_bytes("cell", &inputs, "png", &picture.to_png()?)?;
         }
 
         let prepared = self.prepared()?;
@@ -411,7 +434,14 @@ impl<'a> Study<'a> {
         let in_true_pose = if attack.spec.starts_with("similarity") {
             None
         } else {
-            Some(read(prepared, alpha, reference, &suspect, &found, &pose.inverse())?)
+            Some(read(
+                prepared,
+                alpha,
+                reference,
+                &suspect,
+                &found,
+                &pose.inverse(),
+            )?)
         };
         let cell = Cell {
             attack: report,
@@ -443,7 +473,13 @@ impl<'a> Study<'a> {
         let name = digest(inputs.to_string().as_bytes());
         let result = self.bench().work.join(format!("{name}.ply"));
         let seed = seed.to_string();
-        let words = [file.as_os_str(), result.as_os_str(), attack.spec.as_ref(), "--seed".as_ref(), seed.as_ref()];
+        let words = [
+            file.as_os_str(),
+            result.as_os_str(),
+            attack.spec.as_ref(),
+            "--seed".as_ref(),
+            seed.as_ref(),
+        ];
         let said = self.bench().python.run("attack.py", words)?;
         let report = serde_json::from_str(&said).with_context(|| format!("attack.py said {said:?}"))?;
         let suspect = Asset::open(&result).map(|asset| asset.mesh().clone());
@@ -451,20 +487,36 @@ impl<'a> Study<'a> {
         Ok((suspect?, report))
     }
 
-    fn rated(&self, number: usize, detector: &str, bits: &[bool], in_true_pose: Option<&[bool]>) -> Result<Rated> {
+    fn rated(
+        &self,
+        number: usize,
+        detector: &str,
+        bits: &[bool],
+        in_true_pose: Option<&[bool]>,
+    ) -> Result<Rated> {
         let signed = &self.bench().signatures[number];
         let expected = signed.signature.bits();
         if bits.len() != expected.len() {
             bail!("{} read {} bits of {}", detector, bits.len(), expected.len());
         }
-        let others = self.bench().signatures.iter().filter(|other| other.number != signed.number);
+        let others = self
+            .bench()
+            .signatures
+            .iter()
+            .filter(|other| other.number != signed.number);
         let read = Signature::from_bits(SCHEME, bits)?;
         Ok(Rated {
             detector: detector.into(),
             rate: extraction_rate(&expected, bits),
             rate_in_true_pose: in_true_pose.map(|bits| extraction_rate(&expected, bits)),
-            strangers: others.map(|other| extraction_rate(&other.signature.bits(), bits)).collect(),
-            verified: self.bench().public_key.verify(signed.message.as_bytes(), &read).is_ok(),
+            strangers: others
+                .map(|other| extraction_rate(&other.signature.bits(), bits))
+                .collect(),
+            verified: self
+                .bench()
+                .public_key
+                .verify(signed.message.as_bytes(), &read)
+                .is_ok(),
         })
     }
 }
@@ -473,7 +525,10 @@ impl<'a> Study<'a> {
 const SURFACE: u32 = 0x8fb0cf;
 
 fn basis_name(found: &Found) -> String {
-    serde_json::to_value(found.basis).ok().and_then(|name| name.as_str().map(String::from)).unwrap_or_default()
+    serde_json::to_value(found.basis)
+        .ok()
+        .and_then(|name| name.as_str().map(String::from))
+        .unwrap_or_default()
 }
 
 impl<'a> Scene<'a> {

@@ -35,9 +35,17 @@ impl Outcome {
 
 impl Column {
     /// What each detector read from the marked meshes after an attack.
-    fn rated<'a>(&'a self, attack: &'a Attack, detector: &'a str) -> impl Iterator<Item = (&'a Trial, &'a Rated)> {
-        let trials = self.trials.iter().filter(move |trial| trial.is_marked() && trial.attack.name == attack.name);
-        trials.flat_map(move |trial| trial.cell.readings.iter().map(move |rated| (trial, rated)))
+    fn rated<'a>(
+        &'a self,
+        attack: &'a Attack,
+        detector: &'a str,
+    ) -> impl Iterator<Item = (&'a Trial, &'a Rated)> {
+        let trials = self
+            .trials
+            .iter()
+            .filter(move |trial| trial.is_marked() && trial.attack.name == attack.name);
+        trials
+            .flat_map(move |trial| trial.cell.readings.iter().map(move |rated| (trial, rated)))
             .filter(move |(_, rated)| rated.detector == detector)
     }
 
@@ -46,7 +54,14 @@ impl Column {
         let first = self.trials.first();
         first.map_or_else(
             || vec![PAPER_DETECTOR.into()],
-            |trial| trial.cell.readings.iter().map(|rated| rated.detector.clone()).collect(),
+            |trial| {
+                trial
+                    .cell
+                    .readings
+                    .iter()
+                    .map(|rated| rated.detector.clone())
+                    .collect()
+            },
         )
     }
 
@@ -68,9 +83,14 @@ impl Trial {
 
 /// The rates of an attack beside the printed one. What was found is per cent.
 fn rates(outcome: &Outcome, column: &Column, attack: &Attack, detector: &str) -> Figure {
-    let printed = outcome.printed(&column.algorithm).filter(|_| detector == PAPER_DETECTOR);
+    let printed = outcome
+        .printed(&column.algorithm)
+        .filter(|_| detector == PAPER_DETECTOR);
     Figure {
-        values: column.rated(attack, detector).map(|(_, rated)| 100.0 * rated.rate).collect(),
+        values: column
+            .rated(attack, detector)
+            .map(|(_, rated)| 100.0 * rated.rate)
+            .collect(),
         printed: printed.and_then(|printed| printed.row.rate(attack.name)),
         digits: 1,
         rate: true,
@@ -80,10 +100,16 @@ fn rates(outcome: &Outcome, column: &Column, attack: &Attack, detector: &str) ->
 /// Table 4 or 5.
 fn robustness(results: &Results, title: &str, note: &str, attacks: &[Attack]) -> Sheet {
     let names = attacks.iter().map(|attack| attack.name);
-    let header: Vec<&str> = ["model", "algorithm", "d_rmse (%)", "d_2,50"].into_iter().chain(names).collect();
+    let header: Vec<&str> = ["model", "algorithm", "d_rmse (%)", "d_2,50"]
+        .into_iter()
+        .chain(names)
+        .collect();
     let mut sheet = Sheet::new(title, note, &header);
     for outcome in &results.outcomes {
-        if !attacks.iter().any(|attack| outcome.model.attacks().any(|own| own == attack)) {
+        if !attacks
+            .iter()
+            .any(|attack| outcome.model.attacks().any(|own| own == attack))
+        {
             continue;
         }
         for column in &outcome.columns {
@@ -93,10 +119,22 @@ fn robustness(results: &Results, title: &str, note: &str, attacks: &[Attack]) ->
                 let mut cells = vec![
                     text(outcome.title()),
                     text(column.title(&detector)),
-                    figure(column.marks.iter().map(|mark| mark.d_rmse).collect(), printed.map(|row| row.d_rmse), 4),
-                    figure(column.marks.iter().map(|mark| mark.d_2_50).collect(), printed.map(|row| row.d_2_50), 3),
+                    figure(
+                        column.marks.iter().map(|mark| mark.d_rmse).collect(),
+                        printed.map(|row| row.d_rmse),
+                        4,
+                    ),
+                    figure(
+                        column.marks.iter().map(|mark| mark.d_2_50).collect(),
+                        printed.map(|row| row.d_2_50),
+                        3,
+                    ),
                 ];
-                cells.extend(attacks.iter().map(|attack| Entry::Figure(rates(outcome, column, attack, &detector))));
+                cells.extend(
+                    attacks
+                        .iter()
+                        .map(|attack| Entry::Figure(rates(outcome, column, attack, &detector))),
+                );
                 sheet.rows.push(cells);
             }
         }
@@ -106,15 +144,25 @@ fn robustness(results: &Results, title: &str, note: &str, attacks: &[Attack]) ->
 
 /// Tables 1–3: what one algorithm costs.
 fn times(results: &Results, title: &str, note: &str, algorithm: &str) -> Sheet {
-    let mut sheet = Sheet::new(title, note, &["model", "n", "n_p", "m", "basis (s)", "Emb. (s)", "Ext. (s)"]);
+    let mut sheet = Sheet::new(
+        title,
+        note,
+        &["model", "n", "n_p", "m", "basis (s)", "Emb. (s)", "Ext. (s)"],
+    );
     for outcome in &results.outcomes {
-        let columns = outcome.columns.iter().filter(|column| column.algorithm == algorithm);
+        let columns = outcome
+            .columns
+            .iter()
+            .filter(|column| column.algorithm == algorithm);
         for column in columns {
-            let Some(preparation) = column.preparation else { continue };
+            let Some(preparation) = column.preparation else {
+                continue;
+            };
             let printed: Option<Times> = outcome.printed(algorithm).map(|printed| printed.times);
             let marked = column.trials.iter().filter(|trial| trial.is_marked());
-            let extractions: Vec<f64> =
-                marked.map(|trial| trial.cell.registration_seconds + trial.cell.reading_seconds).collect();
+            let extractions: Vec<f64> = marked
+                .map(|trial| trial.cell.registration_seconds + trial.cell.reading_seconds)
+                .collect();
             let mean = extractions.iter().sum::<f64>() / extractions.len().max(1) as f64;
             sheet.rows.push(vec![
                 text(outcome.title()),
@@ -122,7 +170,11 @@ fn times(results: &Results, title: &str, note: &str, algorithm: &str) -> Sheet {
                 text(preparation.patches.to_string()),
                 text(preparation.functions.to_string()),
                 figure(vec![preparation.seconds], printed.map(|times| times.basis), 2),
-                figure(column.marks.iter().map(|mark| mark.seconds).collect(), printed.map(|times| times.embedding), 3),
+                figure(
+                    column.marks.iter().map(|mark| mark.seconds).collect(),
+                    printed.map(|times| times.embedding),
+                    3,
+                ),
                 figure(vec![mean], printed.map(|times| times.extraction), 2),
             ]);
         }
@@ -137,7 +189,17 @@ fn shortfalls(results: &Results) -> Sheet {
         "In the true pose: read with the transform that the attack left, in place of the one that was found; what is gained there is lost by alignment. By least squares: \
          the same meshes read by the other detector; what is gained there is lost by subtracting coefficients. What neither regains was taken by the attack from this mesh. \
          Vertices: how many the suspect has; unseen: the share of the original's vertices without a sample.",
-        &["model", "algorithm", "attack", "rate", "in the true pose", "by least squares", "rests on", "vertices", "unseen"],
+        &[
+            "model",
+            "algorithm",
+            "attack",
+            "rate",
+            "in the true pose",
+            "by least squares",
+            "rests on",
+            "vertices",
+            "unseen",
+        ],
     );
     for outcome in &results.outcomes {
         for column in &outcome.columns {
@@ -147,8 +209,12 @@ fn shortfalls(results: &Results) -> Sheet {
                     continue;
                 }
                 let cells: Vec<_> = column.rated(attack, PAPER_DETECTOR).collect();
-                let in_true_pose = cells.iter().filter_map(|(_, rated)| rated.rate_in_true_pose.map(|rate| 100.0 * rate));
-                let by_least_squares = column.rated(attack, "least squares").map(|(_, rated)| 100.0 * rated.rate);
+                let in_true_pose = cells
+                    .iter()
+                    .filter_map(|(_, rated)| rated.rate_in_true_pose.map(|rate| 100.0 * rate));
+                let by_least_squares = column
+                    .rated(attack, "least squares")
+                    .map(|(_, rated)| 100.0 * rated.rate);
                 let Some((first, _)) = cells.first() else { continue };
                 sheet.rows.push(vec![
                     text(outcome.title()),
@@ -185,17 +251,37 @@ fn controls(results: &Results) -> Sheet {
         }
     }
     for (algorithm, detector) in names {
-        let columns = || results.outcomes.iter().flat_map(|outcome| &outcome.columns).filter(|column| column.algorithm == algorithm);
-        let read = || columns().flat_map(|column| &column.trials).flat_map(|trial| trial.cell.readings.iter().map(move |rated| (trial, rated))).filter(|(_, rated)| rated.detector == detector);
-        let unmarked: Vec<f64> = read().filter(|(trial, _)| !trial.is_marked()).map(|(_, rated)| 100.0 * rated.rate).collect();
-        let strangers: Vec<f64> = read().flat_map(|(_, rated)| rated.strangers.iter().map(|rate| 100.0 * rate)).collect();
+        let columns = || {
+            results
+                .outcomes
+                .iter()
+                .flat_map(|outcome| &outcome.columns)
+                .filter(|column| column.algorithm == algorithm)
+        };
+        let read = || {
+            columns()
+                .flat_map(|column| &column.trials)
+                .flat_map(|trial| trial.cell.readings.iter().map(move |rated| (trial, rated)))
+                .filter(|(_, rated)| rated.detector == detector)
+        };
+        let unmarked: Vec<f64> = read()
+            .filter(|(trial, _)| !trial.is_marked())
+            .map(|(_, rated)| 100.0 * rated.rate)
+            .collect();
+        let strangers: Vec<f64> = read()
+            .flat_map(|(_, rated)| rated.strangers.iter().map(|rate| 100.0 * rate))
+            .collect();
         for (what, values) in [("unmarked", unmarked), ("strangers", strangers)] {
             if values.is_empty() {
                 continue;
             }
             let mean = values.iter().sum::<f64>() / values.len() as f64;
             let greatest = values.iter().copied().fold(0.0, f64::max);
-            let title = if detector == PAPER_DETECTOR { algorithm.clone() } else { format!("{algorithm}, {detector}") };
+            let title = if detector == PAPER_DETECTOR {
+                algorithm.clone()
+            } else {
+                format!("{algorithm}, {detector}")
+            };
             sheet.rows.push(vec![
                 text(title),
                 text(what),
@@ -212,7 +298,17 @@ fn controls(results: &Results) -> Sheet {
 fn sweep(results: &Results) -> Sheet {
     let attacks: Vec<&Attack> = super::figures::swept_attacks().collect();
     let names = attacks.iter().map(|attack| attack.name);
-    let header: Vec<&str> = ["model", "α / α of Table 4", "d_rmse (%)", "Hausdorff (%)", "d_2,50", "MSDM2"].into_iter().chain(names).collect();
+    let header: Vec<&str> = [
+        "model",
+        "α / α of Table 4",
+        "d_rmse (%)",
+        "Hausdorff (%)",
+        "d_2,50",
+        "MSDM2",
+    ]
+    .into_iter()
+    .chain(names)
+    .collect();
     let mut sheet = Sheet::new(
         "Fig. 2: the strength of the mark",
         "MHBs, one signature. A stronger mark survives more and shows more.",
@@ -223,10 +319,22 @@ fn sweep(results: &Results) -> Sheet {
             for (factor, (mark, trials)) in super::figures::SWEEP.iter().zip(&column.sweep) {
                 let rate = |attack: &&Attack| {
                     let trial = trials.iter().filter(|trial| trial.attack.name == attack.name);
-                    figure(trial.map(|trial| 100.0 * trial.cell.readings[0].rate).collect(), None, 1)
+                    figure(
+                        trial.map(|trial| 100.0 * trial.cell.readings[0].rate).collect(),
+                        None,
+                        1,
+                    )
                 };
                 let mut cells = vec![text(outcome.title()), text(factor.to_string())];
-                cells.extend([(mark.d_rmse, 4), (mark.hausdorff, 4), (mark.d_2_50, 3), (mark.msdm2, 3)].map(|(value, digits)| figure(vec![value], None, digits)));
+                cells.extend(
+                    [
+                        (mark.d_rmse, 4),
+                        (mark.hausdorff, 4),
+                        (mark.d_2_50, 3),
+                        (mark.msdm2, 3),
+                    ]
+                    .map(|(value, digits)| figure(vec![value], None, digits)),
+                );
                 cells.extend(attacks.iter().map(rate));
                 sheet.rows.push(cells);
             }
@@ -241,14 +349,28 @@ fn distortion(results: &Results) -> Sheet {
         "Distortion of the marks",
         "α is the algorithm's own: in the mesh's unit for MHBs, without a unit for the others. It was set so that the first signature's d_rmse is the paper's; where unmarked truncation \
          already distorts more, it is the paper's α. Hausdorff: the greatest distance from the marked surface to the original.",
-        &["model", "algorithm", "α", "d_rmse (%)", "Hausdorff (%)", "d_2,50", "MSDM2"],
+        &[
+            "model",
+            "algorithm",
+            "α",
+            "d_rmse (%)",
+            "Hausdorff (%)",
+            "d_2,50",
+            "MSDM2",
+        ],
     );
     for outcome in &results.outcomes {
         for column in &outcome.columns {
             let printed = outcome.printed(&column.algorithm).map(|printed| printed.row);
             let Some(strength) = column.strength else { continue };
-            let alpha = format!("{:.4e}{}", strength.alpha, if strength.reached { "" } else { " (paper's)" });
-            let of = |value: fn(&super::Mark) -> f64, printed, digits| figure(column.marks.iter().map(value).collect(), printed, digits);
+            let alpha = format!(
+                "{:.4e}{}",
+                strength.alpha,
+                if strength.reached { "" } else { " (paper's)" }
+            );
+            let of = |value: fn(&super::Mark) -> f64, printed, digits| {
+                figure(column.marks.iter().map(value).collect(), printed, digits)
+            };
             sheet.rows.push(vec![
                 text(outcome.title()),
                 text(column.algorithm.clone()),
@@ -273,33 +395,89 @@ pub(super) fn all(results: &Results) -> Vec<(&'static str, Sheet)> {
         results.signatures
     );
     let tables = vec![
-        ("table1", times(results, "Table 1: run time of MHBs", times_note, "MHBs")),
-        ("table2", times(results, "Table 2: run time of LBFs", times_note, "LBFs")),
-        ("table3", times(results, "Table 3: run time of RBFs", times_note, "RBFs")),
-        ("table4", robustness(results, "Table 4: extraction rate (%) under attacks", &note, &ATTACKS)),
-        ("table5", robustness(results, "Table 5: extraction rate (%) under combinations of attacks", &note, &COMBINED)),
+        (
+            "table1",
+            times(results, "Table 1: run time of MHBs", times_note, "MHBs"),
+        ),
+        (
+            "table2",
+            times(results, "Table 2: run time of LBFs", times_note, "LBFs"),
+        ),
+        (
+            "table3",
+            times(results, "Table 3: run time of RBFs", times_note, "RBFs"),
+        ),
+        (
+            "table4",
+            robustness(
+                results,
+                "Table 4: extraction rate (%) under attacks",
+                &note,
+                &ATTACKS,
+            ),
+        ),
+        (
+            "table5",
+            robustness(
+                results,
+                "Table 5: extraction rate (%) under combinations of attacks",
+                &note,
+                &COMBINED,
+            ),
+        ),
         ("shortfalls", shortfalls(results)),
         ("distortion", distortion(results)),
         ("fig2", sweep(results)),
         ("controls", controls(results)),
     ];
-    tables.into_iter().filter(|(_, sheet)| !sheet.rows.is_empty()).collect()
+    tables
+        .into_iter()
+        .filter(|(_, sheet)| !sheet.rows.is_empty())
+        .collect()
 }
 
 /// Every cell, a line for each detector.
 pub(super) fn cells(results: &Results) -> String {
     let header = [
-        "model", "file", "digest", "algorithm", "detector", "signature", "attack", "alpha", "rate", "printed", "rate_in_true_pose", "verified", "p_value",
-        "aligned", "basis", "overlap", "missing", "vertices", "attack_seconds", "registration_seconds", "reading_seconds",
+        "model",
+        "file",
+        "digest",
+        "algorithm",
+        "detector",
+        "signature",
+        "attack",
+        "alpha",
+        "rate",
+        "printed",
+        "rate_in_true_pose",
+        "verified",
+        "p_value",
+        "aligned",
+        "basis",
+        "overlap",
+        "missing",
+        "vertices",
+        "attack_seconds",
+        "registration_seconds",
+        "reading_seconds",
     ];
     let mut lines = vec![header.map(String::from).to_vec()];
     for outcome in &results.outcomes {
         for column in &outcome.columns {
             let alpha = column.strength.map_or(f64::NAN, |strength| strength.alpha);
             let mains = column.trials.iter().map(|trial| (alpha, trial));
-            let swept = column.sweep.iter().flat_map(|(mark, trials)| trials.iter().map(|trial| (mark.alpha, trial)));
+            let swept = column
+                .sweep
+                .iter()
+                .flat_map(|(mark, trials)| trials.iter().map(|trial| (mark.alpha, trial)));
             for (alpha, trial) in mains.chain(swept) {
-                lines.extend(trial.cell.readings.iter().map(|rated| line(outcome, column, alpha, trial, rated)));
+                lines.extend(
+                    trial
+                        .cell
+                        .readings
+                        .iter()
+                        .map(|rated| line(outcome, column, alpha, trial, rated)),
+                );
             }
         }
     }
@@ -307,9 +485,13 @@ pub(super) fn cells(results: &Results) -> String {
 }
 
 fn line(outcome: &Outcome, column: &Column, alpha: f64, trial: &Trial, rated: &Rated) -> Vec<String> {
-    let printed = outcome.printed(&column.algorithm).and_then(|printed| printed.row.rate(trial.attack.name));
+    let printed = outcome
+        .printed(&column.algorithm)
+        .and_then(|printed| printed.row.rate(trial.attack.name));
     let comparable = rated.detector == PAPER_DETECTOR && trial.is_marked();
-    let printed = printed.filter(|_| comparable).map_or(String::new(), |rate| (rate / 100.0).to_string());
+    let printed = printed
+        .filter(|_| comparable)
+        .map_or(String::new(), |rate| (rate / 100.0).to_string());
     let signature = match trial.target {
         Target::Marked(number) => (number + 1).to_string(),
         Target::Unmarked => "none".into(),
@@ -327,7 +509,9 @@ fn line(outcome: &Outcome, column: &Column, alpha: f64, trial: &Trial, rated: &R
         alpha.to_string(),
         rated.rate.to_string(),
         printed,
-        rated.rate_in_true_pose.map_or(String::new(), |rate| rate.to_string()),
+        rated
+            .rate_in_true_pose
+            .map_or(String::new(), |rate| rate.to_string()),
         rated.verified.to_string(),
         format!("{:.3e}", binomial_tail(SCHEME.bits(), right)),
         cell.aligned.to_string(),
