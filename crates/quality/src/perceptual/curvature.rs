@@ -1,11 +1,12 @@
-//! Curvature by normal cycles (Cohen-Steiner and Morvan, *Restricted Delaunay triangulations and normal cycle*, SoCG 2003).
+//! Curvature by normal cycles (Cohen-Steiner and Morvan, *Restricted Delaunay triangulations and normal cycle*, SoCG 2003), as MSDM2
+//! measures it.
 
+use mesh::vector::{norm, sub, unit};
 use mesh::{Edges, TriMesh};
 
-use super::balls::{Balls, Star, other_end};
+use super::walk::{Star, Walker};
 use crate::QualityError;
 use crate::work::{Observer, by_chunks};
-use mesh::vector::{Vec3, cross, dot, norm, scaled, sub, unit};
 
 /// A mesh with what curvature needs.
 pub(crate) struct Bending<'a> {
@@ -13,7 +14,6 @@ pub(crate) struct Bending<'a> {
     pub(crate) edges: Edges,
     pub(crate) star: Star,
     bends: Vec<Option<f64>>,
-    normals: Vec<Vec3>,
 }
 
 /// Vertices that one task works on.
@@ -25,7 +25,6 @@ impl<'a> Bending<'a> {
         Self {
             star: Star::new(mesh, &edges),
             bends: super::dihedral::bends(mesh, &edges),
-            normals: mesh.vertex_normals(),
             edges,
             mesh,
         }
@@ -33,91 +32,54 @@ impl<'a> Bending<'a> {
 
     /// (|k_1| + |k_2|)/2 at each vertex, #V, in the inverse of the mesh's unit, over balls of this radius.
     ///
-    /// Where edges are longer than the radius, the ball is as large as they are on average: below that a mesh has no curvature.
+    /// k_1 and k_2 are the two largest eigenvalues in size of Σ β(e) |e ∩ ball| ē ēᵀ / π r² over the edges that lead outward. β is
+    /// the arc sine of the sine of the bend, so that an edge folded beyond a right angle counts as less. This is what Lavoué's program
+    /// measures: smaller than the curvature for want of the other edges (a quarter on a sphere where the radius is three edges), and larger
+    /// where edges are longer than the radius.
     pub(crate) fn amplitudes(&self, radius: f64, observer: Observer<'_>) -> Result<Vec<f64>, QualityError> {
         let chunks = by_chunks(self.mesh.vertex_count(), CHUNK, observer, |vertices| {
-            let mut balls = Balls::new(self.mesh, &self.edges, &self.star);
+            let mut walker = Walker::new(self.mesh, &self.edges, &self.star);
             vertices
-                .map(|v| self.amplitude(v as u32, radius, &mut balls))
+                .map(|v| self.amplitude(v as u32, radius, &mut walker))
                 .collect::<Vec<f64>>()
         })?;
         Ok(chunks.concat())
     }
 
-    fn amplitude(&self, v: u32, radius: f64, balls: &mut Balls<'_>) -> f64 {
-        let around = self.star.of(v);
-        if around.is_empty() {
-            return 0.0;
-        }
-        let length: f64 = around.iter().map(|&e| norm(self.direction(e))).sum();
-        let radius = radius.max(length / around.len() as f64);
-        if radius == 0.0 {
-            return 0.0;
-        }
-        let inside = balls.around(v, radius).to_vec();
-        let centre = self.mesh.positions()[v as usize];
-        // The tensor Σ β(e) |e ∩ ball| ē ēᵀ / π r² in the tangent plane: [xx, xy, yy].
-        let [x, y] = tangents(self.normals[v as usize]);
-        let mut tensor = [0.0; 3];
-        for &u in &inside {
-            for &e in self.star.of(u) {
-                let w = other_end(&self.edges, e, u);
-                if w < u && balls.holds(w) {
-                    continue; // as an edge of w
+    fn amplitude(&self, v: u32, radius: f64, walker: &mut Walker<'_>) -> f64 {
+        let positions = self.mesh.positions();
+        let mut tensor = [[0.0; 3]; 3];
+        walker.outward(v, radius, |step| {
+            let Some(bend) = self.bends[step.edge as usize] else {
+                return;
+            };
+            let along = sub(positions[step.to as usize], positions[step.from as usize]);
+            let direction = unit(along);
+            let weight = bend.sin().asin() * step.inside * norm(along);
+            for (row, x) in tensor.iter_mut().zip(direction) {
+                for (entry, y) in row.iter_mut().zip(direction) {
+                    *entry += weight * x * y;
                 }
-                let Some(bend) = self.bends[e as usize] else {
-                    continue;
-                };
-                let direction = unit(self.direction(e));
-                let start = sub(self.mesh.positions()[u as usize], centre);
-                let along = sub(
-                    self.mesh.positions()[w as usize],
-                    self.mesh.positions()[u as usize],
-                );
-                let weight = bend * inside_ball(start, along, radius);
-                let (p, q) = (dot(direction, x), dot(direction, y));
-                tensor[0] += weight * p * p;
-                tensor[1] += weight * p * q;
-                tensor[2] += weight * q * q;
             }
-        }
-        let [xx, xy, yy] = tensor.map(|t| t / (std::f64::consts::PI * radius * radius));
-        let (mean, spread) = (0.5 * (xx + yy), (0.5 * (xx - yy)).hypot(xy));
-        0.5 * ((mean + spread).abs() + (mean - spread).abs())
-    }
-
-    fn direction(&self, edge: u32) -> Vec3 {
-        let [a, b] = self.edges.vertices()[edge as usize];
-        sub(
-            self.mesh.positions()[b as usize],
-            self.mesh.positions()[a as usize],
-        )
+        });
+        let mut sizes = eigenvalues(&tensor).map(f64::abs);
+        sizes.sort_by(f64::total_cmp);
+        0.5 * (sizes[1] + sizes[2]) / (std::f64::consts::PI * radius * radius)
     }
 }
 
-/// The length of the part of a segment that lies in the ball around 0; its start does.
-fn inside_ball(start: Vec3, along: Vec3, radius: f64) -> f64 {
-    let length = norm(along);
-    if length == 0.0 {
-        return 0.0;
+/// The eigenvalues of a symmetric matrix, by their trigonometric formula (Smith, *Eigenvalues of a symmetric 3 × 3 matrix*, CACM 1961).
+fn eigenvalues(a: &[[f64; 3]; 3]) -> [f64; 3] {
+    let mean = (a[0][0] + a[1][1] + a[2][2]) / 3.0;
+    let [x, y, z] = [a[0][0] - mean, a[1][1] - mean, a[2][2] - mean];
+    let (p, q, r) = (a[0][1], a[0][2], a[1][2]);
+    let spread = ((x * x + y * y + z * z + 2.0 * (p * p + q * q + r * r)) / 6.0).sqrt();
+    if spread == 0.0 {
+        return [mean; 3];
     }
-    let direction = scaled(along, 1.0 / length);
-    let (b, c) = (dot(start, direction), dot(start, start) - radius * radius);
-    let leaves = -b + (b * b - c).max(0.0).sqrt();
-    leaves.clamp(0.0, length)
-}
-
-/// Two unit vectors at right angles to each other and to the normal.
-fn tangents(normal: Vec3) -> [Vec3; 2] {
-    let axis = (0..3)
-        .min_by(|&i, &j| normal[i].abs().total_cmp(&normal[j].abs()))
-        .unwrap_or(0);
-    let mut away = [0.0; 3];
-    away[axis] = 1.0;
-    let x = unit(cross(normal, away));
-    let x = if norm(x) > 0.0 { x } else { [1.0, 0.0, 0.0] };
-    let y = unit(cross(normal, x));
-    [x, if norm(y) > 0.0 { y } else { [0.0, 1.0, 0.0] }]
+    let determinant = x * (y * z - r * r) - p * (p * z - r * q) + q * (p * r - y * q);
+    let angle = (0.5 * determinant / spread.powi(3)).clamp(-1.0, 1.0).acos() / 3.0;
+    [0.0, 1.0, 2.0].map(|third| mean + 2.0 * spread * (angle + third * std::f64::consts::TAU / 3.0).cos())
 }
 
 #[cfg(test)]
@@ -125,6 +87,8 @@ mod tests {
     use super::*;
     use crate::work::unobserved;
     use mesh::shapes;
+    use mesh::vector::Vec3;
+    use proptest::prelude::*;
 
     fn mean(mesh: &TriMesh, radius: f64, wanted: impl Fn(&Vec3) -> bool) -> f64 {
         let amplitudes = Bending::new(mesh).amplitudes(radius, &unobserved).unwrap();
@@ -139,35 +103,57 @@ mod tests {
     }
 
     #[test]
-    fn a_sphere_has_the_inverse_of_its_radius_a_cylinder_half_and_a_plane_none() {
-        for radius in [0.2, 0.4] {
-            let ball = shapes::scaled(&shapes::icosphere(4), 2.0);
-            assert!((mean(&ball, radius, |_| true) - 0.5).abs() < 0.05);
-            let tube = shapes::cylinder(64, 40, 2.0, 8.0);
-            let middle = |p: &Vec3| (p[2] - 4.0).abs() < 2.0;
-            assert!((mean(&tube, radius, middle) - 0.25).abs() < 0.03);
-            assert_eq!(mean(&shapes::rectangle(20, 20, 4.0, 4.0), radius, |_| true), 0.0);
-        }
+    fn a_plane_has_none_and_a_sphere_comes_near_the_inverse_of_its_radius_as_triangles_become_small() {
+        assert_eq!(mean(&shapes::rectangle(20, 20, 4.0, 4.0), 0.4, |_| true), 0.0);
+        let error = |steps| {
+            let ball = shapes::scaled(&shapes::icosphere(steps), 2.0);
+            0.5 - mean(&ball, 0.8, |p| p[0] > 1.8)
+        };
+        let errors = [3, 4, 5].map(error);
+        assert!(errors[2] > 0.0 && errors.is_sorted_by(|a, b| a > b), "{errors:?}");
+        assert!(errors[2] < 0.05, "{errors:?}");
     }
 
     #[test]
-    fn a_saddle_is_as_curved_as_a_bowl() {
-        let curved = |sign: f64| {
-            let grid = shapes::rectangle(40, 40, 2.0, 2.0);
-            let positions = grid.positions().iter().map(|&[x, y, _]| {
-                [
-                    x - 1.0,
-                    y - 1.0,
-                    0.25 * ((x - 1.0).powi(2) + sign * (y - 1.0).powi(2)),
-                ]
-            });
-            grid.with_positions(positions.collect()).unwrap()
-        };
-        let middle = |p: &Vec3| p[0].hypot(p[1]) < 0.1;
-        let [bowl, saddle] = [1.0, -1.0].map(|sign| mean(&curved(sign), 0.3, middle));
-        assert!(
-            (bowl - 0.5).abs() < 0.04 && (saddle - 0.5).abs() < 0.04,
-            "{bowl} {saddle}"
-        );
+    fn bowls_and_domes_are_alike_and_size_divides() {
+        let grid = shapes::rectangle(40, 40, 2.0, 2.0);
+        let bowl = grid
+            .positions()
+            .iter()
+            .map(|&[x, y, _]| [x, y, (x - 1.0).powi(2) - 0.3 * (y - 1.0).powi(2)]);
+        let bowl = grid.with_positions(bowl.collect()).unwrap();
+        let [own, dome, large] = [
+            (bowl.clone(), 0.3),
+            (shapes::inside_out(&bowl), 0.3),
+            (shapes::scaled(&bowl, 4.0), 1.2),
+        ]
+        .map(|(mesh, radius)| mean(&mesh, radius, |_| true));
+        assert!(own > 0.3 && (own - dome).abs() < 1e-9 && (own - 4.0 * large).abs() < 1e-9);
+    }
+
+    /// Where the ball ends inside the edges, each counts by the part that is in it: Σ β r ē ēᵀ / π r².
+    #[test]
+    fn a_ball_shorter_than_the_edges_sees_those_of_its_vertex() {
+        let cube = shapes::cube(1.0);
+        let inner = std::f64::consts::FRAC_PI_2 / (std::f64::consts::PI * 0.1);
+        // Three edges at right angles, each bent by a right angle; the diagonals not at all.
+        assert!((mean(&cube, 0.1, |_| true) - inner).abs() < 1e-7);
+    }
+
+    proptest! {
+        #[test]
+        fn eigenvalues_have_the_traces_of_the_first_three_powers(v in prop::array::uniform6(-2.0..2.0_f64)) {
+            let a = [[v[0], v[1], v[2]], [v[1], v[3], v[4]], [v[2], v[4], v[5]]];
+            let product = |a: [[f64; 3]; 3], b: [[f64; 3]; 3]| -> [[f64; 3]; 3] {
+                std::array::from_fn(|i| std::array::from_fn(|j| (0..3).map(|k| a[i][k] * b[k][j]).sum()))
+            };
+            let mut power = a;
+            for n in 1..=3 {
+                let sum: f64 = eigenvalues(&a).iter().map(|k| k.powi(n)).sum();
+                let trace: f64 = (0..3).map(|i| power[i][i]).sum();
+                prop_assert!((sum - trace).abs() < 1e-11 * (1.0 + trace.abs()));
+                power = product(power, a);
+            }
+        }
     }
 }

@@ -32,6 +32,8 @@ pub enum Visibility {
 /// π; ᾱ that of the other mesh. m masks: where a surface is rough already, less is noticed. w is visibility: how many samples of
 /// the triangle are seen from twelve directions, the corners of an icosahedron.
 ///
+/// The sum is over the weights' own, so that the number and size of the views do not count. Not symmetric: the reference masks.
+///
 /// Edges that have no angle in either mesh (boundaries, non-manifold edges, triangles without area) do not count.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Dame {
@@ -155,6 +157,21 @@ mod tests {
                 "{dame:?}"
             );
             assert_eq!(dame.edges, 1);
+        }
+    }
+
+    #[test]
+    fn nothing_costs_more_than_half_a_turn_twice_and_turning_both_inside_out_changes_nothing() {
+        let smooth = shapes::bumpy_sphere(3, 2);
+        for amount in [0.1, 0.5, 2.0] {
+            let noisy = shapes::jittered(&smooth, amount, 3);
+            let [there, turned] = [
+                (noisy.clone(), smooth.clone()),
+                (shapes::inside_out(&noisy), shapes::inside_out(&smooth)),
+            ]
+            .map(|(a, b)| Dame::between(&a, &b, Visibility::Uniform).unwrap().error);
+            assert!(0.0 < there && there < std::f64::consts::TAU, "{there}");
+            assert!((there - turned).abs() < 1e-12, "{there} {turned}");
         }
     }
 

@@ -1,10 +1,10 @@
 //! What people notice of a difference.
 
-mod balls;
 mod curvature;
 mod dame;
 mod dihedral;
 mod msdm2;
+mod walk;
 
 pub use dame::{Dame, Visibility, same_connectivity};
 pub use msdm2::Msdm2;

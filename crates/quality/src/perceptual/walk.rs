@@ -1,0 +1,129 @@
+//! What lies around a vertex within a radius.
+
+use mesh::vector::{Vec3, dot, squared, sub};
+use mesh::{Edges, TriMesh};
+
+/// The edges at each vertex.
+pub(crate) struct Star {
+    offsets: Vec<u32>,
+    edges: Vec<u32>,
+}
+
+impl Star {
+    pub(crate) fn new(mesh: &TriMesh, edges: &Edges) -> Self {
+        let mut offsets = vec![0; mesh.vertex_count() + 1];
+        for &v in edges.vertices().as_flattened() {
+            offsets[v as usize + 1] += 1;
+        }
+        for v in 0..mesh.vertex_count() {
+            offsets[v + 1] += offsets[v];
+        }
+        let mut next = offsets.clone();
+        let mut star = vec![0; 2 * edges.count()];
+        for (e, ends) in edges.vertices().iter().enumerate() {
+            for &v in ends {
+                star[next[v as usize] as usize] = e as u32;
+                next[v as usize] += 1;
+            }
+        }
+        Self { offsets, edges: star }
+    }
+
+    /// The edges at a vertex, ascending.
+    pub(crate) fn of(&self, v: u32) -> &[u32] {
+        &self.edges[self.offsets[v as usize] as usize..self.offsets[v as usize + 1] as usize]
+    }
+}
+
+/// An edge that leads away from a centre, from a vertex in the ball around it.
+pub(crate) struct Step {
+    pub(crate) edge: u32,
+    pub(crate) from: u32,
+    pub(crate) to: u32,
+    /// The part of the edge that lies in the ball: 1 if its end does too.
+    pub(crate) inside: f64,
+    /// Whether it is the first that leads to its end, which lies in the ball.
+    pub(crate) discovers: bool,
+}
+
+/// Walks outward from vertices, one after the other, with the same memory.
+pub(crate) struct Walker<'a> {
+    mesh: &'a TriMesh,
+    edges: &'a Edges,
+    star: &'a Star,
+    /// The number of the last walk that came to a vertex.
+    last: Vec<u32>,
+    walk: u32,
+    reached: Vec<u32>,
+}
+
+impl<'a> Walker<'a> {
+    pub(crate) fn new(mesh: &'a TriMesh, edges: &'a Edges, star: &'a Star) -> Self {
+        Self {
+            mesh,
+            edges,
+            star,
+            last: vec![0; mesh.vertex_count()],
+            walk: 0,
+            reached: Vec::new(),
+        }
+    }
+
+    /// Takes all edges that lead away from the centre, from it and from every vertex that such edges inside the ball reach.
+    ///
+    /// An edge leads away if it does so where it begins. Edges that come nearest to the centre between their ends lead away from
+    /// neither, and are not taken: so does the walk of Lavoué's program.
+    pub(crate) fn outward(&mut self, centre: u32, radius: f64, mut take: impl FnMut(Step)) {
+        self.walk += 1;
+        self.reached.clear();
+        self.reached.push(centre);
+        self.last[centre as usize] = self.walk;
+        let middle = self.mesh.positions()[centre as usize];
+        let mut next = 0;
+        while let Some(&from) = self.reached.get(next) {
+            next += 1;
+            let start = sub(self.mesh.positions()[from as usize], middle);
+            for &edge in self.star.of(from) {
+                let to = other_end(self.edges, edge, from);
+                let along = sub(
+                    self.mesh.positions()[to as usize],
+                    self.mesh.positions()[from as usize],
+                );
+                if from != centre && dot(along, start) <= 0.0 {
+                    continue;
+                }
+                let inside = part_inside(start, along, radius);
+                let discovers = inside == 1.0 && self.last[to as usize] != self.walk;
+                if discovers {
+                    self.last[to as usize] = self.walk;
+                    self.reached.push(to);
+                }
+                take(Step {
+                    edge,
+                    from,
+                    to,
+                    inside,
+                    discovers,
+                });
+            }
+        }
+    }
+}
+
+/// The part of a segment that lies in the ball around 0; its start does.
+fn part_inside(start: Vec3, along: Vec3, radius: f64) -> f64 {
+    let (a, b, c) = (
+        squared(along),
+        dot(start, along),
+        squared(start) - radius * radius,
+    );
+    if a == 0.0 {
+        return 1.0;
+    }
+    ((-b + (b * b - a * c).max(0.0).sqrt()) / a).clamp(0.0, 1.0)
+}
+
+pub(crate) fn other_end(edges: &Edges, edge: u32, v: u32) -> u32 {
+    let [a, b] = edges.vertices()[edge as usize];
+    if a == v { b } else { a }
+}
