@@ -2,7 +2,7 @@
 
 use crate::Graph;
 use crate::coarsen::{coarsen, prolong};
-use crate::fm2::{Bisection, refine};
+use crate::fm2::{Bisection, TwoWay};
 use crate::initial::best_grown;
 use crate::options::Balance;
 use crate::rng::Rng;
@@ -57,7 +57,7 @@ fn bisect_once(
             &levels[depth - 1].graph
         };
         state.side = prolong(&state.side, &levels[depth].coarse_of);
-        refine(fine, &mut state, limits, search.passes, patience(fine), rng);
+        TwoWay::new(fine).refine(&mut state, limits, search.passes, patience(fine), rng);
     }
     state
 }

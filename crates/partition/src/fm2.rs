@@ -58,64 +58,74 @@ impl Bisection {
 /// What is compared when the best prefix is sought: excess weight, then cut, then distance from balance.
 type Standing = (i64, i64, i64);
 
-/// The state of one pass.
-struct Pass<'a> {
+/// Room for the refinement of one graph's bisections, one after the other.
+pub(crate) struct TwoWay<'a> {
     graph: &'a Graph,
-    state: &'a mut Bisection,
-    limits: [i64; 2],
     queues: [GainBuckets; 2],
     /// Valid for queued vertices.
     gain: Vec<i32>,
     moved: Vec<bool>,
+    moves: Vec<u32>,
 }
 
-/// Refines until a pass finds nothing or `passes` are done; a pass ends `patience` moves after its best state.
-pub(crate) fn refine(
-    graph: &Graph,
-    state: &mut Bisection,
-    limits: [i64; 2],
-    passes: usize,
-    patience: usize,
-    rng: &mut Rng,
-) {
-    let count = graph.vertex_count();
-    let max_gain = graph.max_weighted_degree();
-    let mut boundary: Vec<u32> = (0..count as u32)
-        .filter(|&v| state.on_boundary(graph, v as usize))
-        .collect();
-    let mut pass = Pass {
-        graph,
-        state,
-        limits,
-        queues: [
-            GainBuckets::new(count, max_gain),
-            GainBuckets::new(count, max_gain),
-        ],
-        gain: vec![0; count],
-        moved: vec![false; count],
-    };
-    for _ in 0..passes {
-        rng.shuffle(&mut boundary);
-        let touched = pass.run(&boundary, patience);
-        match touched {
-            None => return,
-            Some(touched) => {
-                boundary.extend(touched);
-                boundary.sort_unstable();
-                boundary.dedup();
-                boundary.retain(|&v| pass.state.on_boundary(graph, v as usize));
+impl<'a> TwoWay<'a> {
+    pub(crate) fn new(graph: &'a Graph) -> Self {
+        let (count, max_gain) = (graph.vertex_count(), graph.max_weighted_degree());
+        Self {
+            graph,
+            queues: [(); 2].map(|()| GainBuckets::new(count, max_gain)),
+            gain: vec![0; count],
+            moved: vec![false; count],
+            moves: Vec::new(),
+        }
+    }
+
+    /// Refines until a pass finds nothing or `passes` are done; a pass ends `patience` moves after its best state.
+    pub(crate) fn refine(
+        &mut self,
+        state: &mut Bisection,
+        limits: [i64; 2],
+        passes: usize,
+        patience: usize,
+        rng: &mut Rng,
+    ) {
+        let graph = self.graph;
+        let mut boundary: Vec<u32> = (0..graph.vertex_count() as u32)
+            .filter(|&v| state.on_boundary(graph, v as usize))
+            .collect();
+        for pass in 1..=passes {
+            rng.shuffle(&mut boundary);
+            let room = &mut *self;
+            let better = Pass { room, state, limits }.run(&boundary, patience);
+            if !better || pass == passes {
+                return;
             }
+            for &v in &self.moves {
+                boundary.push(v);
+                boundary.extend_from_slice(graph.neighbours(v as usize));
+            }
+            boundary.sort_unstable();
+            boundary.dedup();
+            boundary.retain(|&v| state.on_boundary(graph, v as usize));
         }
     }
 }
 
-impl Pass<'_> {
-    /// The vertices that may be new on the boundary, or nothing when nothing got better.
-    fn run(&mut self, boundary: &[u32], patience: usize) -> Option<Vec<u32>> {
+/// The state of one pass.
+struct Pass<'r, 'a> {
+    room: &'r mut TwoWay<'a>,
+    state: &'r mut Bisection,
+    limits: [i64; 2],
+}
+
+impl Pass<'_, '_> {
+    /// Whether anything got better; the moves that were kept stay in `room.moves`.
+    fn run(&mut self, boundary: &[u32], patience: usize) -> bool {
+        let graph = self.room.graph;
         let start = self.standing();
         let mut best = start;
         let mut best_len = 0;
-        let mut moves: Vec<u32> = Vec::new();
+        self.room.moves.clear();
         if self.state.excess(self.limits) > 0 && boundary.is_empty() {
             self.enqueue_all();
         }
@@ -123,32 +133,29 @@ impl Pass<'_> {
             self.enqueue(v as usize);
         }
         while let Some(v) = self.next_move() {
-            let gain = self.gain[v];
-            self.state.flip(v, self.graph.vertex_weights[v], gain);
-            self.moved[v] = true;
-            moves.push(v as u32);
+            let gain = self.room.gain[v];
+            self.state.flip(v, graph.vertex_weights[v], gain);
+            self.room.moved[v] = true;
+            self.room.moves.push(v as u32);
             self.update_neighbours(v);
-            let standing = self.standing();
+            let (standing, made) = (self.standing(), self.room.moves.len());
             if standing < best {
                 best = standing;
-                best_len = moves.len();
-            } else if moves.len() - best_len > patience {
+                best_len = made;
+            } else if made - best_len > patience {
                 break;
             }
         }
-        self.queues.iter_mut().for_each(GainBuckets::clear);
-        for &v in &moves {
-            self.moved[v as usize] = false;
+        self.room.queues.iter_mut().for_each(GainBuckets::clear);
+        for &v in &self.room.moves {
+            self.room.moved[v as usize] = false;
         }
-        for &v in moves[best_len..].iter().rev() {
-            let gain = self.state.gain(self.graph, v as usize);
-            self.state
-                .flip(v as usize, self.graph.vertex_weights[v as usize], gain);
+        for v in self.room.moves.drain(best_len..).rev() {
+            let v = v as usize;
+            let gain = self.state.gain(graph, v);
+            self.state.flip(v, graph.vertex_weights[v], gain);
         }
-        moves.truncate(best_len);
-        let neighbours = moves.iter().flat_map(|&v| self.graph.neighbours(v as usize));
-        let touched = neighbours.chain(&moves).copied().collect();
-        ((best.0, best.1) < (start.0, start.1)).then_some(touched)
+        (best.0, best.1) < (start.0, start.1)
     }
 
     fn standing(&self) -> Standing {
@@ -161,12 +168,13 @@ impl Pass<'_> {
     }
 
     fn enqueue(&mut self, v: usize) {
-        self.gain[v] = self.state.gain(self.graph, v);
-        self.queues[usize::from(self.state.side[v])].set(v, self.gain[v]);
+        let gain = self.state.gain(self.room.graph, v);
+        self.room.gain[v] = gain;
+        self.room.queues[usize::from(self.state.side[v])].set(v, gain);
     }
 
     fn enqueue_all(&mut self) {
-        for v in 0..self.graph.vertex_count() {
+        for v in 0..self.room.graph.vertex_count() {
             self.enqueue(v);
         }
     }
@@ -174,19 +182,19 @@ impl Pass<'_> {
     /// Takes the feasible vertex of greatest gain, or the best of the overweight side.
     fn next_move(&mut self) -> Option<usize> {
         loop {
-            let heads = [self.queues[0].peek(), self.queues[1].peek()];
+            let heads = [self.room.queues[0].peek(), self.room.queues[1].peek()];
             let overweight = (0..2).find(|&s| self.state.weight[s] > self.limits[s]);
             let from = match (overweight, heads) {
                 (Some(side), _) => side,
-                (None, [Some(a), Some(b)]) if self.gain[a] == self.gain[b] => {
+                (None, [Some(a), Some(b)]) if self.room.gain[a] == self.room.gain[b] => {
                     usize::from(self.room(1) < self.room(0))
                 }
-                (None, [Some(a), Some(b)]) => usize::from(self.gain[b] > self.gain[a]),
+                (None, [Some(a), Some(b)]) => usize::from(self.room.gain[b] > self.room.gain[a]),
                 (None, [Some(_), None]) => 0,
                 (None, [None, _]) => 1,
             };
-            let v = self.queues[from].pop()?;
-            let fits = i64::from(self.graph.vertex_weights[v]) <= self.room(1 - from);
+            let v = self.room.queues[from].pop()?;
+            let fits = i64::from(self.room.graph.vertex_weights[v]) <= self.room(1 - from);
             if fits || overweight.is_some() {
                 return Some(v);
             }
@@ -199,11 +207,12 @@ impl Pass<'_> {
 
     fn update_neighbours(&mut self, v: usize) {
         let side = self.state.side[v];
-        for (u, weight) in self.graph.edges(v) {
-            if self.moved[u] {
+        let graph = self.room.graph;
+        for (u, weight) in graph.edges(v) {
+            if self.room.moved[u] {
                 continue;
             }
-            let queue = &mut self.queues[usize::from(self.state.side[u])];
+            let queue = &mut self.room.queues[usize::from(self.state.side[u])];
             if queue.contains(u) {
                 let change = if self.state.side[u] == side {
                     -weight
@@ -211,9 +220,9 @@ impl Pass<'_> {
                     weight
                 };
                 // In two steps: twice a weight may not fit, gains always do.
-                self.gain[u] += change;
-                self.gain[u] += change;
-                queue.set(u, self.gain[u]);
+                self.room.gain[u] += change;
+                self.room.gain[u] += change;
+                queue.set(u, self.room.gain[u]);
             } else if self.state.side[u] != side {
                 self.enqueue(u);
             }

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 
 use crate::Graph;
 use crate::buckets::GainBuckets;
-use crate::fm2::{Bisection, refine};
+use crate::fm2::{Bisection, TwoWay};
 use crate::rng::Rng;
 
 /// The best of `tries` grown and refined bisections: least excess weight, then least cut.
@@ -16,6 +16,9 @@ pub(crate) fn best_grown(
     tries: usize,
     rng: &mut Rng,
 ) -> Bisection {
+    let patience = graph.vertex_count().clamp(15, 100);
+    let mut two_way = TwoWay::new(graph);
+    let mut growth = Growth::new(graph);
     let mut best: Option<Bisection> = None;
     for attempt in 0..tries.max(1) {
         let mut state = Bisection::one_sided(graph);
@@ -23,16 +26,9 @@ pub(crate) fn best_grown(
         if attempt % 4 == 3 {
             grow_by_breadth(graph, &mut state, target, seed);
         } else {
-            grow_by_gain(graph, &mut state, target, seed);
+            growth.by_gain(&mut state, target, seed);
         }
-        refine(
-            graph,
-            &mut state,
-            limits,
-            4,
-            graph.vertex_count().clamp(15, 100),
-            rng,
-        );
+        two_way.refine(&mut state, limits, 4, patience, rng);
         let key = |b: &Bisection| (b.excess(limits), b.cut);
         if best.as_ref().is_none_or(|best| key(&state) < key(best)) {
             best = Some(state);
@@ -41,22 +37,47 @@ pub(crate) fn best_grown(
     best.unwrap_or_else(|| Bisection::one_sided(graph))
 }
 
-/// Greedy graph growing (Karypis and Kumar 1998): side 0 takes the vertex that lengthens the border least until it
-/// weighs `target`.
-fn grow_by_gain(graph: &Graph, state: &mut Bisection, target: f64, seed: usize) {
-    let mut queue = GainBuckets::new(graph.vertex_count(), graph.max_weighted_degree());
-    let mut seeds = (seed..graph.vertex_count()).chain(0..seed);
-    while (state.weight[0] as f64) < target {
-        let next = queue.pop().or_else(|| seeds.find(|&v| state.side[v] == 1));
-        let Some(v) = next else { return };
-        if !take(graph, state, v, target) {
-            continue;
+/// Room for growing sides of one graph.
+struct Growth<'a> {
+    graph: &'a Graph,
+    queue: GainBuckets,
+    /// Valid for queued vertices.
+    gain: Vec<i32>,
+}
+
+impl<'a> Growth<'a> {
+    fn new(graph: &'a Graph) -> Self {
+        let count = graph.vertex_count();
+        Self {
+            graph,
+            queue: GainBuckets::new(count, graph.max_weighted_degree()),
+            gain: vec![0; count],
         }
-        for &u in graph.neighbours(v) {
-            if state.side[u as usize] == 1 {
-                queue.set(u as usize, state.gain(graph, u as usize));
+    }
+
+    /// Greedy graph growing (Karypis and Kumar 1998): side 0 takes the vertex that lengthens the border least until it
+    /// weighs `target`.
+    fn by_gain(&mut self, state: &mut Bisection, target: f64, seed: usize) {
+        let count = self.graph.vertex_count();
+        let mut seeds = (seed..count).chain(0..seed);
+        while (state.weight[0] as f64) < target {
+            let next = self.queue.pop().or_else(|| seeds.find(|&v| state.side[v] == 1));
+            let Some(v) = next else { break };
+            if !take(self.graph, state, v, target) {
+                continue;
+            }
+            for (u, weight) in self.graph.edges(v).filter(|&(u, _)| state.side[u] == 1) {
+                if self.queue.contains(u) {
+                    // In two steps: twice a weight may not fit, gains always do.
+                    self.gain[u] += weight;
+                    self.gain[u] += weight;
+                } else {
+                    self.gain[u] = state.gain(self.graph, u);
+                }
+                self.queue.set(u, self.gain[u]);
             }
         }
+        self.queue.clear();
     }
 }
 

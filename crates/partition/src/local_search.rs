@@ -5,6 +5,7 @@
 //! at a loss, and is rolled back to its best prefix. Local searches climb out of hills from which one search over the
 //! whole boundary would run away to easier places. A vertex moves at most once a round, which bounds the time.
 
+use crate::Graph;
 use crate::buckets::GainBuckets;
 use crate::gain_cache::{GainCache, NONE};
 use crate::kway::{KWay, Move};
@@ -23,8 +24,11 @@ pub(crate) struct LocalSearch {
     pub(crate) patience: usize,
     /// Boundary vertices from which one search starts.
     pub(crate) seeds: usize,
+    /// A search gives up before it loses so many times the average edge weight since its best state: few of those that do
+    /// come back.
+    pub(crate) max_loss: f64,
     /// A seed may be tied to its own part at most so many times as much as to another.
-    pub(crate) max_hold: i32,
+    pub(crate) max_hold: f64,
 }
 
 /// Lowers the cut; no part gets above its limit that was below it. `boundary` must hold all boundary vertices, and does
@@ -40,15 +44,15 @@ pub(crate) fn refine(state: &mut KWay<'_>, boundary: &mut Vec<u32>, search: Loca
         changed: Vec::new(),
     };
     let mut seeds = boundary.clone();
-    let patience = scaled_patience(state, search.patience);
+    let bounds = Bounds::of(state.graph, &search);
     for _ in 0..search.rounds {
         round.number += 1;
         rng.shuffle(&mut seeds);
         for group in seeds.chunks(search.seeds) {
             group
                 .iter()
-                .for_each(|&v| round.enqueue_seed(state, v as usize, search.max_hold));
-            round.search(state, patience);
+                .for_each(|&v| round.enqueue_seed(state, v as usize, &bounds));
+            round.search(state, &bounds);
         }
         // Where nothing changed the next round would find nothing either.
         seeds.clear();
@@ -86,28 +90,47 @@ struct Step {
     time: usize,
 }
 
-/// Dense graphs get less patience, as their moves cost more; the nominal one is for the six neighbours of a mesh.
-fn scaled_patience(state: &KWay<'_>, nominal: usize) -> usize {
-    let degree = state.graph.neighbours.len() as f64 / state.graph.vertex_count().max(1) as f64;
-    let ratio = 6.0 / degree.max(4.0);
-    ((nominal as f64 * ratio * ratio).ceil() as usize).max(3)
+/// A search's bounds on one graph.
+struct Bounds {
+    patience: usize,
+    max_loss: i64,
+    max_hold: f64,
+}
+
+impl Bounds {
+    /// Dense graphs get less patience, as their moves cost more; the nominal one is for the six neighbours of a mesh.
+    fn of(graph: &Graph, search: &LocalSearch) -> Self {
+        let entries = graph.neighbours.len().max(1) as f64;
+        let degree = entries / graph.vertex_count().max(1) as f64;
+        let ratio = 6.0 / degree.max(4.0);
+        let average = 2.0 * graph.total_edge_weight() as f64 / entries;
+        Self {
+            patience: ((search.patience as f64 * ratio * ratio).ceil() as usize).max(3),
+            max_loss: (search.max_loss * average).round() as i64,
+            max_hold: search.max_hold,
+        }
+    }
 }
 
 impl Round {
     /// Queues a seed unless it is tied so much to its own part that a search from it is hopeless.
-    fn enqueue_seed(&mut self, state: &mut KWay<'_>, vertex: usize, max_hold: i32) {
+    fn enqueue_seed(&mut self, state: &mut KWay<'_>, vertex: usize, bounds: &Bounds) {
         let ties = self.cache.of(state, vertex);
-        if ties.internal / max_hold <= ties.external {
+        if f64::from(ties.internal) <= bounds.max_hold * f64::from(ties.external) {
             self.enqueue(state, vertex);
         }
     }
 
-    fn search(&mut self, state: &mut KWay<'_>, patience: usize) {
+    fn search(&mut self, state: &mut KWay<'_>, bounds: &Bounds) {
         let (mut gained, mut best, mut best_len) = (0i64, 0i64, 0usize);
         while let Some(v) = self.queue.pop() {
             let Some(step) = self.best_move(state, v) else {
                 continue;
             };
+            gained += i64::from(step.gain);
+            if best - gained > bounds.max_loss {
+                break;
+            }
             self.moves.push(Step {
                 vertex: v as u32,
                 from: state.part[v],
@@ -115,11 +138,10 @@ impl Round {
             });
             self.cache.apply(state, v, step.to);
             self.mark[v] = self.number;
-            gained += i64::from(step.gain);
             if gained > best {
                 best = gained;
                 best_len = self.moves.len();
-            } else if self.moves.len() - best_len > patience {
+            } else if self.moves.len() - best_len > bounds.patience {
                 break;
             }
             let graph = state.graph;

@@ -9,7 +9,7 @@ use crate::rng::Rng;
 use crate::team::Team;
 
 /// Vertices that are matched by one thread.
-const BLOCK: usize = 1 << 16;
+const BLOCK: usize = 1 << 14;
 /// Vertices of one window of the random order.
 const WINDOW: usize = 4096;
 /// Two-hop matching starts when more than one in `STALL` vertices stays alone.
@@ -30,6 +30,7 @@ pub(crate) fn heavy_edge_matching(
 ) -> Vec<u32> {
     let count = graph.vertex_count();
     let mut partner = vec![NONE; count];
+    let uniform = is_uniform(graph);
     let fits = |v: usize, u: usize| {
         i64::from(graph.vertex_weights[v]) + i64::from(graph.vertex_weights[u]) <= max_weight
             && kept.iter().all(|part| part[v] == part[u])
@@ -40,13 +41,20 @@ pub(crate) fn heavy_edge_matching(
             let first = i * BLOCK;
             let vertices = (first as u32..(first + block.len()) as u32).collect();
             let order = visiting_order(graph, vertices, &mut source.fork(i as u64));
-            match_heaviest(graph, &order, first, block, &fits);
+            match_heaviest(graph, &order, first, block, uniform, &fits);
         });
     }
     let left = (0..count as u32)
         .filter(|&v| partner[v as usize] == NONE)
         .collect();
-    match_heaviest(graph, &visiting_order(graph, left, rng), 0, &mut partner, &fits);
+    match_heaviest(
+        graph,
+        &visiting_order(graph, left, rng),
+        0,
+        &mut partner,
+        uniform,
+        &fits,
+    );
     let alone: Vec<u32> = (0..count as u32)
         .filter(|&v| partner[v as usize] == NONE)
         .collect();
@@ -63,12 +71,24 @@ pub(crate) fn heavy_edge_matching(
     partner
 }
 
-/// Gives each vertex of `order` the best free neighbour among the vertices `first..` that `partner` covers.
+/// Whether any free neighbour is as good as any other.
+fn is_uniform(graph: &Graph) -> bool {
+    let all_equal = |weights: &[i32]| {
+        weights
+            .first()
+            .is_none_or(|first| weights.iter().all(|w| w == first))
+    };
+    all_equal(&graph.edge_weights) && all_equal(&graph.vertex_weights)
+}
+
+/// Gives each vertex of `order` the best free neighbour among the vertices `first..` that `partner` covers, or the first
+/// when the graph is `uniform`.
 fn match_heaviest(
     graph: &Graph,
     order: &[u32],
     first: usize,
     partner: &mut [u32],
+    uniform: bool,
     fits: &impl Fn(usize, usize) -> bool,
 ) {
     for &v in order {
@@ -84,6 +104,9 @@ fn match_heaviest(
                 let partner_weight = graph.vertex_weights[u].max(1) as f32;
                 if squared * best_weight > best_squared * partner_weight {
                     (best, best_squared, best_weight) = (u as u32, squared, partner_weight);
+                    if uniform {
+                        break;
+                    }
                 }
             }
         }

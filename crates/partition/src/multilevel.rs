@@ -14,6 +14,16 @@ use crate::rebalance::rebalance;
 use crate::rng::Rng;
 use crate::team::Team;
 
+/// What is done to a partition on every level on its way up.
+#[derive(Clone, Copy, Debug)]
+struct Refinement {
+    /// On all levels but the finest.
+    coarse: LocalSearch,
+    finest: LocalSearch,
+    coarse_flow: FlowSearch,
+    finest_flow: FlowSearch,
+}
+
 /// What an [`Effort`] means for a number of parts.
 #[derive(Clone, Copy, Debug)]
 struct Plan {
@@ -22,16 +32,17 @@ struct Plan {
     /// Size of the graph on which candidates are made.
     middle: usize,
     candidates: u64,
+    /// How many of the candidates are refined by flows before the best is chosen.
+    finalists: usize,
     /// How many of the candidates are combined with the best.
     combinations: u64,
     /// Cycles over the whole graph that start from the result.
     cycles: u64,
     bisection: BisectionSearch,
-    /// On all levels but the finest.
-    coarse: LocalSearch,
-    finest: LocalSearch,
-    coarse_flow: FlowSearch,
-    finest_flow: FlowSearch,
+    /// Of candidates.
+    small: Refinement,
+    /// Of the partition that is chosen.
+    whole: Refinement,
     /// Vertices along all borders above which flows are not sought: each of them costs about as much time as ten vertices
     /// of the graph do otherwise.
     longest_border: usize,
@@ -47,11 +58,12 @@ impl Plan {
             5..=8 => for_eight,
             _ => for_more,
         };
-        let search = |rounds, patience, seeds| LocalSearch {
+        let search = |rounds, patience, max_loss, max_hold| LocalSearch {
             rounds,
             patience,
-            seeds,
-            max_hold: 2,
+            seeds: 3,
+            max_loss,
+            max_hold,
         };
         let flow = |rounds, depth| FlowSearch { rounds, depth };
         let bisection = |cycles, tries| BisectionSearch {
@@ -59,45 +71,64 @@ impl Plan {
             tries,
             passes: 4,
         };
-        let quick = Self {
+        let without_flow = |coarse, finest| Refinement {
+            coarse,
+            finest,
+            coarse_flow: flow(0, 0),
+            finest_flow: flow(0, 0),
+        };
+        let quick = without_flow(search(2, 6, 3.0, 1.5), search(1, 3, 3.0, 1.5));
+        let fast = Self {
             coarsest_per_part: 30,
             middle: 700,
             candidates: 1,
+            finalists: 0,
             combinations: 0,
             cycles: 0,
             bisection: bisection(1, 4),
-            coarse: search(2, 6, 3),
-            finest: search(1, 3, 3),
-            coarse_flow: flow(0, 0),
-            finest_flow: flow(0, 0),
+            small: quick,
+            whole: quick,
             longest_border: usize::MAX,
         };
         match effort {
-            Effort::Fast => quick,
-            Effort::Default => Self {
-                candidates: few(6, 6, 4, 1),
-                bisection: bisection(if parts > 32 { 3 } else { few(1, 1, 1, 2) }, 8),
-                coarse: if parts > 8 {
-                    search(2, 8, 3)
-                } else {
-                    search(3, 10, 3)
-                },
-                finest: search(2, 5, 3),
-                finest_flow: flow(1, 3),
-                longest_border: 2500,
-                ..quick
-            },
-            Effort::High => Self {
-                middle: 20_000,
-                candidates: few(4, 4, 3, 2),
-                combinations: few(3, 3, 2, 1),
-                bisection: bisection(2, 8),
-                coarse: search(3, 10, 2),
-                finest: search(3, 10, 2),
-                coarse_flow: flow(1, 3),
-                finest_flow: flow(1, 4),
-                ..quick
-            },
+            Effort::Fast => fast,
+            Effort::Default => {
+                let rounds = if parts > 8 { 2 } else { 3 };
+                let small = without_flow(search(rounds, 15, 3.0, 1.5), search(2, 12, 3.0, 1.5));
+                Self {
+                    candidates: few(8, 6, 4, 1),
+                    finalists: 2,
+                    bisection: bisection(if parts > 32 { 3 } else { few(1, 1, 1, 2) }, 8),
+                    small,
+                    whole: Refinement {
+                        finest_flow: flow(1, 3),
+                        ..small
+                    },
+                    longest_border: 2500,
+                    ..fast
+                }
+            }
+            Effort::High => {
+                let searched = LocalSearch {
+                    seeds: 2,
+                    ..search(3, 10, 5.0, 2.0)
+                };
+                let thorough = Refinement {
+                    coarse: searched,
+                    finest: searched,
+                    coarse_flow: flow(1, 3),
+                    finest_flow: flow(1, 4),
+                };
+                Self {
+                    middle: 20_000,
+                    candidates: few(4, 4, 3, 2),
+                    combinations: few(3, 3, 2, 1),
+                    bisection: bisection(2, 8),
+                    small: thorough,
+                    whole: thorough,
+                    ..fast
+                }
+            }
         }
     }
 }
@@ -124,7 +155,7 @@ pub(crate) fn partition(graph: &Graph, balance: &Balance, options: &Options, tea
         Method::Direct => solver.direct(graph, &rng),
         Method::RecursiveBisection => {
             let part = recursive_bisection(graph, balance, &plan.bisection, team, &rng.fork(0));
-            solver.refine_up(graph, &[], part, &mut rng.fork(1))
+            solver.refine_up(graph, &[], part, &plan.whole, &mut rng.fork(1))
         }
     };
     let part = if options.contiguous {
@@ -156,9 +187,9 @@ impl Solver<'_> {
             make_contiguous(&mut state, &mut rng.fork(5));
             best = state.part;
         }
-        best = self.refine_up(graph, &levels, best, &mut rng.fork(6));
+        best = self.refine_up(graph, &levels, best, &self.plan.whole, &mut rng.fork(6));
         for i in 0..self.plan.cycles {
-            let next = self.cycle(graph, &[&best], &mut rng.fork(100 + i));
+            let next = self.cycle(graph, &[&best], &self.plan.whole, &mut rng.fork(100 + i));
             best = self.better(graph, best, next);
         }
         best
@@ -178,29 +209,49 @@ impl Solver<'_> {
             if FRINGE * state.excess() <= graph.total_vertex_weight() {
                 break;
             }
-            part = self.cycle(graph, &[&part], &mut rng.fork(i));
+            part = self.cycle(graph, &[&part], &self.plan.whole, &mut rng.fork(i));
         }
         part
     }
 
     /// Several partitions of a small graph, the best combined with the others.
     fn best_candidate(&self, graph: &Graph, rng: &Rng) -> Vec<u32> {
-        let mut candidates = self
-            .team
-            .map(self.plan.candidates, |i| self.cycle(graph, &[], &mut rng.fork(i)));
-        candidates.sort_by_cached_key(|part| self.rank(graph, part));
+        let Plan { small, finalists, .. } = &self.plan;
+        let sorted = |mut candidates: Vec<Vec<u32>>| {
+            candidates.sort_by_cached_key(|part| self.rank(graph, part));
+            candidates
+        };
+        let mut candidates = sorted(self.team.map(self.plan.candidates, |i| {
+            self.cycle(graph, &[], small, &mut rng.fork(i))
+        }));
+        if *finalists > 0 {
+            candidates.truncate(*finalists);
+            candidates = sorted(self.team.map(candidates.len() as u64, |i| {
+                self.shorten_borders(graph, candidates[i as usize].clone())
+            }));
+        }
         let mut candidates = candidates.into_iter();
         let mut best = candidates.next().unwrap_or_default();
         for (i, other) in candidates.take(self.plan.combinations as usize).enumerate() {
-            let child = self.cycle(graph, &[&best, &other], &mut rng.fork(1000 + i as u64));
+            let child = self.cycle(graph, &[&best, &other], small, &mut rng.fork(1000 + i as u64));
             best = self.better(graph, best, child);
         }
         best
     }
 
+    /// Flows alone.
+    fn shorten_borders(&self, graph: &Graph, part: Vec<u32>) -> Vec<u32> {
+        let mut state = KWay::new(graph, part, &self.balance.limits);
+        let mut boundary: Vec<u32> = (0..graph.vertex_count() as u32)
+            .filter(|&v| state.on_boundary(v as usize))
+            .collect();
+        flow::refine(&mut state, &mut boundary, self.plan.whole.finest_flow);
+        state.part
+    }
+
     /// One multilevel cycle: from scratch, or starting at the first of the partitions `kept`, none of whose cut edges
     /// is contracted. With two of them the search can exchange whole regions.
-    fn cycle(&self, graph: &Graph, kept: &[&[u32]], rng: &mut Rng) -> Vec<u32> {
+    fn cycle(&self, graph: &Graph, kept: &[&[u32]], refinement: &Refinement, rng: &mut Rng) -> Vec<u32> {
         let levels = coarsen(graph, self.coarsest_size(), kept, self.team, rng);
         let coarsest = levels.last().map_or(graph, |level| &level.graph);
         let part = match kept.first() {
@@ -215,11 +266,18 @@ impl Solver<'_> {
                 restrict(&fine, &level.coarse_of, level.graph.vertex_count())
             }),
         };
-        self.refine_up(graph, &levels, part, rng)
+        self.refine_up(graph, &levels, part, refinement, rng)
     }
 
     /// Carries a partition of the coarsest graph up, refining it on every level.
-    fn refine_up(&self, graph: &Graph, levels: &[Level], mut part: Vec<u32>, rng: &mut Rng) -> Vec<u32> {
+    fn refine_up(
+        &self,
+        graph: &Graph,
+        levels: &[Level],
+        mut part: Vec<u32>,
+        refinement: &Refinement,
+        rng: &mut Rng,
+    ) -> Vec<u32> {
         let coarsest = levels.last().map_or(graph, |level| &level.graph);
         let mut boundary: Vec<u32> = (0..coarsest.vertex_count() as u32).collect();
         for depth in (0..=levels.len()).rev() {
@@ -238,18 +296,13 @@ impl Solver<'_> {
                 boundary = (0..fine.vertex_count() as u32).collect();
             }
             boundary.retain(|&v| state.on_boundary(v as usize));
-            let search = if depth == 0 {
-                self.plan.finest
+            let (search, flow) = if depth == 0 {
+                (refinement.finest, refinement.finest_flow)
             } else {
-                self.plan.coarse
+                (refinement.coarse, refinement.coarse_flow)
             };
             local_search::refine(&mut state, &mut boundary, search, rng);
             if boundary.len() <= self.plan.longest_border {
-                let flow = if depth == 0 {
-                    self.plan.finest_flow
-                } else {
-                    self.plan.coarse_flow
-                };
                 flow::refine(&mut state, &mut boundary, flow);
             }
             part = state.part;

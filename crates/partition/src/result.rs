@@ -85,25 +85,36 @@ impl Partition {
     }
 }
 
+/// By sets that are joined along the edges, in one run over the rows: a search would jump about in memory.
 fn components_of_parts(graph: &Graph, part_of: &[u32], parts: usize) -> Vec<usize> {
-    let mut components = vec![0; parts];
-    let mut seen = vec![false; part_of.len()];
-    let mut stack = Vec::new();
-    for root in 0..part_of.len() {
-        if std::mem::replace(&mut seen[root], true) {
-            continue;
-        }
-        components[part_of[root] as usize] += 1;
-        stack.push(root as u32);
-        while let Some(v) = stack.pop() {
-            for &u in graph.neighbours(v as usize) {
-                if part_of[u as usize] == part_of[root] && !std::mem::replace(&mut seen[u as usize], true) {
-                    stack.push(u);
-                }
+    let mut parent: Vec<u32> = (0..part_of.len() as u32).collect();
+    for v in 0..part_of.len() {
+        let mut root = v;
+        let smaller = graph.neighbours(v).iter().map(|&u| u as usize);
+        for u in smaller.take_while(|&u| u < v) {
+            if part_of[u] == part_of[v] {
+                let other = find(&mut parent, u);
+                let (first, second) = (root.min(other), root.max(other));
+                parent[second] = first as u32;
+                root = first;
             }
         }
     }
+    let mut components = vec![0; parts];
+    for v in (0..part_of.len()).filter(|&v| parent[v] as usize == v) {
+        components[part_of[v] as usize] += 1;
+    }
     components
+}
+
+/// The root of a set, with the way to it halved.
+fn find(parent: &mut [u32], mut v: usize) -> usize {
+    while parent[v] as usize != v {
+        let up = parent[parent[v] as usize];
+        parent[v] = up;
+        v = up as usize;
+    }
+    v
 }
 
 /// The communication volume and the cut.
