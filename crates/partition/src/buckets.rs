@@ -23,18 +23,28 @@ pub(crate) struct GainBuckets {
 impl GainBuckets {
     /// For vertices `0..count` with gains in `-max_gain..=max_gain`.
     pub(crate) fn new(count: usize, max_gain: i32) -> Self {
-        let span = 2 * i64::from(max_gain) + 1;
-        let shift = (0..).find(|s| (span >> s) < MAX_BUCKETS as i64).unwrap_or(0);
-        Self {
-            heads: vec![NONE; (span >> shift) as usize + 1],
+        let mut queue = Self {
+            heads: Vec::new(),
             next: vec![NONE; count],
             previous: vec![NONE; count],
             bucket: vec![NONE; count],
             top: 0,
             len: 0,
             max_gain,
-            shift,
-        }
+            shift: 0,
+        };
+        queue.set_max_gain(max_gain);
+        queue
+    }
+
+    /// Prepares the queue, which must be empty, for gains in `-max_gain..=max_gain`.
+    pub(crate) fn set_max_gain(&mut self, max_gain: i32) {
+        let span = 2 * i64::from(max_gain) + 1;
+        self.max_gain = max_gain;
+        self.shift = (0..).find(|s| (span >> s) < MAX_BUCKETS as i64).unwrap_or(0);
+        self.heads.clear();
+        self.heads.resize((span >> self.shift) as usize + 1, NONE);
+        self.top = 0;
     }
 
     pub(crate) fn contains(&self, vertex: usize) -> bool {

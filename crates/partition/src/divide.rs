@@ -17,7 +17,7 @@ pub fn partition(graph: &Graph, options: &Options) -> Result<Partition, Partitio
     let part_of = if options.parts == 1 {
         vec![0; graph.vertex_count()]
     } else {
-        multilevel::partition(graph, &balance, options, &team)
+        team.run(|| multilevel::partition(graph, &balance, options, &team))
     };
     Ok(Partition::of(graph, part_of, &balance, &team))
 }

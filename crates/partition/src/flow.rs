@@ -6,6 +6,7 @@
 
 use crate::kway::KWay;
 use crate::max_flow::{Network, SINK, SOURCE};
+use crate::team::Team;
 
 /// Bounds of a search.
 #[derive(Clone, Copy, Debug)]
@@ -23,26 +24,31 @@ const MAX_STEPS: usize = 60;
 const NONE: u32 = u32::MAX;
 
 /// Lowers the cut between pairs of parts that are within their limits; they stay so. `boundary` must hold all boundary
-/// vertices, and does so again afterwards.
-pub(crate) fn refine(state: &mut KWay<'_>, boundary: &mut Vec<u32>, search: FlowSearch) {
-    if search.rounds == 0 {
-        return;
-    }
-    let mut corridors = Corridors {
-        place: vec![NONE; state.graph.vertex_count()],
-        vertices: Vec::new(),
-        depth: Vec::new(),
-        network: Network::default(),
-    };
+/// vertices, and does so again afterwards. Pairs without a common part are dealt with at the same time.
+pub(crate) fn refine(state: &mut KWay<'_>, boundary: &mut Vec<u32>, search: FlowSearch, team: &Team) {
+    let mut corridors = Vec::new();
     let mut active = vec![true; state.limits.len()];
     for _ in 0..search.rounds {
-        let mut changed = vec![false; active.len()];
+        let mut borders = borders(state, boundary, &active);
+        let workers = team.size().min(borders.len());
+        corridors.resize_with(workers.max(corridors.len()), || {
+            Corridors::new(state.graph.vertex_count())
+        });
+        active.fill(false);
         let mut moved = Vec::new();
-        for (a, b, seeds) in borders(state, boundary, &active) {
-            let gained = corridors.improve(state, [a, b], &seeds, search.depth, &mut moved);
-            if gained {
-                changed[a as usize] = true;
-                changed[b as usize] = true;
+        while !borders.is_empty() {
+            let batch = take_disjoint(&mut borders, active.len());
+            let here = &*state;
+            team.for_chunks(&mut corridors[..workers], 1, |i, own| {
+                for border in batch.iter().skip(i).step_by(workers) {
+                    own[0].improve(here, border, search.depth);
+                }
+            });
+            for (v, to) in corridors.iter_mut().flat_map(|own| own.moves.drain(..)) {
+                active[state.part[v as usize] as usize] = true;
+                active[to as usize] = true;
+                state.apply(v as usize, to);
+                moved.push(v);
             }
         }
         if moved.is_empty() {
@@ -55,12 +61,30 @@ pub(crate) fn refine(state: &mut KWay<'_>, boundary: &mut Vec<u32>, search: Flow
         boundary.sort_unstable();
         boundary.dedup();
         boundary.retain(|&v| state.on_boundary(v as usize));
-        active = changed;
     }
 }
 
-/// Pairs of neighbouring parts of which one is active, with the vertices along their border.
-fn borders(state: &KWay<'_>, boundary: &[u32], active: &[bool]) -> Vec<(u32, u32, Vec<u32>)> {
+/// Two neighbouring parts and the vertices along their border.
+struct Border {
+    pair: [u32; 2],
+    vertices: Vec<u32>,
+}
+
+/// The first borders that share no part.
+fn take_disjoint(borders: &mut Vec<Border>, parts: usize) -> Vec<Border> {
+    let mut taken = vec![false; parts];
+    let is_free = |border: &mut Border| {
+        let free = border.pair.iter().all(|&part| !taken[part as usize]);
+        if free {
+            border.pair.iter().for_each(|&part| taken[part as usize] = true);
+        }
+        free
+    };
+    borders.extract_if(.., is_free).collect()
+}
+
+/// The borders of active parts.
+fn borders(state: &KWay<'_>, boundary: &[u32], active: &[bool]) -> Vec<Border> {
     let mut contacts: Vec<(u32, u32, u32)> = Vec::new();
     for &v in boundary {
         let own = state.part[v as usize];
@@ -75,7 +99,10 @@ fn borders(state: &KWay<'_>, boundary: &[u32], active: &[bool]) -> Vec<(u32, u32
     contacts.dedup();
     contacts
         .chunk_by(|x, y| (x.0, x.1) == (y.0, y.1))
-        .map(|pair| (pair[0].0, pair[0].1, pair.iter().map(|c| c.2).collect()))
+        .map(|pair| Border {
+            pair: [pair[0].0, pair[0].1],
+            vertices: pair.iter().map(|c| c.2).collect(),
+        })
         .collect()
 }
 
@@ -88,27 +115,33 @@ struct Corridors {
     /// Layer of each of them, from 0 at the border.
     depth: Vec<u32>,
     network: Network,
+    /// Vertices and the parts that they shall go to.
+    moves: Vec<(u32, u32)>,
 }
 
 impl Corridors {
-    /// Moves vertices between two parts when that shortens their border, or evens out their weights.
-    fn improve(
-        &mut self,
-        state: &mut KWay<'_>,
-        pair: [u32; 2],
-        seeds: &[u32],
-        depth: u32,
-        moved: &mut Vec<u32>,
-    ) -> bool {
+    fn new(count: usize) -> Self {
+        Self {
+            place: vec![NONE; count],
+            vertices: Vec::new(),
+            depth: Vec::new(),
+            network: Network::default(),
+            moves: Vec::new(),
+        }
+    }
+
+    /// Notes moves between two parts when they shorten their border, or even out their weights.
+    fn improve(&mut self, state: &KWay<'_>, border: &Border, depth: u32) {
+        let pair = border.pair;
         let weights = pair.map(|part| state.weight[part as usize]);
         let limits = pair.map(|part| state.limits[part as usize]);
         if weights[0] > limits[0] || weights[1] > limits[1] {
-            return false;
+            return;
         }
         let mut taken = [0; 2];
         let mut first_of_second = 0;
         for side in 0..2 {
-            taken[side] = self.grow(state, pair, side, seeds, depth);
+            taken[side] = self.grow(state, pair, side, &border.vertices, depth);
             if side == 0 {
                 first_of_second = self.vertices.len();
             }
@@ -129,8 +162,7 @@ impl Corridors {
             for (i, &v) in self.vertices.iter().enumerate() {
                 let to = pair[usize::from(self.network.reached(side)[i] == (side == 1))];
                 if state.part[v as usize] != to {
-                    state.apply(v as usize, to);
-                    moved.push(v);
+                    self.moves.push((v, to));
                 }
             }
         }
@@ -139,7 +171,6 @@ impl Corridors {
         }
         self.vertices.clear();
         self.depth.clear();
-        chosen.is_some()
     }
 
     /// Takes the layers of one part along its border with the other; answers with their weight.

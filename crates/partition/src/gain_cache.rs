@@ -14,6 +14,8 @@ pub(crate) struct Ties {
     /// The part of `external`, or [`NONE`] inside a part.
     pub(crate) to: u32,
     state: State,
+    /// Counts how often all was forgotten before.
+    age: u16,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -36,6 +38,7 @@ impl Ties {
             external,
             to,
             state: if parts > 1 { State::Several } else { State::Single },
+            age: 0,
         }
     }
 
@@ -74,12 +77,14 @@ impl Ties {
         external: 0,
         to: NONE,
         state: State::Stale,
+        age: 0,
     };
 }
 
 /// The ties of all vertices that were asked for, with a journal of changes.
 pub(crate) struct GainCache {
     ties: Vec<Ties>,
+    age: u16,
     journal: Vec<(u32, Ties)>,
 }
 
@@ -87,8 +92,17 @@ impl GainCache {
     pub(crate) fn new(count: usize) -> Self {
         Self {
             ties: vec![Ties::default(); count],
+            age: 0,
             journal: Vec::new(),
         }
+    }
+
+    /// Forgets all ties, as the division has changed without the cache.
+    pub(crate) fn forget(&mut self) {
+        self.age = self.age.checked_add(1).unwrap_or_else(|| {
+            self.ties.fill(Ties::default());
+            0
+        });
     }
 
     /// A point to which [`GainCache::restore`] can go back.
@@ -109,8 +123,8 @@ impl GainCache {
     }
 
     pub(crate) fn of(&mut self, state: &mut KWay<'_>, vertex: usize) -> Ties {
-        match self.ties[vertex].state {
-            State::Unknown => self.ties[vertex] = state.ties(vertex),
+        match self.known(vertex) {
+            State::Unknown => self.find_out(state, vertex),
             State::Stale => {
                 let ties = state.ties(vertex);
                 self.set(vertex, ties);
@@ -120,13 +134,32 @@ impl GainCache {
         self.ties[vertex]
     }
 
+    fn known(&self, vertex: usize) -> State {
+        let ties = &self.ties[vertex];
+        if ties.age == self.age {
+            ties.state
+        } else {
+            State::Unknown
+        }
+    }
+
+    fn find_out(&mut self, state: &mut KWay<'_>, vertex: usize) {
+        self.ties[vertex] = Ties {
+            age: self.age,
+            ..state.ties(vertex)
+        };
+    }
+
     /// Moves a vertex and updates what its neighbours are tied to. What was unknown is found out before the move: it
     /// then outlives the taking back of the move.
     pub(crate) fn apply(&mut self, state: &mut KWay<'_>, vertex: usize, to: u32) {
         let (graph, from) = (state.graph, state.part[vertex]);
         for (u, weight) in graph.edges(vertex) {
-            if self.ties[u].state == State::Unknown {
-                self.ties[u] = state.ties(u);
+            if !state.may_move(u) {
+                continue;
+            }
+            if self.known(u) == State::Unknown {
+                self.find_out(state, u);
             }
             if self.ties[u].state != State::Stale {
                 let ties = self.ties[u].after(state.part[u], from, to, weight);
@@ -138,6 +171,10 @@ impl GainCache {
     }
 
     fn set(&mut self, vertex: usize, ties: Ties) {
+        let ties = Ties {
+            age: self.age,
+            ..ties
+        };
         self.journal
             .push((vertex as u32, std::mem::replace(&mut self.ties[vertex], ties)));
     }

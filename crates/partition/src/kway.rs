@@ -1,5 +1,7 @@
 //! The state that all k-way refinement shares: parts, their weights, and the best move of a vertex.
 
+use std::ops::Range;
+
 use crate::Graph;
 use crate::gain_cache::{NONE, Ties};
 
@@ -9,6 +11,8 @@ pub(crate) struct KWay<'a> {
     pub(crate) part: Vec<u32>,
     pub(crate) weight: Vec<i64>,
     pub(crate) limits: &'a [i64],
+    /// The parts among which vertices move; the others stand still.
+    pub(crate) movable: Range<u32>,
     /// Weight of the edges from the vertex under inspection to each part; zero outside of a call.
     connection: Vec<i32>,
     /// Parts with a connection.
@@ -34,9 +38,28 @@ impl<'a> KWay<'a> {
             part,
             weight,
             limits,
+            movable: 0..parts as u32,
             connection: vec![0; parts],
             touched: Vec::new(),
         }
+    }
+
+    /// The same division, in which only vertices of the given parts move, and among these parts only.
+    pub(crate) fn among(&self, movable: Range<u32>) -> Self {
+        Self {
+            graph: self.graph,
+            part: self.part.clone(),
+            weight: self.weight.clone(),
+            limits: self.limits,
+            movable,
+            connection: vec![0; self.limits.len()],
+            touched: Vec::new(),
+        }
+    }
+
+    /// Whether the vertex may move at all.
+    pub(crate) fn may_move(&self, vertex: usize) -> bool {
+        self.movable.contains(&self.part[vertex])
     }
 
     /// Weight above the limits.
@@ -71,7 +94,7 @@ impl<'a> KWay<'a> {
         self.weight[part as usize] + weight <= self.limits[part as usize]
     }
 
-    /// What the vertex is tied to; of equal ties the part with most room counts.
+    /// What the vertex is tied to among the movable parts; of equal ties the part with most room counts.
     pub(crate) fn ties(&mut self, vertex: usize) -> Ties {
         let own = self.part[vertex];
         let (mut internal, mut external, mut to) = (0, 0, NONE);
@@ -79,13 +102,14 @@ impl<'a> KWay<'a> {
             let part = self.part[u];
             if part == own {
                 internal += weight;
-            } else if part == to || to == NONE {
+            } else if self.movable.contains(&part) {
+                if part != to && to != NONE {
+                    let (internal, best, parts) = self.strongest_tie(vertex, |_, _| true);
+                    let (external, to) = best.unwrap_or((0, NONE));
+                    return Ties::new(internal, external, to, parts);
+                }
                 to = part;
                 external += weight;
-            } else {
-                let (internal, best, parts) = self.strongest_tie(vertex, |_, _| true);
-                let (external, to) = best.unwrap_or((0, NONE));
-                return Ties::new(internal, external, to, parts);
             }
         }
         Ties::new(internal, external, to, 1)
@@ -104,7 +128,8 @@ impl<'a> KWay<'a> {
         })
     }
 
-    /// Edge weight to the own part, greatest edge weight to an admissible other part, and the number of other parts.
+    /// Edge weight to the own part, greatest edge weight to an admissible other part, and the number of other parts; all
+    /// among the movable ones.
     fn strongest_tie(
         &mut self,
         vertex: usize,
@@ -116,7 +141,7 @@ impl<'a> KWay<'a> {
             let part = self.part[u];
             if part == own {
                 internal += weight;
-            } else {
+            } else if self.movable.contains(&part) {
                 let connection = &mut self.connection[part as usize];
                 if *connection == 0 {
                     self.touched.push(part);

@@ -10,6 +10,7 @@ use crate::buckets::GainBuckets;
 use crate::gain_cache::{GainCache, NONE};
 use crate::kway::{KWay, Move};
 use crate::rng::Rng;
+use crate::team::Team;
 
 /// Vertices with more neighbours are left to [`greedy`](crate::greedy): here they would be looked at once per move of
 /// a neighbour.
@@ -31,51 +32,116 @@ pub(crate) struct LocalSearch {
     pub(crate) max_hold: f64,
 }
 
-/// Lowers the cut; no part gets above its limit that was below it. `boundary` must hold all boundary vertices, and does
-/// so again afterwards.
-pub(crate) fn refine(state: &mut KWay<'_>, boundary: &mut Vec<u32>, search: LocalSearch, rng: &mut Rng) {
-    let count = state.graph.vertex_count();
-    let mut round = Round {
-        queue: GainBuckets::new(count, state.graph.max_weighted_degree()),
-        cache: GainCache::new(count),
-        mark: vec![0; count],
-        number: 0,
-        moves: Vec::new(),
-        changed: Vec::new(),
-    };
-    let mut seeds = boundary.clone();
-    let bounds = Bounds::of(state.graph, &search);
-    for _ in 0..search.rounds {
-        round.number += 1;
-        rng.shuffle(&mut seeds);
-        for group in seeds.chunks(search.seeds) {
-            group
-                .iter()
-                .for_each(|&v| round.enqueue_seed(state, v as usize, &bounds));
-            round.search(state, &bounds);
-        }
-        // Where nothing changed the next round would find nothing either.
-        seeds.clear();
-        seeds.append(&mut round.changed);
-        seeds.sort_unstable();
-        seeds.dedup();
-        boundary.extend_from_slice(&seeds);
-        seeds.retain(|&v| state.on_boundary(v as usize));
-        if seeds.is_empty() {
-            break;
-        }
-    }
-    boundary.sort_unstable();
-    boundary.dedup();
-    boundary.retain(|&v| state.on_boundary(v as usize));
+/// Room for the searches on a graph and all that it was coarsened to.
+pub(crate) struct Searches<'a> {
+    first: Room,
+    /// Of the other thread, once there is work for it.
+    second: Option<Room>,
+    team: &'a Team,
 }
 
-struct Round {
+impl<'a> Searches<'a> {
+    /// For graphs of at most `count` vertices.
+    pub(crate) fn new(count: usize, team: &'a Team) -> Self {
+        Self {
+            first: Room::new(count),
+            second: None,
+            team,
+        }
+    }
+
+    /// Lowers the cut; no part gets above its limit that was below it. `boundary` must hold all boundary vertices, and
+    /// does so again afterwards.
+    pub(crate) fn refine(
+        &mut self,
+        state: &mut KWay<'_>,
+        boundary: &mut Vec<u32>,
+        search: LocalSearch,
+        rng: &mut Rng,
+    ) {
+        let bounds = Bounds::of(state.graph, &search);
+        let mut seeds = boundary.clone();
+        for _ in 0..search.rounds {
+            rng.shuffle(&mut seeds);
+            // Where nothing changed the next round would find nothing either.
+            seeds = self.round(state, &seeds, &bounds, rng);
+            boundary.extend_from_slice(&seeds);
+            seeds.retain(|&v| state.on_boundary(v as usize));
+            if seeds.is_empty() {
+                break;
+            }
+        }
+        tidy(boundary);
+        boundary.retain(|&v| state.on_boundary(v as usize));
+    }
+
+    /// One search from every few seeds; answers with the vertices that moved and their neighbours.
+    fn round(&mut self, state: &mut KWay<'_>, seeds: &[u32], bounds: &Bounds, rng: &mut Rng) -> Vec<u32> {
+        if state.limits.len() < MANY_PARTS || seeds.len() < MANY_SEEDS {
+            self.first.search_all(state, seeds, bounds)
+        } else {
+            self.round_by_halves(state, seeds, bounds, rng)
+        }
+    }
+
+    /// First the moves inside of either half of the parts, at the same time and without regard to the other half; then
+    /// those of the vertices between the halves.
+    fn round_by_halves(
+        &mut self,
+        state: &mut KWay<'_>,
+        seeds: &[u32],
+        bounds: &Bounds,
+        rng: &mut Rng,
+    ) -> Vec<u32> {
+        let Self { first, second, team } = self;
+        let second = second.get_or_insert_with(|| Room::new(first.mark.len()));
+        let parts = state.limits.len() as u32;
+        let half = parts / 2;
+        let is_low = |state: &KWay<'_>, v: u32| state.part[v as usize] < half;
+        let (low, high): (Vec<u32>, Vec<u32>) = seeds.iter().partition(|&&v| is_low(state, v));
+        let mut above = state.among(half..parts);
+        state.movable = 0..half;
+        let (mut changed, changed_above) = team.join(
+            || first.search_all(state, &low, bounds),
+            || second.search_all(&mut above, &high, bounds),
+        );
+        state.movable = 0..parts;
+        for v in changed_above.iter().map(|&v| v as usize) {
+            if above.may_move(v) && above.part[v] != state.part[v] {
+                state.apply(v, above.part[v]);
+            }
+        }
+        changed.extend(changed_above);
+        let between = |v: &&u32| {
+            let mut neighbours = state.graph.neighbours(**v as usize).iter();
+            neighbours.any(|&u| is_low(state, u) != is_low(state, **v))
+        };
+        let mut seeds: Vec<u32> = seeds.iter().chain(&changed).filter(between).copied().collect();
+        tidy(&mut seeds);
+        rng.shuffle(&mut seeds);
+        changed.extend(first.search_all(state, &seeds, bounds));
+        tidy(&mut changed);
+        changed
+    }
+}
+
+/// Fewer seeds are not worth another thread.
+const MANY_SEEDS: usize = 300;
+/// Fewer parts have too much of their borders between the halves.
+const MANY_PARTS: usize = 4;
+
+fn tidy(vertices: &mut Vec<u32>) {
+    vertices.sort_unstable();
+    vertices.dedup();
+}
+
+/// Room for the searches of one thread.
+struct Room {
     queue: GainBuckets,
     cache: GainCache,
-    /// Round in which a vertex was moved for good, or is being moved.
+    /// Number of the run in which a vertex was moved for good, or is being moved.
     mark: Vec<u32>,
-    number: u32,
+    run: u32,
     /// Moves of the current search.
     moves: Vec<Step>,
     /// Vertices moved for good and their neighbours.
@@ -92,9 +158,11 @@ struct Step {
 
 /// A search's bounds on one graph.
 struct Bounds {
+    seeds: usize,
     patience: usize,
     max_loss: i64,
     max_hold: f64,
+    max_gain: i32,
 }
 
 impl Bounds {
@@ -105,14 +173,43 @@ impl Bounds {
         let ratio = 6.0 / degree.max(4.0);
         let average = 2.0 * graph.total_edge_weight() as f64 / entries;
         Self {
+            seeds: search.seeds,
             patience: ((search.patience as f64 * ratio * ratio).ceil() as usize).max(3),
             max_loss: (search.max_loss * average).round() as i64,
             max_hold: search.max_hold,
+            max_gain: graph.max_weighted_degree(),
         }
     }
 }
 
-impl Round {
+impl Room {
+    fn new(count: usize) -> Self {
+        Self {
+            queue: GainBuckets::new(count, 0),
+            cache: GainCache::new(count),
+            mark: vec![0; count],
+            run: 0,
+            moves: Vec::new(),
+            changed: Vec::new(),
+        }
+    }
+
+    /// A search from every few seeds, in their order; answers with the vertices that moved and their neighbours, ascending.
+    fn search_all(&mut self, state: &mut KWay<'_>, seeds: &[u32], bounds: &Bounds) -> Vec<u32> {
+        self.run += 1;
+        self.cache.forget();
+        self.queue.set_max_gain(bounds.max_gain);
+        for group in seeds.chunks(bounds.seeds) {
+            for &v in group {
+                self.enqueue_seed(state, v as usize, bounds);
+            }
+            self.search(state, bounds);
+        }
+        let mut changed = std::mem::take(&mut self.changed);
+        tidy(&mut changed);
+        changed
+    }
+
     /// Queues a seed unless it is tied so much to its own part that a search from it is hopeless.
     fn enqueue_seed(&mut self, state: &mut KWay<'_>, vertex: usize, bounds: &Bounds) {
         let ties = self.cache.of(state, vertex);
@@ -137,7 +234,7 @@ impl Round {
                 time: self.cache.now(),
             });
             self.cache.apply(state, v, step.to);
-            self.mark[v] = self.number;
+            self.mark[v] = self.run;
             if gained > best {
                 best = gained;
                 best_len = self.moves.len();
@@ -171,7 +268,8 @@ impl Round {
 
     /// Queues a vertex at its present gain unless it may not move.
     fn enqueue(&mut self, state: &mut KWay<'_>, vertex: usize) {
-        if self.mark[vertex] == self.number || state.graph.degree(vertex) > MAX_DEGREE {
+        if self.mark[vertex] == self.run || !state.may_move(vertex) || state.graph.degree(vertex) > MAX_DEGREE
+        {
             return;
         }
         match self.best_move(state, vertex) {

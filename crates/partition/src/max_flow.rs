@@ -20,6 +20,9 @@ pub(crate) struct Network {
     arcs: Vec<Arc>,
     kind: Vec<u8>,
     flow: i64,
+    /// From which end flow is sought next, 0 or 1 as in `ENDS`, and the vertices that are new there.
+    side: usize,
+    roots: Vec<u32>,
     /// What the sources reach through capacity that is left, and what reaches the sinks.
     reached: [Vec<bool>; 2],
     level: Vec<u32>,
@@ -46,6 +49,9 @@ impl Network {
         self.kind.resize(count, INNER);
         self.kind.extend(ENDS);
         self.flow = 0;
+        self.side = 0;
+        self.roots.clear();
+        self.roots.push(count as u32);
     }
 
     pub(crate) fn add_edge(&mut self, a: usize, b: usize, capacity: i32) {
@@ -93,39 +99,55 @@ impl Network {
         }
     }
 
-    /// Lets all flow pass that can, or more than `enough`, and finds what the ends reach then; answers with the flow.
+    /// Lets all flow pass that can, or more than `enough`; answers with the flow. Unless that is more than enough, what
+    /// the ends reach is known then.
+    ///
+    /// Paths are sought from what is new at one end: what was there before has sent all that it could.
     pub(crate) fn augment(&mut self, enough: i64) -> i64 {
-        while self.flow <= enough && self.find_levels() {
-            self.next.copy_from_slice(&self.first[..self.count + 2]);
-            let sources = self
-                .queue
-                .iter()
-                .take_while(|&&v| self.level[v as usize] == 0)
-                .count();
-            for i in 0..sources {
-                self.block(self.queue[i]);
+        while self.flow <= enough {
+            if !self.find_levels() {
+                self.find_reached();
+                break;
             }
-        }
-        for (side, end) in ENDS.into_iter().enumerate() {
-            self.queue.clear();
-            self.queue
-                .extend((0..self.kind.len() as u32).filter(|&v| self.kind[v as usize] == end));
-            self.reached[side].clear();
-            self.reached[side].extend(self.kind.iter().map(|&kind| kind == end));
-            self.reach(side);
+            self.next.copy_from_slice(&self.first[..self.count + 2]);
+            for i in 0..self.roots.len() {
+                self.block(self.roots[i]);
+            }
         }
         self.flow
     }
 
-    /// Breadth-first distances from the sources through what capacity is left; false when no sink is reached.
+    /// After the levels were found that do not lead to the other end.
+    fn find_reached(&mut self) {
+        let (side, other) = (self.side, 1 - self.side);
+        let ends = self.kind.iter().zip(&self.level);
+        self.reached[side].clear();
+        self.reached[side].extend(ends.map(|(&kind, &level)| kind == ENDS[side] || level != UNREACHED));
+        self.queue.clear();
+        self.queue
+            .extend((0..self.kind.len() as u32).filter(|&v| self.kind[v as usize] == ENDS[other]));
+        self.reached[other].clear();
+        self.reached[other].extend(self.kind.iter().map(|&kind| kind == ENDS[other]));
+        self.reach(other);
+    }
+
+    /// What can still pass along an arc, or against it on the way from the sinks.
+    fn residual(&self, arc: Arc) -> u32 {
+        if self.side == 0 {
+            arc.residual
+        } else {
+            self.arcs[arc.twin as usize].residual
+        }
+    }
+
+    /// Breadth-first distances from the roots through what capacity is left; false when the other end is not reached.
     fn find_levels(&mut self) -> bool {
+        let [own, other] = [ENDS[self.side], ENDS[1 - self.side]];
         self.level.fill(UNREACHED);
         self.queue.clear();
-        for v in 0..self.kind.len() {
-            if self.kind[v] == SOURCE {
-                self.level[v] = 0;
-                self.queue.push(v as u32);
-            }
+        for &v in &self.roots {
+            self.level[v as usize] = 0;
+            self.queue.push(v);
         }
         let mut next = 0;
         let mut last = UNREACHED;
@@ -137,9 +159,10 @@ impl Network {
             }
             for arc in self.row(v) {
                 let arc = self.arcs[arc];
-                if arc.residual > 0 && self.level[arc.head as usize] == UNREACHED {
-                    self.level[arc.head as usize] = level;
-                    if self.kind[arc.head as usize] == SINK {
+                let (head, kind) = (arc.head as usize, self.kind[arc.head as usize]);
+                if self.level[head] == UNREACHED && kind != own && self.residual(arc) > 0 {
+                    self.level[head] = level;
+                    if kind == other {
                         last = level;
                     }
                     self.queue.push(arc.head);
@@ -149,21 +172,26 @@ impl Network {
         last != UNREACHED
     }
 
-    /// Sends flow from one source along shortest paths until each is blocked.
+    /// Sends flow along shortest paths from one root until each is blocked.
     fn block(&mut self, root: u32) {
+        let other = ENDS[1 - self.side];
         self.path.clear();
         let mut v = root;
         loop {
-            if self.kind[v as usize] == SINK {
-                let residuals = self.path.iter().map(|&arc| self.arcs[arc as usize].residual);
+            if self.kind[v as usize] == other {
+                let residuals = self
+                    .path
+                    .iter()
+                    .map(|&arc| self.residual(self.arcs[arc as usize]));
                 let bottleneck = residuals.min().unwrap_or(0);
                 self.flow += i64::from(bottleneck);
                 let mut keep = self.path.len();
                 for (i, &arc) in self.path.iter().enumerate().rev() {
-                    let twin = self.arcs[arc as usize].twin as usize;
-                    self.arcs[arc as usize].residual -= bottleneck;
-                    self.arcs[twin].residual += bottleneck;
-                    if self.arcs[arc as usize].residual == 0 {
+                    let twin = self.arcs[arc as usize].twin;
+                    let (with, against) = if self.side == 0 { (arc, twin) } else { (twin, arc) };
+                    self.arcs[with as usize].residual -= bottleneck;
+                    self.arcs[against as usize].residual += bottleneck;
+                    if self.arcs[with as usize].residual == 0 {
                         keep = i;
                     }
                 }
@@ -183,14 +211,14 @@ impl Network {
     /// The next arc to the following level that has capacity left.
     fn advance(&mut self, v: u32) -> Option<u32> {
         let end = self.first[v as usize + 1];
-        let next = &mut self.next[v as usize];
-        while *next < end {
-            let arc = self.arcs[*next as usize];
-            // Other sources stand on level 0, so that no path leads through them.
-            if arc.residual > 0 && self.level[arc.head as usize] == self.level[v as usize] + 1 {
-                return Some(*next);
+        let following = self.level[v as usize] + 1;
+        while self.next[v as usize] < end {
+            let at = self.next[v as usize];
+            let arc = self.arcs[at as usize];
+            if self.level[arc.head as usize] == following && self.residual(arc) > 0 {
+                return Some(at);
             }
-            *next += 1;
+            self.next[v as usize] += 1;
         }
         None
     }
@@ -246,14 +274,16 @@ impl Network {
                 self.kind[v] = ENDS[side];
             }
         }
-        self.queue.clear();
+        self.side = side;
+        self.roots.clear();
         let mut passes = false;
         for v in vertices {
             self.kind[v] = ENDS[side];
             passes |= self.reached[1 - side][v];
             self.reached[side][v] = true;
-            self.queue.push(v as u32);
+            self.roots.push(v as u32);
         }
+        self.queue.clone_from(&self.roots);
         self.reach(side);
         passes
     }

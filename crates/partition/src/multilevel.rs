@@ -8,7 +8,7 @@ use crate::coarsen::{Level, coarsen, prolong, restrict};
 use crate::contiguity::{fill_empty_parts, join_stray_pieces, make_contiguous};
 use crate::flow::{self, FlowSearch};
 use crate::kway::{KWay, cut};
-use crate::local_search::{self, LocalSearch};
+use crate::local_search::{LocalSearch, Searches};
 use crate::options::{Balance, Effort, Method, Options};
 use crate::rebalance::rebalance;
 use crate::rng::Rng;
@@ -80,7 +80,7 @@ impl Plan {
         let quick = without_flow(search(2, 6, 3.0, 1.5), search(1, 3, 3.0, 1.5));
         let fast = Self {
             coarsest_per_part: 30,
-            middle: 700,
+            middle: 1000,
             candidates: 1,
             finalists: 0,
             combinations: 0,
@@ -117,7 +117,7 @@ impl Plan {
                     coarse: searched,
                     finest: searched,
                     coarse_flow: flow(1, 3),
-                    finest_flow: flow(1, 4),
+                    finest_flow: flow(1, 3),
                 };
                 Self {
                     middle: 20_000,
@@ -245,7 +245,7 @@ impl Solver<'_> {
         let mut boundary: Vec<u32> = (0..graph.vertex_count() as u32)
             .filter(|&v| state.on_boundary(v as usize))
             .collect();
-        flow::refine(&mut state, &mut boundary, self.plan.whole.finest_flow);
+        flow::refine(&mut state, &mut boundary, self.plan.whole.finest_flow, self.team);
         state.part
     }
 
@@ -280,6 +280,7 @@ impl Solver<'_> {
     ) -> Vec<u32> {
         let coarsest = levels.last().map_or(graph, |level| &level.graph);
         let mut boundary: Vec<u32> = (0..coarsest.vertex_count() as u32).collect();
+        let mut searches = Searches::new(graph.vertex_count(), self.team);
         for depth in (0..=levels.len()).rev() {
             let fine = if depth == 0 {
                 graph
@@ -301,9 +302,9 @@ impl Solver<'_> {
             } else {
                 (refinement.coarse, refinement.coarse_flow)
             };
-            local_search::refine(&mut state, &mut boundary, search, rng);
+            searches.refine(&mut state, &mut boundary, search, rng);
             if boundary.len() <= self.plan.longest_border {
-                flow::refine(&mut state, &mut boundary, flow);
+                flow::refine(&mut state, &mut boundary, flow, self.team);
             }
             part = state.part;
         }

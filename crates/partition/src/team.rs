@@ -19,6 +19,14 @@ impl Team {
         Ok(Self(Some(pool.map_err(failed)?)))
     }
 
+    /// Runs `work` on one of the threads: what it hands to the others then starts sooner.
+    pub(crate) fn run<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
+        match &self.0 {
+            None => work(),
+            Some(pool) => pool.install(work),
+        }
+    }
+
     /// Both results, computed at the same time when there is a pool.
     pub(crate) fn join<A: Send, B: Send>(
         &self,
