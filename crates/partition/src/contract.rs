@@ -40,7 +40,7 @@ pub(crate) fn contract(
 }
 
 /// Smaller graphs are not worth joining.
-const PARALLEL: usize = 10_000;
+const PARALLEL: usize = 5_000;
 
 /// The rows of the pairs whose first vertex lies in `range`. A marker per coarse vertex says where its entry stands in
 /// the row being written, so that every edge costs one look-up; edges inside a pair gather in the row's first entry,

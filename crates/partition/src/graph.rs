@@ -185,6 +185,10 @@ impl Graph {
 
     /// Largest sum of edge weights at one vertex: the bound of every gain.
     pub(crate) fn max_weighted_degree(&self) -> i32 {
+        if self.edge_weights.iter().all(|&weight| weight == 1) {
+            let degrees = self.offsets.windows(2).map(|pair| pair[1] - pair[0]);
+            return degrees.max().unwrap_or(0) as i32;
+        }
         (0..self.vertex_count())
             .map(|v| self.edge_weights(v).iter().sum())
             .max()

@@ -98,10 +98,13 @@ impl Plan {
                 Self {
                     candidates: few(8, 6, 4, 1),
                     finalists: 2,
-                    bisection: bisection(if parts > 32 { 3 } else { few(1, 1, 1, 2) }, 8),
+                    bisection: bisection(
+                        if parts > 32 { 3 } else { few(1, 1, 1, 2) },
+                        if parts > 32 { 6 } else { 8 },
+                    ),
                     small,
                     whole: Refinement {
-                        finest_flow: flow(1, 3),
+                        finest_flow: flow(1, 2),
                         ..small
                     },
                     longest_border: 2500,
