@@ -1,8 +1,9 @@
-//! Division into two and into many parts, at each effort and by each method, connection of the parts, and nested dissection.
+//! Division into two and into many parts, at each effort and by each method; its phases one by one; nested dissection.
 #![allow(missing_docs)]
 
 use bench_harness::{edge_graph, surface};
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use partition::bench::{Division, Hierarchy, separator};
 use partition::{
     Effort, Graph, Method, Options, OrderingOptions, column_counts, nested_dissection, partition,
 };
@@ -61,6 +62,51 @@ fn division(criterion: &mut Criterion) {
     for (name, options) in &cases {
         group.bench_function(*name, |bencher| bencher.iter(|| partition(&graph, options)));
     }
+    group.finish();
+}
+
+/// Each phase as default effort runs it for 64 parts.
+fn phases(criterion: &mut Criterion) {
+    const PARTS: usize = 64;
+    const COARSEST: usize = 30 * PARTS;
+    let graph = graph();
+    let mut group = criterion.benchmark_group("phase");
+    group.sample_size(10);
+    for threads in [1, 2] {
+        group.bench_function(BenchmarkId::new("coarsening, threads", threads), |bencher| {
+            bencher.iter(|| Hierarchy::new(&graph, COARSEST, threads));
+        });
+    }
+    let hierarchy = Hierarchy::new(&graph, COARSEST, 1).expect("one thread is always there");
+    let coarsest = hierarchy.coarsest().expect("the surface shrinks");
+    for threads in [1, 2] {
+        group.bench_function(
+            BenchmarkId::new("division of the coarsest graph, threads", threads),
+            |bencher| {
+                bencher.iter(|| Division::initial(coarsest, PARTS, threads));
+            },
+        );
+        let division = Division::initial(&graph, PARTS, threads).expect("the options are sound");
+        group.bench_function(
+            BenchmarkId::new("local search on the finest graph, threads", threads),
+            |bencher| {
+                bencher.iter(|| division.search());
+            },
+        );
+        group.bench_function(
+            BenchmarkId::new("flows on the finest graph, threads", threads),
+            |bencher| {
+                bencher.iter(|| division.flows());
+            },
+        );
+    }
+    let division = Division::initial(&graph, PARTS, 1).expect("the options are sound");
+    group.bench_function("connection of the parts", |bencher| {
+        bencher.iter(|| division.connect());
+    });
+    group.bench_function("separator", |bencher| {
+        bencher.iter(|| separator(&graph, OrderingOptions::default().tries));
+    });
     group.finish();
 }
 
@@ -123,5 +169,5 @@ fn ordering(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, division, ordering);
+criterion_group!(benches, division, phases, ordering);
 criterion_main!(benches);

@@ -20,12 +20,28 @@ fn processor() -> String {
     model.unwrap_or_else(|| format!("{} {}", std::env::consts::OS, std::env::consts::ARCH))
 }
 
-/// The most memory that this process ever held, in bytes; `None` where the system does not say.
+/// The most memory that this process held at a time since it began or [`forget_peak_memory`] was called, in bytes; `None`
+/// where the system does not say.
 pub(crate) fn peak_memory() -> Option<u64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    peak_memory_in("/proc/self/status")
+}
+
+/// As [`peak_memory`], of another process that runs.
+pub(crate) fn peak_memory_of(process: u32) -> Option<u64> {
+    peak_memory_in(&format!("/proc/{process}/status"))
+}
+
+fn peak_memory_in(status: &str) -> Option<u64> {
+    let status = std::fs::read_to_string(status).ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
     let kibibytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
     Some(1024 * kibibytes)
+}
+
+/// Lets [`peak_memory`] count anew from what is held now, where the system can.
+pub(crate) fn forget_peak_memory() {
+    // Elsewhere than on Linux there is nothing to forget.
+    let _ = std::fs::write("/proc/self/clear_refs", "5");
 }
 
 /// How much other work the machine had: timings on a busy machine mean less.

@@ -3,9 +3,13 @@
 use std::{
     path::{Path, PathBuf},
     process::{Command, ExitStatus, Stdio},
+    thread,
+    time::Duration,
 };
 
 use anyhow::{Context, Result, bail};
+
+use crate::machine;
 
 /// Runs a program to its end and gives what it printed. Its standard error is shown only if it fails.
 pub(crate) fn output(command: &mut Command) -> Result<String> {
@@ -49,6 +53,30 @@ pub(crate) fn output_within(seconds: u64, program: &Command) -> Result<Option<St
         bail!("{shown}: {}\n{}", result.status, said.trim_end());
     }
     Ok(Some(String::from_utf8_lossy(&result.stdout).into_owned()))
+}
+
+/// Runs a program, whatever it prints, and watches how much memory it holds: the most, in bytes; `None` where the system does
+/// not say.
+pub(crate) fn peak_memory(command: &mut Command) -> Result<Option<u64>> {
+    const INTERVAL: Duration = Duration::from_micros(200);
+    let shown = format!("{command:?}");
+    let mut child = command
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .with_context(|| format!("{shown}: can't be started"))?;
+    let mut peak = None;
+    loop {
+        if let Some(status) = child.try_wait()? {
+            if !status.success() {
+                bail!("{shown}: {status}");
+            }
+            return Ok(peak);
+        }
+        peak = peak.max(machine::peak_memory_of(child.id()));
+        thread::sleep(INTERVAL);
+    }
 }
 
 /// Whether a program ended because its CPU time was used up.

@@ -33,6 +33,9 @@
 //! **Cost.** O(#E) time a level and about twice that in all, plus O(#E) memory of about 40 bytes a stored edge. At
 //! default effort about twice the time of METIS, with shorter borders; at high effort ten times.
 
+#[cfg(feature = "bench-internals")]
+#[doc(hidden)]
+pub mod bench;
 mod bisect;
 mod buckets;
 mod coarsen;

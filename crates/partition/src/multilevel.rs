@@ -16,17 +16,17 @@ use crate::team::Team;
 
 /// What is done to a partition on every level on its way up.
 #[derive(Clone, Copy, Debug)]
-struct Refinement {
+pub(crate) struct Refinement {
     /// On all levels but the finest.
     coarse: LocalSearch,
-    finest: LocalSearch,
+    pub(crate) finest: LocalSearch,
     coarse_flow: FlowSearch,
-    finest_flow: FlowSearch,
+    pub(crate) finest_flow: FlowSearch,
 }
 
 /// What an [`Effort`] means for a number of parts.
 #[derive(Clone, Copy, Debug)]
-struct Plan {
+pub(crate) struct Plan {
     /// Vertices per part at which coarsening stops.
     coarsest_per_part: usize,
     /// Size of the graph on which candidates are made.
@@ -38,11 +38,11 @@ struct Plan {
     combinations: u64,
     /// Cycles over the whole graph that start from the result.
     cycles: u64,
-    bisection: BisectionSearch,
+    pub(crate) bisection: BisectionSearch,
     /// Of candidates.
     small: Refinement,
     /// Of the partition that is chosen.
-    whole: Refinement,
+    pub(crate) whole: Refinement,
     /// Vertices along all borders above which flows are not sought: each of them costs about as much time as ten vertices
     /// of the graph do otherwise.
     longest_border: usize,
@@ -51,7 +51,7 @@ struct Plan {
 impl Plan {
     /// The figures were tuned on the graphs of Walshaw's archive and on surface meshes. Few parts leave the local search
     /// little to exchange: there more candidates pay.
-    fn of(effort: Effort, parts: usize) -> Self {
+    pub(crate) fn of(effort: Effort, parts: usize) -> Self {
         let few = |for_two, for_four, for_eight, for_more| match parts {
             0..=2 => for_two,
             3..=4 => for_four,

@@ -17,7 +17,7 @@ use clap::Subcommand;
 
 #[derive(Subcommand)]
 pub(crate) enum Bench {
-    /// Partitioner beside METIS 5.1 and KaFFPa-strong: cut, balance, volume, connection, time, fill
+    /// Partitioner beside METIS 5.1 and KaFFPa-strong: cut, balance, volume, connection, time, memory, fill
     ///
     /// Needs gpmetis and ndmetis (Debian: apt-get install metis). Finished peer cells are kept in .cache/bench.
     Partition {
@@ -43,6 +43,9 @@ pub(crate) enum Bench {
     /// Solve one problem in a process of its own, for `eigen`
     #[command(hide = true)]
     Solve(eigen::Alone),
+    /// Divide one graph in a process of its own, for `partition`
+    #[command(hide = true)]
+    Divide(partition::Alone),
     /// Registration: how often, how exactly and how fast attacked and moved meshes come back; beside its peers
     ///
     /// Makes Python environments in attacks/.venv and bench-harness/.venv. Goes from the smallest mesh to the largest. Finished
@@ -96,6 +99,7 @@ pub(crate) fn run(bench: Bench) -> Result<()> {
         } => partition::run(&graphs, &meshes, rounds.max(1), !no_kaffpa),
         Bench::Eigen(options) => eigen::run(&options),
         Bench::Solve(alone) => eigen::solve_alone(&alone),
+        Bench::Divide(alone) => partition::divide_alone(&alone),
         Bench::Registration {
             meshes,
             only,

@@ -8,6 +8,7 @@ use std::{
 
 use anyhow::{Context, Result, bail};
 use bench_harness::{edge_graph, graph_files, mesh_files, name_of, read_graph};
+use clap::Args;
 use mesh::Asset;
 use partition::{
     Effort, Graph, Options, Ordering, OrderingOptions, Partition, column_counts, nested_dissection,
@@ -21,7 +22,7 @@ use super::{
 };
 use crate::{
     machine,
-    process::{output, root},
+    process::{output, peak_memory, root},
     python::Python,
     table::Table,
 };
@@ -63,6 +64,13 @@ struct Case {
     one_thread: Cost,
     two_threads: Cost,
     high_seconds: f64,
+    memory: Memory,
+}
+
+/// The most memory of a process that holds a graph and divides it, in bytes.
+struct Memory {
+    metis: Option<u64>,
+    ours: Option<u64>,
 }
 
 /// One ordering.
@@ -186,6 +194,41 @@ fn divide(problem: &Problem, parts: usize, rounds: usize, python: Option<&Python
         one_thread: both(&one),
         two_threads: both(&two),
         high_seconds: high.1.cpu,
+        memory: memory(&problem.file, parts)?,
+    })
+}
+
+/// One graph for a process of its own, whose memory can be told from others'.
+#[derive(Args)]
+pub(crate) struct Alone {
+    /// METIS graph file
+    file: PathBuf,
+    parts: usize,
+}
+
+/// Divides at default effort on one thread and prints the most memory held after the file was read, in bytes, as JSON.
+pub(crate) fn divide_alone(alone: &Alone) -> Result<()> {
+    let graph = read_graph(&alone.file)?;
+    machine::forget_peak_memory();
+    let options = Options {
+        parts: alone.parts,
+        imbalance: IMBALANCE,
+        ..Default::default()
+    };
+    let divided = partition(&graph, &options)?;
+    println!("{}", json!({"peak": machine::peak_memory(), "cut": divided.cut}));
+    Ok(())
+}
+
+fn memory(file: &Path, parts: usize) -> Result<Memory> {
+    let mut alone = Command::new(std::env::current_exe()?);
+    alone.args(["bench", "divide"]).arg(file).arg(parts.to_string());
+    let report: Value = serde_json::from_str(&output(&mut alone)?).context("our own report")?;
+    let mut gpmetis = Command::new("gpmetis");
+    gpmetis.arg("-nooutput").arg(file).arg(parts.to_string());
+    Ok(Memory {
+        metis: peak_memory(&mut gpmetis)?,
+        ours: report["peak"].as_u64(),
     })
 }
 
@@ -281,7 +324,7 @@ fn write(cases: &[Case], fills: &[Fill], rounds: usize) -> Result<()> {
     let page = format!(
         "# The partitioner beside METIS\n\nWritten by `cargo xtask bench partition`: METIS 5.1 (`gpmetis`, `ndmetis`, defaults, one run) and ours, default effort and seed 0, on the same graphs, \
          at 3 % imbalance. Everyone's parts are judged by the same code. METIS' seconds are those that it reports for the partitioning alone; ours are CPU seconds on one thread and \
-         wall seconds on two; medians of {rounds} round(s). \"Pieces\" counts connected components of all parts.\n\n\
+         wall seconds on two; medians of {rounds} round(s). Memory is the most that a process held which divides on one thread: of METIS' from its start, of ours since it has read the graph. \"Pieces\" counts connected components of all parts.\n\n\
          {}\n{}\n{}\n{}; {}.\n",
         summary(cases, fills),
         cuts.markdown(),
@@ -319,6 +362,16 @@ fn summary(cases: &[Case], fills: &[Fill]) -> String {
         ),
         geometric_mean(timed().map(|case| case.high_seconds / case.metis_seconds)),
     );
+    let memory = cases
+        .iter()
+        .filter_map(|case| Some(case.memory.ours? as f64 / case.memory.metis? as f64));
+    if memory.clone().next().is_some() {
+        text += &format!(
+            "- memory / METIS': {:.2} (geometric mean), worst {:.2}\n",
+            geometric_mean(memory.clone()),
+            greatest(memory)
+        );
+    }
     if to_kaffpa().next().is_some() {
         text += &format!(
             "- high effort: cut / KaFFPa-strong's cut (one run, seed 0) {:.3} (geometric mean of {}), worst {:.3}; METIS' {:.3}\n",
@@ -355,6 +408,8 @@ fn cut_table(cases: &[Case]) -> Table {
         "ours, 1 thread (s)",
         "ours, 2 threads (s)",
         "high effort (s)",
+        "METIS (MB)",
+        "ours (MB)",
     ];
     let mut table = Table::new("Divisions", &header);
     for case in cases {
@@ -377,9 +432,15 @@ fn cut_table(cases: &[Case]) -> Table {
             format!("{:.3}", case.one_thread.cpu),
             format!("{:.3}", case.two_threads.wall),
             format!("{:.3}", case.high_seconds),
+            megabytes(case.memory.metis),
+            megabytes(case.memory.ours),
         ]);
     }
     table
+}
+
+fn megabytes(bytes: Option<u64>) -> String {
+    bytes.map_or_else(String::new, |bytes| format!("{:.1}", bytes as f64 / 1e6))
 }
 
 fn fill_table(fills: &[Fill]) -> Table {
