@@ -4,6 +4,9 @@
 //! From every few boundary vertices, in random order, a small search of its own starts: it moves the best vertex near by, also
 //! at a loss, and is rolled back to its best prefix. Local searches climb out of hills from which one search over the
 //! whole boundary would run away to easier places. A vertex moves at most once a round, which bounds the time.
+//!
+//! Two threads search at the same time where that pays, each in half of the parts; recursive bisection numbers them so that
+//! the halves have a short border with each other. The work is divided so on any number of threads.
 
 use crate::Graph;
 use crate::buckets::GainBuckets;
@@ -290,6 +293,82 @@ impl Room {
             })
         } else {
             state.best_move(vertex)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kway::cut;
+
+    /// A square grid in four quarters with frayed borders.
+    fn ragged_quarters(side: usize, rng: &mut Rng) -> (Graph, Vec<u32>) {
+        let mut edges = Vec::new();
+        let mut part = Vec::new();
+        for v in 0..side * side {
+            let (x, y) = (v % side, v / side);
+            if x + 1 < side {
+                edges.push((v as u32, v as u32 + 1, 1));
+            }
+            if y + 1 < side {
+                edges.push((v as u32, (v + side) as u32, 1));
+            }
+            let mut beyond = |z: usize| u32::from(z + rng.below(4) > side / 2 + 1);
+            part.push(2 * beyond(y) + beyond(x));
+        }
+        (Graph::from_edges(side * side, &edges).unwrap(), part)
+    }
+
+    #[test]
+    fn halves_searched_at_the_same_time_shorten_the_border_within_the_limits() {
+        let mut rng = Rng::new(5);
+        let (graph, part) = ragged_quarters(120, &mut rng);
+        let limits = [3900; 4];
+        let search = LocalSearch {
+            rounds: 3,
+            patience: 15,
+            seeds: 3,
+            max_loss: 3.0,
+            max_hold: 1.5,
+        };
+        let mut results = Vec::new();
+        for threads in [1, 2, 3] {
+            let team = Team::new(threads).unwrap();
+            let mut state = KWay::new(&graph, part.clone(), &limits);
+            assert_eq!(state.excess(), 0);
+            let mut boundary: Vec<u32> = (0..14400).filter(|&v| state.on_boundary(v as usize)).collect();
+            assert!(boundary.len() > MANY_SEEDS);
+            Searches::new(14400, &team).refine(&mut state, &mut boundary, search, &mut Rng::new(1));
+            assert_eq!(state.excess(), 0);
+            let fresh = KWay::new(&graph, state.part.clone(), &limits);
+            assert_eq!(state.weight, fresh.weight);
+            let all: Vec<u32> = (0..14400).filter(|&v| fresh.on_boundary(v as usize)).collect();
+            assert_eq!(boundary, all);
+            assert!(cut(&graph, &state.part) < cut(&graph, &part) * 3 / 4);
+            results.push(state.part);
+        }
+        assert!(results.iter().all(|part| *part == results[0]));
+    }
+
+    #[test]
+    fn vertices_outside_of_the_movable_parts_stand_still() {
+        let mut rng = Rng::new(6);
+        let (graph, part) = ragged_quarters(60, &mut rng);
+        let limits = [2000; 4];
+        let mut state = KWay::new(&graph, part.clone(), &limits).among(0..2);
+        let bounds = Bounds {
+            seeds: 3,
+            patience: 15,
+            max_loss: 3,
+            max_hold: 1.5,
+            max_gain: graph.max_weighted_degree(),
+        };
+        let seeds: Vec<u32> = (0..3600).filter(|&v| part[v as usize] < 2).collect();
+        Room::new(3600).search_all(&mut state, &seeds, &bounds);
+        assert_ne!(state.part, part);
+        for (before, after) in part.iter().zip(&state.part) {
+            assert!(before == after || (*before < 2 && *after < 2));
         }
     }
 }

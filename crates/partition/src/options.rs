@@ -47,9 +47,9 @@ impl Default for Options {
 pub enum Effort {
     /// One multilevel cycle with little search.
     Fast,
-    /// About twice the time of METIS, and shorter borders.
+    /// About 1.4 times the time of METIS, and shorter borders.
     Default,
-    /// About ten times the time of METIS: several partitions, combined and refined again.
+    /// Less than ten times the time of METIS: several partitions, combined and refined again.
     High,
 }
 
