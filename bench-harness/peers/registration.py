@@ -49,8 +49,9 @@ def open3d(original, suspect):
     original, suspect, gate = clouds(original, suspect)
 
     def cloud(mesh):
-        points = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(mesh.vertices))
-        points.normals = o3d.utility.Vector3dVector(mesh.vertex_normals)
+        # It takes arrays of its own alone.
+        points = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(np.array(mesh.vertices)))
+        points.normals = o3d.utility.Vector3dVector(np.array(mesh.vertex_normals))
         return points
 
     target, source = cloud(original), cloud(suspect)

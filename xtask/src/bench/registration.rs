@@ -495,7 +495,7 @@ fn write(cells: &[Cell], attacks: &Python, peers: &str) -> Result<()> {
     let page = format!(
         "# Registration\n\nWritten by `cargo xtask bench registration`. Every original is marked with the strength that the paper gives the bunny (324 bits, α = {PAPER_ALPHA:.2e} at unit area). \
          The suspect is attacked, then rotated at random, scaled by 0.01 to 100 and shifted by up to ten diagonals. Of crops and noise, {VARIANTS} variants are used in turn; mirrored \
-         copies are of each attack in turn.\n\n\
+         copies are of each attack in turn. A run can be ended early and go on later: the tables count the draws that are finished.\n\n\
          A draw is right when the suspect is reported as aligned, mirrored or not as it is, lies within {RIGHT_POSE} of where it belongs, and the paper's rule reads no more than {:.1} \
          points less of the bits with the transform that was found than with the true one. Where geometry is unchanged, the unmarked suspect must also come back to {EXACT:e} of the diagonal. \
          Found transforms are bettered in view of the mark, as `sigmark verify` does it, before bits are read. With another model in the suspect's place, a draw is right when it is \
