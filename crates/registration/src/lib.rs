@@ -50,8 +50,9 @@
 //! # Costs
 //! Matching vertices is O(n log n): with the judgement of the surfaces 0.3 s for 43 000 vertices. Aligning
 //! surfaces of that size costs about a second, two for suspects that are cut and altered and for other models,
-//! most of it in nearest-point queries on fixed numbers of samples. Memory is about 600 bytes a vertex of each
-//! mesh.
+//! most of it in nearest-point queries on fixed numbers of samples. A million vertices against as many take five
+//! seconds on two threads, most of it in building search trees and in looking for vertices, and a microsecond a
+//! vertex to resample. Memory is about 600 bytes a vertex of each mesh.
 //!
 //! # What comes back from odd suspects
 //! | suspect | answer |
