@@ -345,21 +345,16 @@ fn summary(cases: &[Case], fills: &[Fill]) -> String {
         .iter()
         .filter_map(|case| Some(case.metis.cut as f64 / case.kaffpa? as f64));
     let timed = || cases.iter().filter(|case| case.metis_seconds >= LEAST_SECONDS);
-    let one_thread = || timed().map(|case| case.one_thread.cpu / case.metis_seconds);
-    let two_threads = || timed().map(|case| case.two_threads.wall / case.metis_seconds);
     let fill_ratio = || fills.iter().map(|fill| fill.ours as f64 / fill.metis as f64);
     let mut text = format!(
         "- cut / METIS' cut: {:.3} (geometric mean of {}), worst {:.3}\n\
-         - CPU time / METIS' on one thread: {:.2}, worst {:.2}; wall time on two: {:.2}, worst {:.2} (geometric means of the {} cases in which METIS needs {LEAST_SECONDS} s or more)\n\
+         - CPU time / METIS' on one thread: {:.2}; wall time on two: {:.2} (geometric means of the cases in which METIS needs {LEAST_SECONDS} s or more)\n\
          - high effort: cut / METIS' cut {:.3}, CPU time / METIS' {:.1}\n",
         geometric_mean(ratios()),
         cases.len(),
         greatest(ratios()),
-        geometric_mean(one_thread()),
-        greatest(one_thread()),
-        geometric_mean(two_threads()),
-        greatest(two_threads()),
-        timed().count(),
+        geometric_mean(timed().map(|case| case.one_thread.cpu / case.metis_seconds)),
+        geometric_mean(timed().map(|case| case.two_threads.wall / case.metis_seconds)),
         geometric_mean(
             cases
                 .iter()
