@@ -3,7 +3,10 @@
 use anyhow::{Result, bail};
 use baselines::PAPER_DETECTOR;
 
-use super::{Column, Outcome, Results, paper::Model};
+use super::{
+    paper::Model,
+    results::{Column, Outcome, Results},
+};
 
 /// How far the agreement with a signature that is not in a mesh may lie from a half: more than five standard deviations of 324 coins.
 const CHANCE: f64 = 0.15;
@@ -91,12 +94,12 @@ fn is_of_the_paper(model: &Model, column: &Column) -> bool {
 mod tests {
     use super::*;
     use crate::reproduce::{
-        Mark, Strength, Trial,
-        paper::BUNNY,
-        study::{Cell, Rated, Target},
+        paper::{Attack, BUNNY},
+        results::Trial,
+        study::{Cell, Mark, Rated, Strength, Target},
     };
 
-    fn trial(target: Target, attack: &'static crate::reproduce::Attack, rate: f64) -> Trial {
+    fn trial(target: Target, attack: &'static Attack, rate: f64) -> Trial {
         let rated = Rated {
             detector: PAPER_DETECTOR.into(),
             rate,

@@ -7,9 +7,9 @@ use baselines::Algorithm;
 use quality::{Scale, heatmap};
 
 use super::{
-    Results,
     models::Standin,
     paper::{self, ATTACKS, Attack, COMBINED, Model},
+    results::Results,
     roc::Frame,
     study::Target,
 };

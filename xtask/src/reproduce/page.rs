@@ -7,12 +7,13 @@ use base64::{Engine, engine::general_purpose::STANDARD};
 use baselines::PAPER_DETECTOR;
 
 use super::{
-    Options, Outcome, Results, Trial,
+    Options,
     figures::{self, Shown},
+    results::{Column, Outcome, Results, Trial},
     roc::Roc,
     save,
     sheet::{Sheet, escaped},
-    study::SCHEME,
+    study::{SCHEME, Target},
     tables,
 };
 
@@ -89,7 +90,7 @@ fn detectors(results: &Results) -> Vec<String> {
     let mut columns = columns.filter(|column| column.algorithm == "MHBs" && !column.trials.is_empty());
     columns
         .next()
-        .map_or_else(|| vec![PAPER_DETECTOR.into()], super::Column::detectors)
+        .map_or_else(|| vec![PAPER_DETECTOR.into()], Column::detectors)
 }
 
 /// As in the paper, one marked and one unmarked mesh for each model and attack of Tables 4 and 5: the first signature's.
@@ -106,8 +107,8 @@ fn roc(results: &Results, detector: &str) -> Roc {
     };
     let rates = |marked: bool| {
         let wanted = trials().filter(move |trial| match trial.target {
-            super::Target::Marked(number) => marked && number == 0,
-            super::Target::Unmarked => !marked,
+            Target::Marked(number) => marked && number == 0,
+            Target::Unmarked => !marked,
         });
         let rated = wanted
             .flat_map(|trial| &trial.cell.readings)

@@ -4,10 +4,10 @@ use baselines::PAPER_DETECTOR;
 use sigmark::statistics::binomial_tail;
 
 use super::{
-    Column, Outcome, Results, Trial,
     paper::{ATTACKS, Attack, BEYOND, BY_MESHLAB, COMBINED, Printed, Times},
+    results::{Column, Outcome, Results, Trial},
     sheet::{Entry, Figure, Sheet, csv},
-    study::{Rated, SCHEME, Target},
+    study::{Mark, Rated, SCHEME, Target},
 };
 
 fn text(words: impl Into<String>) -> Entry {
@@ -384,7 +384,7 @@ fn distortion(results: &Results) -> Sheet {
                 strength.alpha,
                 if strength.printed { " (paper's)" } else { "" }
             );
-            let of = |value: fn(&super::Mark) -> f64, printed, digits| {
+            let of = |value: fn(&Mark) -> f64, printed, digits| {
                 figure(column.marks.iter().map(value).collect(), printed, digits)
             };
             sheet.rows.push(vec![
@@ -397,6 +397,50 @@ fn distortion(results: &Results) -> Sheet {
                 of(|mark| mark.msdm2, None, 3),
             ]);
         }
+    }
+    sheet
+}
+
+/// Where the time goes, in seconds of one thread but for the bases, which have all threads.
+fn costs(results: &Results) -> Sheet {
+    let mut sheet = Sheet::new(
+        "Where the time goes",
+        "Seconds, whenever they were spent. Bases: wall time with all threads; the rest: of one thread, as many side by side as there are cores. Re-meshing is part of the attacks.",
+        &[
+            "model",
+            "cells",
+            "bases",
+            "attacks",
+            "of these re-meshing",
+            "alignment",
+            "resampling and reading",
+        ],
+    );
+    for outcome in &results.outcomes {
+        let preparations = outcome.columns.iter().filter_map(|column| column.preparation);
+        let bases: f64 = preparations.map(|preparation| preparation.seconds).sum();
+        let trials: Vec<&Trial> = outcome
+            .columns
+            .iter()
+            .flat_map(|column| {
+                column
+                    .trials
+                    .iter()
+                    .chain(column.sweep.iter().flat_map(|(_, trials)| trials))
+            })
+            .collect();
+        let sum = |seconds: fn(&Trial) -> f64| trials.iter().map(|trial| seconds(trial)).sum::<f64>();
+        let remeshing = trials.iter().filter(|trial| trial.attack.spec == "remesh");
+        let whole = |seconds: f64| text(format!("{seconds:.0}"));
+        sheet.rows.push(vec![
+            text(outcome.title()),
+            text(trials.len().to_string()),
+            whole(bases),
+            whole(sum(|trial| trial.cell.attack_seconds)),
+            whole(remeshing.map(|trial| trial.cell.attack_seconds).sum()),
+            whole(sum(|trial| trial.cell.registration_seconds)),
+            whole(sum(|trial| trial.cell.reading_seconds)),
+        ]);
     }
     sheet
 }
@@ -463,6 +507,7 @@ pub(super) fn all(results: &Results) -> Vec<(&'static str, Sheet)> {
         ("distortion", distortion(results)),
         ("fig2", sweep(results)),
         ("controls", controls(results)),
+        ("costs", costs(results)),
     ];
     tables
         .into_iter()
