@@ -10,10 +10,10 @@ use anyhow::{Context, Result, bail};
 use bench_harness::{mesh_files, name_of};
 use mesh::{Asset, Format, Precision, Similarity, TriMesh, shapes, write_mesh};
 use rand_chacha::{ChaCha20Rng, rand_core::SeedableRng};
-use registration::{AlignOptions, Aligner, Alignment};
+use registration::{AlignOptions, Aligner, Alignment, Basis};
 use serde_json::{Value, json};
 use sigmark::{
-    CoefficientDetector, Detector, Embedder, Registered, Sampler, Signed, Strength, Work,
+    CoefficientDetector, Detector, Embedder, Registered, Sampler, Signed, Strength, Verifier, Work,
     signature::{Curve, SigningKey},
     statistics::extraction_rate,
 };
@@ -433,14 +433,22 @@ fn read(signed: &Signed, suspect: &TriMesh, place: &Similarity, found: &Alignmen
     let (original, work) = (signed.original(), Work::default());
     let records = &signed.certificate().mark().patches;
     let alphas: Vec<f64> = records.iter().map(|patch| patch.alpha).collect();
-    let mut sampler = Sampler::new(suspect);
-    if let Some(survivors) = &found.correspondence {
-        sampler = sampler.survivors(survivors);
-    }
     let rate = |registered: Registered| {
         let bits = CoefficientDetector.detect(original, &alphas, &registered, work)?;
         anyhow::Ok(extraction_rate(&signed.signature().bits(), &bits.hard()))
     };
+    if let (Basis::Connectivity, Some(map)) = (found.basis, &found.correspondence) {
+        // The verifier fits corresponding vertices anew, from no first guess.
+        let certificate = signed.certificate();
+        let verifier = Verifier::new(original.mesh(), certificate, certificate.public_key())?;
+        let verdict = verifier.original(original)?.verify(suspect)?;
+        let found = verdict.extraction_rate.context("the verifier read nothing")?;
+        return Ok([found, rate(Registered::by_vertices(map.carry(suspect)))?]);
+    }
+    let mut sampler = Sampler::new(suspect);
+    if let Some(survivors) = &found.correspondence {
+        sampler = sampler.survivors(survivors);
+    }
     let better = sampler.refine(original, &alphas, place, work)?;
     Ok([
         rate(sampler.sample(original.mesh(), &better, work)?)?,
