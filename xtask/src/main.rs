@@ -54,6 +54,9 @@ enum Task {
         /// Take finished work that another version of the code did; the page then says how much of it there is
         #[arg(long)]
         keep: bool,
+        /// Begin nothing after so many minutes, and write what there is; 0: what was finished before
+        #[arg(long, value_name = "N")]
+        minutes: Option<u64>,
     },
     /// Sign every mesh file of a folder and verify it: untouched, moved, shuffled, converted; and refuse what is not it
     Meshes {
@@ -87,6 +90,7 @@ fn main() -> ExitCode {
             algorithm,
             signatures,
             keep,
+            minutes,
         } => reproduce::run(&reproduce::Options {
             output: output
                 .unwrap_or_else(|| process::root().join(if full { "results" } else { "results/quick" })),
@@ -95,6 +99,7 @@ fn main() -> ExitCode {
             algorithms: algorithm,
             signatures,
             keep,
+            closing: minutes.map(|minutes| std::time::Duration::from_secs(60 * minutes)),
         }),
         Task::Meshes {
             folder,

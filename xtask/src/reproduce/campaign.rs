@@ -1,12 +1,13 @@
 //! What is run on a model: algorithms, signatures and attacks, side by side.
 
 use std::{
-    fs,
+    fmt, fs,
     sync::{Mutex, PoisonError},
 };
 
 use anyhow::{Context, Result};
-use baselines::{Algorithm, entries};
+use baselines::{Algorithm, BaselineError, Prepared, Reference, Subject, entries};
+use sigmark::{SigmarkError, Work};
 
 use super::{
     Options, failed, figures,
@@ -48,7 +49,11 @@ impl Campaign<'_> {
             // What the paper did not try is compared with MHBs, and so distorts as much.
             let distortion = printed.or_else(|| standin.model.printed("MHBs"));
             let distortion = distortion.context("MHBs are in every table")?.row.d_rmse;
-            let study = Study::new(&scene, algorithm.as_ref(), distortion);
+            let algorithm = OpenUntil {
+                algorithm,
+                progress: self.progress,
+            };
+            let study = Study::new(&scene, &algorithm, distortion);
             let column = self.column(&study, failures, &mut heat);
             columns.push(column);
         }
@@ -73,9 +78,14 @@ impl Campaign<'_> {
             sweep: Vec::new(),
         };
         if let Err(error) = self.fill(study, &mut column, failures, heat) {
+            let why = if self.progress.is_over() {
+                "no time was left".into()
+            } else {
+                format!("{error:#}")
+            };
             failed(
                 failures,
-                format!("{}, {}: {error:#}", self.standin.model.name, column.algorithm),
+                format!("{}, {}: {why}", self.standin.model.name, column.algorithm),
             );
         }
         column
@@ -139,13 +149,16 @@ impl Campaign<'_> {
         for _ in missing.len()..attacks.len() {
             self.progress.done(vertices, None);
         }
-        if !missing.is_empty() {
+        if !missing.is_empty() && !self.progress.is_over() {
             // All threads need it; computed by one of them it would keep the others waiting.
             study.prepare()?;
             let file = self.bench.work.join("marked.ply");
             study.write(target, alpha, &file)?;
             let ended = Mutex::new(Vec::new());
             let work = |&i: &usize| {
+                if self.progress.is_over() {
+                    return;
+                }
                 let size = figures::size(&self.standin.model, study.algorithm, target, attacks[i]);
                 let cell = study.cell(target, alpha, attacks[i], &file, size);
                 let words = self.words(study, target, attacks[i], cell.as_ref());
@@ -162,10 +175,18 @@ impl Campaign<'_> {
                 match cell {
                     Ok(cell) => done[i] = Some(cell),
                     Err(error) => {
-                        failures.push(format!("{}: {error:#}", self.name(study, target, attacks[i])));
+                        failures.push(format!(
+                            "{}: {error:#}",
+                            self.name(study, target, attacks[i].name)
+                        ));
                     }
                 }
             }
+        }
+        let late = done.iter().filter(|cell| cell.is_none()).count();
+        if late > 0 && self.progress.is_over() {
+            let name = self.name(study, target, "no time was left");
+            failed(failures, format!("{name} for {late} cells"));
         }
         let finished = attacks.iter().zip(done);
         Ok(finished
@@ -180,13 +201,14 @@ impl Campaign<'_> {
             .collect())
     }
 
-    fn name(&self, study: &Study<'_>, target: Target, attack: &Attack) -> String {
+    /// What is called `what` of a mesh: an attack, mostly.
+    fn name(&self, study: &Study<'_>, target: Target, what: &str) -> String {
         let mesh = match target {
             Target::Marked(number) => format!("signature {}", number + 1),
             Target::Unmarked => "unmarked".into(),
         };
         let model = self.standin.model.name;
-        format!("{model}, {}, {mesh}, {}", study.algorithm.name(), attack.name)
+        format!("{model}, {}, {mesh}, {what}", study.algorithm.name())
     }
 
     /// A line of progress.
@@ -197,7 +219,7 @@ impl Campaign<'_> {
         attack: &Attack,
         cell: Result<&Cell, &anyhow::Error>,
     ) -> String {
-        let name = self.name(study, target, attack);
+        let name = self.name(study, target, attack.name);
         let cell = match cell {
             Ok(cell) => cell,
             Err(error) => return format!("{name}: {error:#}"),
@@ -215,6 +237,40 @@ impl Campaign<'_> {
         };
         let seconds = cell.attack_seconds + cell.registration_seconds + cell.reading_seconds;
         format!("{name}: {}{printed}; {seconds:.1} s", rates.join(", "))
+    }
+}
+
+/// An algorithm that prepares no mesh when the time is over; what it finished before is found.
+struct OpenUntil<'a> {
+    algorithm: Box<dyn Algorithm>,
+    progress: &'a Progress,
+}
+
+/// As the algorithm's, by which finished work is known.
+impl fmt::Debug for OpenUntil<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.algorithm.fmt(f)
+    }
+}
+
+impl Algorithm for OpenUntil<'_> {
+    fn name(&self) -> String {
+        self.algorithm.name()
+    }
+
+    fn reference(&self) -> Reference {
+        self.algorithm.reference()
+    }
+
+    fn paper_alpha(&self) -> Option<f64> {
+        self.algorithm.paper_alpha()
+    }
+
+    fn prepare(&self, subject: &Subject<'_>, work: Work<'_>) -> Result<Box<dyn Prepared>, BaselineError> {
+        if self.progress.is_over() {
+            return Err(BaselineError::from(SigmarkError::Cancelled));
+        }
+        self.algorithm.prepare(subject, work)
     }
 }
 
@@ -266,7 +322,7 @@ pub(super) fn progress(candidates: &[Candidate], options: &Options) -> Progress 
             vertices += cells as f64 * model.size;
         }
     }
-    Progress::new(pieces, vertices)
+    Progress::new(pieces, vertices, options.closing)
 }
 
 /// What a cell needs at most: MeshLab's structures, and ours.

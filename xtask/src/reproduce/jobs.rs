@@ -70,6 +70,8 @@ pub(crate) struct Progress {
     begun: Instant,
     state: Mutex<Done>,
     total: usize,
+    /// When no more work begins.
+    closing: Option<Duration>,
 }
 
 struct Done {
@@ -81,11 +83,12 @@ struct Done {
 }
 
 impl Progress {
-    /// `pieces` have `vertices` in all.
-    pub(crate) fn new(pieces: usize, vertices: f64) -> Self {
+    /// `pieces` have `vertices` in all; none begins after `closing`.
+    pub(crate) fn new(pieces: usize, vertices: f64, closing: Option<Duration>) -> Self {
         Self {
             begun: Instant::now(),
             total: pieces,
+            closing,
             state: Mutex::new(Done {
                 pieces: 0,
                 left: vertices,
@@ -109,6 +112,11 @@ impl Progress {
             self.total,
             duration(rest)
         );
+    }
+
+    /// Whether it is too late to begin something.
+    pub(crate) fn is_over(&self) -> bool {
+        self.closing.is_some_and(|closing| self.passed() >= closing)
     }
 
     pub(crate) fn passed(&self) -> Duration {

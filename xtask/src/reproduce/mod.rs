@@ -28,6 +28,7 @@ use std::{
     fs::{self, File},
     path::{Path, PathBuf},
     thread,
+    time::Duration,
 };
 
 use anyhow::{Context, Result};
@@ -57,6 +58,8 @@ pub(crate) struct Options {
     pub(crate) signatures: usize,
     /// Takes finished work of other versions of the code.
     pub(crate) keep: bool,
+    /// When no more work begins, and what there is is written.
+    pub(crate) closing: Option<Duration>,
 }
 
 pub(crate) fn run(options: &Options) -> Result<()> {
