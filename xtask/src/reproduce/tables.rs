@@ -112,7 +112,8 @@ fn robustness(results: &Results, title: &str, note: &str, attacks: &[Attack]) ->
         {
             continue;
         }
-        for column in &outcome.columns {
+        let begun = outcome.columns.iter().filter(|column| !column.trials.is_empty());
+        for column in begun {
             let row = outcome.printed(&column.algorithm).map(|printed| printed.row);
             for detector in column.detectors() {
                 let printed = row.filter(|_| detector == PAPER_DETECTOR);
@@ -431,7 +432,11 @@ fn costs(results: &Results) -> Sheet {
             .collect();
         let sum = |seconds: fn(&Trial) -> f64| trials.iter().map(|trial| seconds(trial)).sum::<f64>();
         let remeshing = trials.iter().filter(|trial| trial.attack.spec == "remesh");
-        let whole = |seconds: f64| text(format!("{seconds:.0}"));
+        if trials.is_empty() {
+            continue;
+        }
+        // The sum of no numbers is -0.
+        let whole = |seconds: f64| text(format!("{:.0}", seconds.abs()));
         sheet.rows.push(vec![
             text(outcome.title()),
             text(trials.len().to_string()),
