@@ -32,8 +32,18 @@ pub(crate) fn peak_memory_of(process: u32) -> Option<u64> {
 }
 
 fn peak_memory_in(status: &str) -> Option<u64> {
-    let status = std::fs::read_to_string(status).ok()?;
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    bytes(status, "VmHWM:")
+}
+
+/// The memory that programs can still have, in bytes; `None` where the system does not say.
+pub(crate) fn available_memory() -> Option<u64> {
+    bytes("/proc/meminfo", "MemAvailable:")
+}
+
+/// An amount of memory that Linux tells by this name, in KiB.
+fn bytes(file: &str, name: &str) -> Option<u64> {
+    let text = std::fs::read_to_string(file).ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix(name))?;
     let kibibytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
     Some(1024 * kibibytes)
 }

@@ -3,6 +3,7 @@
 
 mod bench;
 mod machine;
+mod markup;
 mod meshes;
 mod patches;
 mod pictures;

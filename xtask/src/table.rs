@@ -36,15 +36,17 @@ impl Table {
 
     /// Writes the table as CSV (RFC 4180).
     pub(crate) fn write_csv(&self, path: &Path) -> Result<()> {
-        let quoted = |cell: &String| match cell.contains([',', '"', '\n']) {
-            true => format!("\"{}\"", cell.replace('"', "\"\"")),
-            false => cell.clone(),
-        };
-        let line = |cells: &Vec<String>| cells.iter().map(quoted).collect::<Vec<_>>().join(",") + "\n";
-        let text: String = std::iter::once(&self.header)
-            .chain(&self.rows)
-            .map(line)
-            .collect();
-        std::fs::write(path, text).with_context(|| path.display().to_string())
+        let lines: Vec<Vec<String>> = std::iter::once(&self.header).chain(&self.rows).cloned().collect();
+        std::fs::write(path, csv(&lines)).with_context(|| path.display().to_string())
     }
+}
+
+/// Lines of fields as CSV (RFC 4180).
+pub(crate) fn csv(lines: &[Vec<String>]) -> String {
+    let quoted = |field: &String| match field.contains([',', '"', '\n']) {
+        true => format!("\"{}\"", field.replace('"', "\"\"")),
+        false => field.clone(),
+    };
+    let line = |fields: &Vec<String>| fields.iter().map(quoted).collect::<Vec<_>>().join(",") + "\n";
+    lines.iter().map(line).collect()
 }

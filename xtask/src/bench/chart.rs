@@ -2,6 +2,8 @@
 
 use std::fmt::Write;
 
+use crate::markup::{INK, OURS, PALE_INK, escaped};
+
 const WIDTH: f64 = 760.0;
 const LABELS: f64 = 160.0;
 /// Room for the words behind the longest bar.
@@ -12,9 +14,6 @@ const TOP: f64 = 74.0;
 /// Room for the numbers below the axis.
 const BOTTOM: f64 = 34.0;
 
-const INK: &str = "#1f2933";
-const PALE_INK: &str = "#616e7c";
-const OURS: &str = "#d9480f";
 const THEIRS: &str = "#9fb3c8";
 const GRID: &str = "#e4e7eb";
 
@@ -118,12 +117,6 @@ fn marks(longest: f64) -> impl Iterator<Item = f64> {
     let step = steps.into_iter().find(|step| 4.0 * step <= longest);
     let step = step.unwrap_or(power);
     (0..=(longest / step) as usize).map(move |k| k as f64 * step)
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
 }
 
 #[cfg(test)]

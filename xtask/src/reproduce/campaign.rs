@@ -5,7 +5,7 @@ use std::{
     sync::{Mutex, PoisonError},
 };
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use baselines::{Algorithm, BaselineError, Prepared, Reference, Subject, entries};
 use sigmark::{SigmarkError, Work};
 
@@ -284,6 +284,18 @@ fn algorithms(model: &Model, options: &Options) -> Vec<Box<dyn Algorithm>> {
     };
     let all = entries(model.functions).into_iter();
     all.filter(|algorithm| wanted(algorithm.as_ref())).collect()
+}
+
+/// Fails if an algorithm was asked for by a name that none has.
+pub(super) fn check_names(asked: &[String]) -> Result<()> {
+    let known: Vec<String> = entries(1).iter().map(|algorithm| algorithm.name()).collect();
+    match asked.iter().find(|name| !known.contains(name)) {
+        Some(name) => bail!(
+            "--algorithm {name}: there is none of that name; there are {}",
+            known.join("; ")
+        ),
+        None => Ok(()),
+    }
 }
 
 /// Models with more patches are left to the paper's algorithms.

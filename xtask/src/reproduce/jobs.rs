@@ -6,17 +6,14 @@ use std::{
     time::{Duration, Instant},
 };
 
+use crate::machine::available_memory;
+
 /// Bytes that are kept free.
 const RESERVE: u64 = 1 << 30;
 
 /// What the system says is free, less a reserve; on systems that do not say, enough for one job at a time.
 pub(crate) fn free_memory() -> u64 {
-    let said = std::fs::read_to_string("/proc/meminfo").ok();
-    let kibibytes = said.as_deref().and_then(|text| {
-        let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
-        line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()
-    });
-    kibibytes.map_or(0, |kibibytes| (1024 * kibibytes).saturating_sub(RESERVE))
+    available_memory().map_or(0, |bytes| bytes.saturating_sub(RESERVE))
 }
 
 /// Runs every job on one of `threads` threads. A job begins when its `bytes` fit beside those that run; one that never fits runs

@@ -63,6 +63,7 @@ pub(crate) struct Options {
 }
 
 pub(crate) fn run(options: &Options) -> Result<()> {
+    campaign::check_names(&options.algorithms)?;
     let python = match Python::prepare() {
         Ok(python) => python,
         Err(missing) => return bare::run(&missing),

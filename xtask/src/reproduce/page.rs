@@ -12,10 +12,11 @@ use super::{
     results::{Column, Outcome, Results, Trial},
     roc::Roc,
     save,
-    sheet::{Sheet, escaped},
+    sheet::Sheet,
     study::{SCHEME, Target},
     tables,
 };
+use crate::markup::escaped;
 
 /// The threshold that the paper chooses.
 const PAPER_THRESHOLD: f64 = 0.561;

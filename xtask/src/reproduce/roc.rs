@@ -2,6 +2,8 @@
 
 use std::fmt::Write;
 
+use crate::markup::{INK, OURS, PALE_INK};
+
 /// Rates from 0 to 1.
 pub(crate) struct Roc {
     marked: Vec<f64>,
@@ -157,9 +159,6 @@ impl Roc {
     }
 }
 
-const INK: &str = "#1f2933";
-const PALE_INK: &str = "#616e7c";
-const OURS: &str = "#d9480f";
 const THEIRS: &str = "#829ab1";
 
 /// Where a plot lies on the page; places in it run from 0 to 1.

@@ -2,6 +2,8 @@
 
 use std::fmt::Write;
 
+use crate::{markup::escaped, table::csv};
+
 /// What stands in a cell of a table.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Entry {
@@ -191,23 +193,6 @@ impl Sheet {
         }
         csv(&fields)
     }
-}
-
-/// Lines of fields as CSV (RFC 4180).
-pub(crate) fn csv(lines: &[Vec<String>]) -> String {
-    let quoted = |field: &String| match field.contains([',', '"', '\n']) {
-        true => format!("\"{}\"", field.replace('"', "\"\"")),
-        false => field.clone(),
-    };
-    let line = |fields: &Vec<String>| fields.iter().map(quoted).collect::<Vec<_>>().join(",") + "\n";
-    lines.iter().map(line).collect()
-}
-
-pub(crate) fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
-        .replace('"', "&quot;")
 }
 
 #[cfg(test)]

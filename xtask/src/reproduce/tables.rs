@@ -6,9 +6,10 @@ use sigmark::statistics::binomial_tail;
 use super::{
     paper::{ATTACKS, Attack, BEYOND, BY_MESHLAB, COMBINED, Printed, Times},
     results::{Column, Outcome, Results, Trial},
-    sheet::{Entry, Figure, Sheet, csv},
+    sheet::{Entry, Figure, Sheet},
     study::{Mark, Rated, SCHEME, Target},
 };
+use crate::table::csv;
 
 fn text(words: impl Into<String>) -> Entry {
     Entry::Text(words.into())
