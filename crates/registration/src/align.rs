@@ -38,7 +38,7 @@ impl Default for AlignOptions {
 pub enum Basis {
     /// All vertices of the original were found again.
     Connectivity,
-    /// Part of the original's net was found again.
+    /// Part of the original's net was found again: at least a quarter of the vertices of the smaller mesh.
     Surroundings,
     /// The surfaces alone.
     Surface,
@@ -98,7 +98,7 @@ impl Alignment {
 /// Finds the similarity that takes the suspect to the original, mirrored if need be, without an initial
 /// guess.
 ///
-/// Vertices that survived are used when there are enough of them; else the surfaces are aligned, from the
+/// Vertices that survived are used when there are enough of them and the surfaces agree; else the surfaces are aligned, from the
 /// given pose, from principal axes and from rotations all around. Another model comes back with `aligned`
 /// false and the overlap measured.
 ///
@@ -330,6 +330,9 @@ fn check(options: &AlignOptions) -> Result<(), RegistrationError> {
 /// Fewer surviving vertices than this are taken for chance.
 const FEWEST_SURVIVORS: usize = 30;
 
+/// Survivors that are a smaller share than this of the smaller mesh place it less well than its surface does.
+const LEAST_SHARE: f64 = 0.25;
+
 /// Pairs farther apart than this many medians are strays.
 const STRAY: f64 = 5.0;
 
@@ -360,6 +363,9 @@ impl ByVertices {
     /// The alignment by one of the maps, if the surfaces agree.
     fn judged(mut self, search: &Search<'_>, chosen: usize) -> Option<Alignment> {
         let (transform, correspondence) = self.maps.remove(chosen);
+        if self.basis == Basis::Surroundings && !search.rests_at(&transform) {
+            return None;
+        }
         let alternatives = self.maps.into_iter().map(|(transform, _)| transform).collect();
         let found = Alignment {
             correspondence: Some(correspondence),
@@ -384,7 +390,9 @@ fn by_vertices(
     let (basis, maps) = match survivors(graph, suspect, MOST_MAPS, observer) {
         Survivors::All(maps) => (Basis::Connectivity, maps),
         Survivors::Some(part) => {
+            let least = LEAST_SHARE * original.vertex_count().min(suspect.vertex_count()) as f64;
             let part = without_strays(part, original, suspect);
+            let part = part.filter(|part| part.matched() as f64 >= least);
             (Basis::Surroundings, part.into_iter().collect())
         }
     };

@@ -52,8 +52,11 @@ const CARE: [Effort; 2] = [
     },
 ];
 
-/// The suspect's vertices decide if they deviate by less than this fraction of what its samples do.
+/// Of two deviations, one is far better if it is less than this fraction of the other.
 const FAR_BETTER: f64 = 0.5;
+
+/// Surfaces that deviate by less than this fraction of the diagonal lie on each other.
+const SURELY: f64 = 1e-6;
 
 /// Rotations tried when principal axes fail, and guesses of a kind that get a glance.
 const ROTATIONS: usize = 576;
@@ -256,6 +259,16 @@ impl<'a> Search<'a> {
             .filter(|refined| refined.deviation <= bound)
             .or(by_samples);
         Ok(better.map_or(start, |refined| refined.transform))
+    }
+
+    /// Whether the surfaces lie in a pose about as well as in any near it.
+    pub(crate) fn rests_at(&self, pose: &Similarity) -> bool {
+        let deviation = |effort: Effort| {
+            let refined = icp::refine(self.original, self.suspect, *pose, effort, Ends::Samples);
+            refined.map_or(f64::INFINITY, |refined| refined.deviation)
+        };
+        let here = deviation(Effort { steps: 1, ..CARE[0] });
+        here <= SURELY || (here.is_finite() && deviation(CARE[0]) > FAR_BETTER * here)
     }
 
     /// Refines guesses at a glance, and the best of them with a longer look.

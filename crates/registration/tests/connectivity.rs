@@ -134,6 +134,12 @@ proptest! {
 
 /// Flips the first edge, from a random place on, whose new edge does not exist yet.
 fn with_an_edge_flipped(mesh: &TriMesh, seed: u64) -> TriMesh {
+    with_edges_flipped(mesh, seed as usize, 1, |_| true)
+}
+
+/// Flips up to `most` edges of the chosen triangles, at most one a triangle, whose new edges do not exist yet,
+/// beginning with the edge `start`.
+fn with_edges_flipped(mesh: &TriMesh, start: usize, most: usize, chosen: impl Fn(usize) -> bool) -> TriMesh {
     let edges = mesh::Edges::of(mesh);
     let opposite = |t: u32, [a, b]: [u32; 2]| {
         *mesh.triangles()[t as usize]
@@ -142,15 +148,22 @@ fn with_an_edge_flipped(mesh: &TriMesh, seed: u64) -> TriMesh {
             .expect("a third corner")
     };
     let mut triangles = mesh.triangles().to_vec();
+    let mut untouched: Vec<bool> = (0..triangles.len()).map(chosen).collect();
+    let mut new = std::collections::HashSet::new();
     for i in 0..edges.count() {
-        let e = (i + seed as usize % edges.count()) % edges.count();
+        let e = (i + start % edges.count()) % edges.count();
         let [a, b] = edges.vertices()[e];
-        if let &[t, u] = edges.triangles(e) {
+        if let &[t, u] = edges.triangles(e)
+            && untouched[t as usize]
+            && untouched[u as usize]
+            && new.len() < most
+        {
             let (c, d) = (opposite(t, [a, b]), opposite(u, [a, b]));
-            if edges.find(c, d).is_none() {
+            if edges.find(c, d).is_none() && new.insert([c.min(d), c.max(d)]) {
                 triangles[t as usize] = [a, c, d];
                 triangles[u as usize] = [b, d, c];
-                break;
+                untouched[t as usize] = false;
+                untouched[u as usize] = false;
             }
         }
     }
@@ -246,6 +259,30 @@ fn what_a_cut_leaves_is_matched() {
 fn meshes_with_nothing_in_common_give_almost_no_pairs() {
     let map = match_surroundings(&shapes::bumpy_sphere(3, 1), &shapes::bumpy_torus(30, 20, 9));
     assert!(map.matched() < 60, "{}", map.matched());
+}
+
+#[test]
+fn a_patch_that_was_left_does_not_grow_into_what_was_altered() {
+    for seed in 1..6 {
+        let original = shapes::bumpy_torus(120, 80, seed);
+        let left = |p: &[f64; 3]| p[0] > 1.1;
+        let altered = |t: usize| !original.corners(t).iter().any(left);
+        let suspect = shapes::shuffled(&with_edges_flipped(&original, 0, usize::MAX, altered), seed);
+        let map = match_surroundings(&original, &suspect);
+        let kept = original.positions().iter().filter(|p| left(p)).count();
+        let true_ones = |(p, q): &(Option<[f64; 3]>, &[f64; 3])| *p == Some(**q);
+        let carried = map.carry(&suspect);
+        let truly = carried
+            .into_iter()
+            .zip(original.positions())
+            .filter(true_ones)
+            .count();
+        let wrong = map.matched() - truly;
+        assert!(
+            100 * wrong < kept && 3 * truly > 2 * kept,
+            "{wrong} wrong, {truly} right, {kept} were left"
+        );
+    }
 }
 
 /// Every vertex of the upper half in as many copies as it has triangles, each rounded to single precision from a copy that is off

@@ -129,6 +129,11 @@ impl Refinement {
         Self(colours)
     }
 
+    /// The colour of a vertex.
+    pub(super) fn of(&self, v: u32) -> u64 {
+        self.0[v as usize]
+    }
+
     /// One round.
     pub(super) fn refine(&mut self, graph: &Graph<'_>) {
         let Self(colours) = self;

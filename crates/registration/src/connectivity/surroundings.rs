@@ -13,7 +13,8 @@ const FARTHEST: usize = 8;
 const NONE: u32 = u32::MAX;
 
 /// Pairs the vertices whose surroundings, out to some distance, are unique in both meshes and alike, then
-/// grows these pairs across shared edges for as long as the triangles of both meshes go on alike.
+/// grows these pairs across shared edges for as long as vertices and their neighbours look alike, or are
+/// beside a cut. So a growth from a chance likeness soon ends.
 pub(super) fn correspondence(from: &Graph<'_>, onto: &Graph<'_>, observer: &dyn Observer) -> Correspondence {
     let mut pairing = Pairing::new(from, onto);
     pairing.sow(&best_seeds(from, onto, observer));
@@ -82,6 +83,36 @@ struct Pairing<'a> {
     source: Vec<u32>,
     triangle_image: Vec<u32>,
     open: VecDeque<u32>,
+    looks: [Looks; 2],
+}
+
+/// What tells vertices apart at a glance.
+struct Looks {
+    /// How many triangles each edge of the vertex and of its neighbours has.
+    colours: Refinement,
+    /// Whether the vertex or a neighbour is at the end of an edge with one triangle: a cut changes the colours
+    /// there.
+    by_border: Vec<bool>,
+}
+
+impl Looks {
+    fn of(graph: &Graph<'_>) -> Self {
+        let mut colours = Refinement::start(graph);
+        colours.refine(graph);
+        let edges = || graph.edges.vertices().iter().enumerate();
+        let mut at_border = vec![false; graph.mesh.vertex_count()];
+        for (_, ends) in edges().filter(|&(e, _)| graph.edges.triangles(e).len() == 1) {
+            for &v in ends {
+                at_border[v as usize] = true;
+            }
+        }
+        let mut by_border = at_border.clone();
+        for (_, &[a, b]) in edges() {
+            by_border[a as usize] |= at_border[b as usize];
+            by_border[b as usize] |= at_border[a as usize];
+        }
+        Self { colours, by_border }
+    }
 }
 
 impl<'a> Pairing<'a> {
@@ -89,6 +120,7 @@ impl<'a> Pairing<'a> {
         Self {
             from,
             onto,
+            looks: [from, onto].map(Looks::of),
             image: vec![NONE; from.mesh.vertex_count()],
             source: vec![NONE; onto.mesh.vertex_count()],
             triangle_image: vec![NONE; from.mesh.triangle_count()],
@@ -111,11 +143,17 @@ impl<'a> Pairing<'a> {
         }
     }
 
-    /// Pairs two triangles and their corners, unless a corner is paired otherwise.
+    /// Pairs two triangles and their corners, unless a corner is paired otherwise or looks different.
     fn pair(&mut self, t: u32, u: u32, corners: impl Iterator<Item = (u32, u32)> + Clone) {
+        let [here, there] = &self.looks;
+        let alike = |v: u32, w: u32| {
+            here.colours.of(v) == there.colours.of(w)
+                || here.by_border[v as usize]
+                || there.by_border[w as usize]
+        };
         let agrees = |(v, w): (u32, u32)| {
             let (image, source) = (self.image[v as usize], self.source[w as usize]);
-            (image == w && source == v) || (image == NONE && source == NONE)
+            (image == w && source == v) || (image == NONE && source == NONE && alike(v, w))
         };
         if self.triangle_image[t as usize] != NONE || !corners.clone().all(agrees) {
             return;
