@@ -11,8 +11,11 @@ STRENGTH = Strength(default=100, lowest=10, highest=1000)
 
 
 def apply(mesh: Mesh, strength: float, random: numpy.random.Generator) -> Mesh:
-    """Ten rounds towards edges of `strength` % of the mean length, with vertices put back onto the surface. Not random."""
-    length = strength / 100 * mesh.edge_lengths().mean()
+    """Ten rounds towards edges of `strength` % of the mean length, with vertices put back onto the surface. Not random.
+
+    MeshLab's check of every step's distance to the surface forbids next to none at its default bound, and takes half of the time.
+    """
+    length = pymeshlab.PureValue(strength / 100 * mesh.edge_lengths().mean())
     return filtered(
-        mesh, "meshing_isotropic_explicit_remeshing", iterations=10, targetlen=pymeshlab.PureValue(length)
+        mesh, "meshing_isotropic_explicit_remeshing", iterations=10, targetlen=length, checksurfdist=False
     )
