@@ -116,6 +116,7 @@ mod tests {
             missing: 0.0,
             readings: vec![rated],
             attack_seconds: 0.0,
+            reference_seconds: 0.0,
             registration_seconds: 0.0,
             reading_seconds: 0.0,
         };
@@ -143,7 +144,8 @@ mod tests {
             d_rmse: 0.0205,
             hausdorff: 0.1,
             d_2_50: 0.2,
-            msdm2: 0.05,
+            msdm2: Some(0.05),
+            measuring_seconds: 0.0,
             seconds: 0.1,
         };
         let column = Column {

@@ -14,6 +14,7 @@ use super::{
     jobs::{self, Progress},
     models::{Candidate, Standin},
     paper::{self, Attack, Model},
+    reading::Finder,
     results::{Column, Outcome, Trial},
     study::{Bench, Cell, Scene, Study, Target},
 };
@@ -154,13 +155,15 @@ impl Campaign<'_> {
             study.prepare()?;
             let file = self.bench.work.join("marked.ply");
             study.write(target, alpha, &file)?;
+            let reference = study.reference(target, alpha)?;
+            let finder = Finder::new(&reference)?;
             let ended = Mutex::new(Vec::new());
             let work = |&i: &usize| {
                 if self.progress.is_over() {
                     return;
                 }
                 let size = figures::size(&self.standin.model, study.algorithm, target, attacks[i]);
-                let cell = study.cell(target, alpha, attacks[i], &file, size);
+                let cell = study.cell(target, alpha, attacks[i], &finder, &file, size);
                 let words = self.words(study, target, attacks[i], cell.as_ref());
                 self.progress.done(vertices, Some(&words));
                 ended

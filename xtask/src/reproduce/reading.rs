@@ -2,10 +2,10 @@
 
 use std::time::Instant;
 
-use anyhow::Result;
+use anyhow::{Result, bail};
 use baselines::{Prepared, Reading};
 use mesh::{Similarity, TriMesh};
-use registration::{AlignOptions, Basis, Correspondence, align};
+use registration::{AlignOptions, Aligner, Basis, Correspondence};
 use sigmark::{Registered, Sampler, Work};
 
 /// A suspect as it was found to lie on the reference.
@@ -18,18 +18,37 @@ pub(crate) struct Found {
     pub(crate) seconds: f64,
 }
 
-/// Brings the suspect onto the reference (section 4.4.1).
-pub(crate) fn find(reference: &TriMesh, suspect: &TriMesh) -> Result<Found> {
-    let begun = Instant::now();
-    let found = align(reference, suspect, &AlignOptions::default())?;
-    Ok(Found {
-        transform: found.transform,
-        aligned: found.aligned,
-        basis: found.basis,
-        overlap: found.overlap,
-        survivors: found.correspondence,
-        seconds: begun.elapsed().as_secs_f64(),
-    })
+/// What suspects are brought onto, with what does not depend on them.
+pub(crate) struct Finder<'a> {
+    pub(crate) reference: &'a TriMesh,
+    aligner: Aligner<'a>,
+    /// What it took to make it.
+    pub(crate) seconds: f64,
+}
+
+impl<'a> Finder<'a> {
+    pub(crate) fn new(reference: &'a TriMesh) -> Result<Self> {
+        let begun = Instant::now();
+        Ok(Self {
+            reference,
+            aligner: Aligner::new(reference, &AlignOptions::default())?,
+            seconds: begun.elapsed().as_secs_f64(),
+        })
+    }
+
+    /// Brings the suspect onto the reference (section 4.4.1).
+    pub(crate) fn find(&self, suspect: &TriMesh) -> Result<Found> {
+        let begun = Instant::now();
+        let found = self.aligner.align(suspect, &())?;
+        Ok(Found {
+            transform: found.transform,
+            aligned: found.aligned,
+            basis: found.basis,
+            overlap: found.overlap,
+            survivors: found.correspondence,
+            seconds: begun.elapsed().as_secs_f64(),
+        })
+    }
 }
 
 /// What the detectors read, and in how many seconds.
@@ -40,41 +59,56 @@ pub(crate) struct Read {
     pub(crate) seconds: f64,
 }
 
-/// Samples the suspect at the reference's vertices under a transform, and reads it. Vertices that survived stand for themselves;
-/// elsewhere the surface is sampled along normals.
-pub(crate) fn read(
-    prepared: &dyn Prepared,
-    alpha: f64,
-    reference: &TriMesh,
-    suspect: &TriMesh,
-    found: &Found,
-    transform: &Similarity,
-) -> Result<Read> {
-    let begun = Instant::now();
-    let registered = registered(reference, suspect, found, transform)?;
-    let readings = prepared.extract(&registered, alpha, Work::default())?;
-    Ok(Read {
-        readings,
-        missing: registered.missing(),
-        seconds: begun.elapsed().as_secs_f64(),
-    })
+/// A suspect that was found, ready to be read in any pose.
+pub(crate) struct Reader<'a> {
+    reference: &'a TriMesh,
+    suspect: &'a TriMesh,
+    found: &'a Found,
+    /// None where all vertices survived.
+    sampler: Option<Sampler<'a>>,
+    /// What it took to make it.
+    seconds: f64,
 }
 
-fn registered(
-    reference: &TriMesh,
-    suspect: &TriMesh,
-    found: &Found,
-    transform: &Similarity,
-) -> Result<Registered> {
-    if let (Basis::Connectivity, Some(map)) = (found.basis, &found.survivors) {
-        let seen = map.carry(suspect);
-        let placed = seen.into_iter().map(|seen| seen.map(|p| transform.apply(p)));
-        return Ok(Registered::by_vertices(placed.collect()));
+impl<'a> Reader<'a> {
+    pub(crate) fn new(reference: &'a TriMesh, suspect: &'a TriMesh, found: &'a Found) -> Self {
+        let begun = Instant::now();
+        let sampler = match (found.basis, &found.survivors) {
+            (Basis::Connectivity, Some(_)) => None,
+            (_, Some(map)) => Some(Sampler::new(suspect).survivors(map)),
+            (_, None) => Some(Sampler::new(suspect)),
+        };
+        Self {
+            reference,
+            suspect,
+            found,
+            sampler,
+            seconds: begun.elapsed().as_secs_f64(),
+        }
     }
-    let sampler = Sampler::new(suspect);
-    let sampler = match &found.survivors {
-        Some(map) => sampler.survivors(map),
-        None => sampler,
-    };
-    Ok(sampler.sample(reference, transform, Work::default())?)
+
+    /// Samples the suspect at the reference's vertices under a transform, and reads it. Vertices that survived stand for themselves;
+    /// elsewhere the surface is sampled along normals.
+    pub(crate) fn read(&self, prepared: &dyn Prepared, alpha: f64, transform: &Similarity) -> Result<Read> {
+        let begun = Instant::now();
+        let registered = self.registered(transform)?;
+        let readings = prepared.extract(&registered, alpha, Work::default())?;
+        Ok(Read {
+            readings,
+            missing: registered.missing(),
+            seconds: self.seconds + begun.elapsed().as_secs_f64(),
+        })
+    }
+
+    fn registered(&self, transform: &Similarity) -> Result<Registered> {
+        match (&self.sampler, &self.found.survivors) {
+            (Some(sampler), _) => Ok(sampler.sample(self.reference, transform, Work::default())?),
+            (None, Some(map)) => {
+                let seen = map.carry(self.suspect);
+                let placed = seen.into_iter().map(|seen| seen.map(|p| transform.apply(p)));
+                Ok(Registered::by_vertices(placed.collect()))
+            }
+            (None, None) => bail!("a suspect without a surface or vertices to read"),
+        }
+    }
 }

@@ -1,6 +1,6 @@
 //! One model and one algorithm: its strength, its marks, and what is left of them after each attack.
 
-use std::{fs, ops::ControlFlow, path::Path, sync::OnceLock, time::Instant};
+use std::{borrow::Cow, fs, ops::ControlFlow, path::Path, sync::OnceLock, time::Instant};
 
 use anyhow::{Context, Result, bail, ensure};
 use baselines::{Algorithm, Prepared, Reference, Subject};
@@ -21,7 +21,7 @@ use sigmark::{
 use super::{
     models::Standin,
     paper::Attack,
-    reading::{Found, find, read},
+    reading::{Finder, Found, Reader},
     store::{Store, digest},
 };
 use crate::{meshes::random_similarity, python::Python};
@@ -39,6 +39,9 @@ pub(crate) struct Signed {
 
 /// How far d_rmse may be from the printed one, as a share of it. Signatures differ, so the bound on each mark is wider.
 const NEAR_ENOUGH: f64 = 0.08;
+
+/// MSDM2 takes a minute and a half of a million vertices, and there are dozens of marks; the paper has none of it.
+const MOST_FOR_MSDM2: usize = 200_000;
 
 /// What a study works with.
 pub(crate) struct Bench<'a> {
@@ -88,8 +91,12 @@ pub(crate) struct Mark {
     pub(crate) hausdorff: f64,
     /// Eq. 24.
     pub(crate) d_2_50: f64,
-    pub(crate) msdm2: f64,
+    /// None of meshes with more than [`MOST_FOR_MSDM2`] vertices.
+    pub(crate) msdm2: Option<f64>,
+    /// What it took to make it.
     pub(crate) seconds: f64,
+    /// What it took to compute these metrics.
+    pub(crate) measuring_seconds: f64,
 }
 
 /// What one attack left of one mark.
@@ -107,6 +114,8 @@ pub(crate) struct Cell {
     /// One a detector, the paper's first.
     pub(crate) readings: Vec<Rated>,
     pub(crate) attack_seconds: f64,
+    /// The reference's search structures, which the cells of a mesh share.
+    pub(crate) reference_seconds: f64,
     pub(crate) registration_seconds: f64,
     /// Sampling and reading, all detectors together.
     pub(crate) reading_seconds: f64,
@@ -133,6 +142,16 @@ pub(crate) enum Target {
     Marked(usize),
     /// The original. It is read as if it had the first signature.
     Unmarked,
+}
+
+impl Target {
+    /// The signature that it is read for.
+    fn number(self) -> usize {
+        match self {
+            Self::Marked(number) => number,
+            Self::Unmarked => 0,
+        }
+    }
 }
 
 /// An attacked mesh, moved.
@@ -350,7 +369,11 @@ impl<'a> Study<'a> {
         let begun = Instant::now();
         let marked = self.marked(signature, alpha)?;
         let seconds = begun.elapsed().as_secs_f64();
+        let begun = Instant::now();
         let (d_rmse, hausdorff) = self.d_rmse(&marked)?;
+        let msdm2 = (marked.vertex_count() <= MOST_FOR_MSDM2)
+            .then(|| Msdm2::between(&marked, self.original(), self.bench().threads))
+            .transpose()?;
         let mark = Mark {
             alpha,
             d_rmse,
@@ -360,8 +383,9 @@ impl<'a> Study<'a> {
                 2.0,
                 Normalisation::FirstEigenvalue,
             )?,
-            msdm2: Msdm2::between(&marked, self.original(), self.bench().threads)?.symmetric,
+            msdm2: msdm2.map(|msdm2| msdm2.symmetric),
             seconds,
+            measuring_seconds: begun.elapsed().as_secs_f64(),
         };
         self.bench().store.put("mark", &inputs, &mark)?;
         Ok(mark)
@@ -427,20 +451,26 @@ impl<'a> Study<'a> {
         fs::write(file, bytes).with_context(|| file.display().to_string())
     }
 
+    /// What suspects are brought onto. An unmarked mesh is read as if it had the first signature.
+    pub(crate) fn reference(&self, target: Target, alpha: f64) -> Result<Cow<'a, TriMesh>> {
+        Ok(match self.algorithm.reference() {
+            Reference::Original => Cow::Borrowed(&self.scene.standin.mesh),
+            Reference::Marked => Cow::Owned(self.marked(target.number(), alpha)?),
+        })
+    }
+
     /// Attacks a file, moves it to where nobody knows, finds it again and reads it. `size` is that of a picture, if one is wanted.
     pub(crate) fn cell(
         &self,
         target: Target,
         alpha: f64,
         attack: &Attack,
+        finder: &Finder<'_>,
         file: &Path,
         size: Option<usize>,
     ) -> Result<Cell> {
         let inputs = self.cell_inputs(target, alpha, attack);
-        let number = match target {
-            Target::Marked(number) => number,
-            Target::Unmarked => 0,
-        };
+        let number = target.number();
         let seed = self.bench().signatures[number].number as u64 + 1;
         let begun = Instant::now();
         let (mesh, report) = self.attacked(file, attack, seed, &inputs)?;
@@ -459,26 +489,21 @@ impl<'a> Study<'a> {
             report,
             seconds,
         };
-        let cell = self.judged(number, alpha, suspect)?;
+        let cell = self.judged(number, alpha, finder, suspect)?;
         self.bench().store.put("cell", &inputs, &cell)?;
         Ok(cell)
     }
 
     /// Finds a suspect and reads it, as if it had the signature of this number.
-    fn judged(&self, number: usize, alpha: f64, suspect: Suspect) -> Result<Cell> {
-        let marked;
-        let reference = match self.algorithm.reference() {
-            Reference::Original => self.original(),
-            Reference::Marked => {
-                marked = self.marked(number, alpha)?;
-                &marked
-            }
-        };
+    fn judged(&self, number: usize, alpha: f64, finder: &Finder<'_>, suspect: Suspect) -> Result<Cell> {
         let prepared = self.prepared()?;
-        let found = find(reference, &suspect.mesh)?;
-        let read_at = |pose: &Similarity| read(prepared, alpha, reference, &suspect.mesh, &found, pose);
-        let reading = read_at(&found.transform)?;
-        let in_true_pose = suspect.pose.map(|pose| read_at(&pose.inverse())).transpose()?;
+        let found = finder.find(&suspect.mesh)?;
+        let reader = Reader::new(finder.reference, &suspect.mesh, &found);
+        let reading = reader.read(prepared, alpha, &found.transform)?;
+        let in_true_pose = suspect
+            .pose
+            .map(|pose| reader.read(prepared, alpha, &pose.inverse()))
+            .transpose()?;
         let rated = reading.readings.iter().enumerate().map(|(i, reading)| {
             let true_bits = in_true_pose.as_ref().map(|read| read.readings[i].bits.hard());
             self.rated(
@@ -497,6 +522,7 @@ impl<'a> Study<'a> {
             overlap: found.overlap,
             missing: reading.missing,
             attack_seconds: suspect.seconds,
+            reference_seconds: finder.seconds,
             registration_seconds: found.seconds,
             reading_seconds: reading.seconds,
         })

@@ -35,6 +35,11 @@ impl Outcome {
 }
 
 impl Column {
+    /// Those of the α that the tables have, and of the sweep.
+    fn all_marks(&self) -> impl Iterator<Item = &Mark> {
+        self.marks.iter().chain(self.sweep.iter().map(|(mark, _)| mark))
+    }
+
     /// What each detector read from the marked meshes after an attack.
     fn rated<'a>(
         &'a self,
@@ -163,7 +168,10 @@ fn times(results: &Results, title: &str, note: &str, algorithm: &str) -> Sheet {
             let printed: Option<Times> = outcome.printed(algorithm).map(|printed| printed.times);
             let marked = column.trials.iter().filter(|trial| trial.is_marked());
             let extractions: Vec<f64> = marked
-                .map(|trial| trial.cell.registration_seconds + trial.cell.reading_seconds)
+                .map(|trial| {
+                    let cell = &trial.cell;
+                    cell.reference_seconds + cell.registration_seconds + cell.reading_seconds
+                })
                 .collect();
             let mean = extractions.iter().sum::<f64>() / extractions.len().max(1) as f64;
             sheet.rows.push(vec![
@@ -346,12 +354,12 @@ fn sweep(results: &Results) -> Sheet {
                 let mut cells = vec![text(outcome.title()), text(factor.to_string())];
                 cells.extend(
                     [
-                        (mark.d_rmse, 4),
-                        (mark.hausdorff, 4),
-                        (mark.d_2_50, 3),
+                        (Some(mark.d_rmse), 4),
+                        (Some(mark.hausdorff), 4),
+                        (Some(mark.d_2_50), 3),
                         (mark.msdm2, 3),
                     ]
-                    .map(|(value, digits)| figure(vec![value], None, digits)),
+                    .map(|(value, digits)| figure(value.into_iter().collect(), None, digits)),
                 );
                 cells.extend(attacks.iter().map(rate));
                 sheet.rows.push(cells);
@@ -396,7 +404,11 @@ fn distortion(results: &Results) -> Sheet {
                 of(|mark| mark.d_rmse, printed.map(|row| row.d_rmse), 4),
                 of(|mark| mark.hausdorff, None, 3),
                 of(|mark| mark.d_2_50, printed.map(|row| row.d_2_50), 3),
-                of(|mark| mark.msdm2, None, 3),
+                figure(
+                    column.marks.iter().filter_map(|mark| mark.msdm2).collect(),
+                    None,
+                    3,
+                ),
             ]);
         }
     }
@@ -407,11 +419,13 @@ fn distortion(results: &Results) -> Sheet {
 fn costs(results: &Results) -> Sheet {
     let mut sheet = Sheet::new(
         "Where the time goes",
-        "Seconds, whenever they were spent. Bases: wall time with all threads; the rest: of one thread, as many side by side as there are cores. Re-meshing is part of the attacks.",
+        "Seconds, whenever they were spent. Bases and the marks' metrics: wall time with all threads; the rest: of one thread, as many side by side as there are cores. \
+         Re-meshing is part of the attacks. Search structures of what suspects are aligned with, which cells share, are left out.",
         &[
             "model",
             "cells",
             "bases",
+            "metrics",
             "attacks",
             "of these re-meshing",
             "alignment",
@@ -421,6 +435,8 @@ fn costs(results: &Results) -> Sheet {
     for outcome in &results.outcomes {
         let preparations = outcome.columns.iter().filter_map(|column| column.preparation);
         let bases: f64 = preparations.map(|preparation| preparation.seconds).sum();
+        let marks = outcome.columns.iter().flat_map(Column::all_marks);
+        let metrics: f64 = marks.map(|mark| mark.measuring_seconds).sum();
         let trials: Vec<&Trial> = outcome
             .columns
             .iter()
@@ -442,6 +458,7 @@ fn costs(results: &Results) -> Sheet {
             text(outcome.title()),
             text(trials.len().to_string()),
             whole(bases),
+            whole(metrics),
             whole(sum(|trial| trial.cell.attack_seconds)),
             whole(remeshing.map(|trial| trial.cell.attack_seconds).sum()),
             whole(sum(|trial| trial.cell.registration_seconds)),
@@ -543,6 +560,7 @@ pub(super) fn cells(results: &Results) -> String {
         "missing",
         "vertices",
         "attack_seconds",
+        "reference_seconds",
         "registration_seconds",
         "reading_seconds",
     ];
@@ -605,6 +623,7 @@ fn line(outcome: &Outcome, column: &Column, alpha: f64, trial: &Trial, rated: &R
         format!("{:.6}", cell.missing),
         cell.vertices.to_string(),
         format!("{:.3}", cell.attack_seconds),
+        format!("{:.3}", cell.reference_seconds),
         format!("{:.3}", cell.registration_seconds),
         format!("{:.3}", cell.reading_seconds),
     ]
