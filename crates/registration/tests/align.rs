@@ -96,6 +96,21 @@ fn a_cut_copy_is_brought_back_to_rounding_by_the_vertices_that_are_left() {
 }
 
 #[test]
+fn a_few_survivors_do_not_place_a_suspect_that_is_new_elsewhere() {
+    let original = shapes::bumpy_torus(120, 80, 3);
+    let part = |left: bool| {
+        let is_left = |t: usize| original.corners(t).iter().all(|p| p[0] > 1.2) == left;
+        let triangles = original.triangles().iter().enumerate().filter(|(t, _)| is_left(*t));
+        let part = TriMesh::new(original.positions().to_vec(), triangles.map(|(_, t)| *t).collect());
+        part.expect("a valid mesh")
+    };
+    let suspect = shapes::disjoint_union(&[part(true), divided(&part(false))]);
+    let (found, miss) = aligned(&original, &shapes::jittered(&suspect, 0.2, 9));
+    assert_eq!((found.basis, found.aligned), (Basis::Surface, true));
+    assert!(found.correspondence.is_none() && miss < 1e-4, "{miss}");
+}
+
+#[test]
 fn noise_does_not_shrink_the_suspect() {
     let original = shapes::bumpy_sphere(4, 1);
     let (found, miss) = aligned(&original, &shapes::jittered(&original, 0.3, 9));
