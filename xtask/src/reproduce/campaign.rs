@@ -1,8 +1,9 @@
 //! What is run on a model: algorithms, signatures and attacks, side by side.
 
 use std::{
-    fmt, fs,
+    fmt, fs, panic,
     sync::{Mutex, PoisonError},
+    thread,
 };
 
 use anyhow::{Context, Result, bail};
@@ -16,7 +17,7 @@ use super::{
     paper::{self, Attack, Model},
     reading::Finder,
     results::{Column, Outcome, Trial},
-    study::{Bench, Cell, Scene, Study, Target},
+    study::{Bench, Cell, Mark, Scene, Study, Target},
 };
 
 /// One model: every algorithm, signature and attack.
@@ -103,13 +104,13 @@ impl Campaign<'_> {
         let strength = study.strength()?;
         column.strength = Some(strength);
         let model = &self.standin.model;
-        for number in 0..self.bench.signatures.len() {
-            column.marks.push(study.mark(number, strength.alpha)?);
-            let target = Target::Marked(number);
-            let attacks: Vec<&Attack> = model.all_attacks().collect();
-            column
-                .trials
-                .extend(self.trials(study, target, strength.alpha, &attacks, failures)?);
+        let attacks: Vec<&Attack> = model.all_attacks().collect();
+        let numbers = 0..self.bench.signatures.len();
+        let marked: Vec<_> = numbers.map(|number| (number, strength.alpha)).collect();
+        let (marks, trials) = self.measured(study, &marked, &attacks, failures);
+        column.trials = trials?.into_iter().flatten().collect();
+        for mark in marks {
+            column.marks.push(mark?);
         }
         if heat.wants(&column.algorithm) {
             heat.add(&column.algorithm, study.distances(0, strength.alpha)?);
@@ -122,14 +123,44 @@ impl Campaign<'_> {
         }
         if is_swept(&column.algorithm, model, self.options) {
             let attacks: Vec<&Attack> = figures::swept_attacks().collect();
-            for factor in figures::SWEEP {
-                let alpha = factor * strength.alpha;
-                let mark = study.mark(0, alpha)?;
-                let trials = self.trials(study, Target::Marked(0), alpha, &attacks, failures)?;
-                column.sweep.push((mark, trials));
+            let swept = figures::SWEEP.map(|factor| (0, factor * strength.alpha));
+            let (marks, trials) = self.measured(study, &swept, &attacks, failures);
+            for (mark, trials) in marks.into_iter().zip(trials?) {
+                column.sweep.push((mark?, trials));
             }
         }
         Ok(())
+    }
+
+    /// Marks, by signature and α, and their meshes under attacks. Marks are measured while meshes are attacked: measuring keeps one
+    /// core busy at most.
+    fn measured(
+        &self,
+        study: &Study<'_>,
+        marked: &[(usize, f64)],
+        attacks: &[&'static Attack],
+        failures: &mut Vec<String>,
+    ) -> (Vec<Result<Mark>>, Result<Vec<Vec<Trial>>>) {
+        let is_finished = |&(number, alpha): &(usize, f64)| {
+            let target = Target::Marked(number);
+            attacks
+                .iter()
+                .all(|attack| study.kept(target, alpha, attack).is_some())
+        };
+        if !marked.iter().all(is_finished) && !self.progress.is_over() {
+            // Both threads need it, and one would not wait for the other. A failure is met again, and told, below.
+            let _ = study.prepare();
+        }
+        thread::scope(|scope| {
+            let measure = || marked.iter().map(|&(number, alpha)| study.mark(number, alpha));
+            let marks = scope.spawn(move || measure().collect::<Vec<_>>());
+            let trials = marked
+                .iter()
+                .map(|&(number, alpha)| self.trials(study, Target::Marked(number), alpha, attacks, failures))
+                .collect();
+            let marks = marks.join().unwrap_or_else(|panic| panic::resume_unwind(panic));
+            (marks, trials)
+        })
     }
 
     /// One mesh under several attacks, side by side. What fails is told, and the others go on.
