@@ -308,13 +308,15 @@ impl Algorithm for OpenUntil<'_> {
     }
 }
 
-/// The algorithms of a model: the paper's three, and on small models those that the paper did not try.
+/// The algorithms of a model: the paper's three, and on small models those that the paper did not try; MHBs alone on a model that is
+/// there again.
 fn algorithms(model: &Model, options: &Options) -> Vec<Box<dyn Algorithm>> {
     let beyond = options.meshes.is_some() && model.patches <= MOST_PATCHES_BEYOND;
     let wanted = |algorithm: &dyn Algorithm| {
         let name = algorithm.name();
         let asked = options.algorithms.is_empty() || options.algorithms.contains(&name);
-        asked && (beyond || model.printed(&name).is_some())
+        let usual = (beyond || model.printed(&name).is_some()) && !model.is_again();
+        asked && (usual || name == "MHBs")
     };
     let all = entries(model.functions).into_iter();
     all.filter(|algorithm| wanted(algorithm.as_ref())).collect()
@@ -337,7 +339,7 @@ const MOST_PATCHES_BEYOND: usize = 5;
 
 /// Unmarked meshes are read by MHBs for Fig. 11, and on the bunny by all.
 fn reads_unmarked(algorithm: &str, model: &Model) -> bool {
-    algorithm == "MHBs" || model.name == paper::BUNNY.name
+    (algorithm == "MHBs" && !model.is_again()) || model.name == paper::BUNNY.name
 }
 
 /// The model whose α is swept: the paper's eros, or the bunny where it is alone.

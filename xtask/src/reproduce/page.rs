@@ -99,7 +99,11 @@ fn roc(results: &Results, detector: &str) -> Roc {
     let printed =
         |outcome: &Outcome, trial: &Trial| outcome.model.attacks().any(|attack| attack == trial.attack);
     let trials = || {
-        results.outcomes.iter().flat_map(|outcome| {
+        let six = results
+            .outcomes
+            .iter()
+            .filter(|outcome| !outcome.model.is_again());
+        six.flat_map(|outcome| {
             let columns = outcome.columns.iter().filter(|column| column.algorithm == "MHBs");
             columns
                 .flat_map(|column| &column.trials)
