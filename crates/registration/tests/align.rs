@@ -100,8 +100,15 @@ fn a_few_survivors_do_not_place_a_suspect_that_is_new_elsewhere() {
     let original = shapes::bumpy_torus(120, 80, 3);
     let part = |left: bool| {
         let is_left = |t: usize| original.corners(t).iter().all(|p| p[0] > 1.2) == left;
-        let triangles = original.triangles().iter().enumerate().filter(|(t, _)| is_left(*t));
-        let part = TriMesh::new(original.positions().to_vec(), triangles.map(|(_, t)| *t).collect());
+        let triangles = original
+            .triangles()
+            .iter()
+            .enumerate()
+            .filter(|(t, _)| is_left(*t));
+        let part = TriMesh::new(
+            original.positions().to_vec(),
+            triangles.map(|(_, t)| *t).collect(),
+        );
         part.expect("a valid mesh")
     };
     let suspect = shapes::disjoint_union(&[part(true), divided(&part(false))]);
