@@ -470,7 +470,7 @@ fn costs(results: &Results) -> Sheet {
 
 /// All tables by their files' names.
 pub(super) fn all(results: &Results) -> Vec<(&'static str, Sheet)> {
-    let times_note = "Ours (paper's). basis: wall time of everything that does not depend on the signature, on all threads; Emb.: writing one signature; Ext.: alignment, resampling and reading on one \
+    let times_note = "Ours (paper's). basis: wall time of everything that does not depend on the signature, on all threads; Emb.: writing one signature, while meshes are attacked beside it; Ext.: alignment, resampling and reading on one \
                       thread while others work beside it, mean over all attacks, without the basis as in the paper. The paper had a Core i7-920 at 2.67 GHz.";
     let note = format!(
         "Ours, mean ± standard deviation over {} signatures (paper's). Bold: more than five points below the printed figure. Rows without brackets are not in the paper. \
