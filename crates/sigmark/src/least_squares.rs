@@ -5,15 +5,25 @@
 //!
 //! u·d = Σₜ Xₜ bₜ + Σᵧ Gᵧ θᵧ + e,  Xₜ = Σ α φ Hᵏ u_axis over the chips of bit t,
 //!
-//! with bits b = ±1, the seven fields G of a small similarity θ, an eighth of a step of smoothing, and noise e. Smoothing,
-//! decimation and subdivision move a surface towards the mean of its neighbourhood; without the eighth field a change of scale
-//! would have to account for that. The estimate minimises
+//! with bits b = ±1, the seven fields G of a small similarity θ, fields of smoothing, and noise e. The estimate minimises
 //!
-//! Σ w e² + σ² Σ b²,  w the mass of the vertex, σ² the mean square of e,
+//! Σ w e² + σ² Σ b²,  σ² the mean square of e,
 //!
 //! which is the best linear one where noise has no pattern, bits being as often 1 as −1. Samples of a suspect coarser than the
-//! original are not independent: σ² is then as many times larger as there are samples to a vertex of the suspect. Vertices that were not seen take
-//! no part. The mark is noise to θ, and θ takes nothing from the bits.
+//! original are not independent: σ² is then as many times larger as there are samples to a vertex of the suspect. Vertices that
+//! were not seen take no part. The mark is noise to θ, and θ takes nothing from the bits.
+//!
+//! **Smoothing.** Smoothing, decimation and subdivision move a surface towards the mean of its neighbourhood. With L x the way
+//! from each vertex to the mean of its neighbours, k steps x ← x + λ L x with any λ, of either sign, displace by a polynomial
+//! of degree k of L. So G has the fields L x, L² x, …, too: what any few steps do to the original is known but for these
+//! coefficients, and is taken out. Without them a change of scale would have to account for it.
+//!
+//! **Weights.** w is the mass of the vertex times what its residual deserves. Where a surface was decimated or re-meshed, most
+//! samples are good and a few, at edges and tips, are far off. Noise is therefore taken for Student's t distribution, of the
+//! degrees of freedom ν and scale s that the residuals of a patch make likeliest: w = mass · (ν + 1) / (ν + e²/s²) (Lange,
+//! Little and Taylor 1989).
+
+use std::f64::consts::{FRAC_1_PI, FRAC_1_SQRT_2};
 
 use faer::{
     Accum, Mat, Par, Side,
@@ -27,12 +37,13 @@ use mesh::{
     vector::{add, dot, scaled, sub},
 };
 
-use crate::{Detector, Original, Patch, PatchBasis, Registered, SigmarkError, SoftBits, Work};
+use crate::{ChipLayout, Detector, Original, Patch, PatchBasis, Registered, SigmarkError, SoftBits, Work};
 
 /// Least squares over what was seen, with a misalignment left free.
 ///
 /// Where the suspect's surface was sampled along normals, or parts of it are missing, chips disturb each other; this takes them
-/// apart. Costs #V l² operations.
+/// apart. What smoothing did to the shape is estimated and taken out, and samples that are far off count for little. Costs
+/// #V l² operations.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LeastSquaresDetector;
 
@@ -57,9 +68,11 @@ pub(crate) struct Estimate {
     pub(crate) misalignment: Similarity,
 }
 
-/// Scale, three of rotation, three of translation, one of smoothing.
-const PARAMETERS: usize = SIMILARITY + 1;
+/// Scale, three of rotation, three of translation, and those of smoothing.
+const PARAMETERS: usize = SIMILARITY + SMOOTHINGS;
 const SIMILARITY: usize = 7;
+/// Degree of the polynomial of L. Ten steps of Laplacian smoothing are known well with 8, and no better with 10.
+const SMOOTHINGS: usize = 8;
 
 /// The normal equations: the Gram matrix of all columns X, G and d, by its lower triangle.
 pub(crate) struct Equations {
@@ -70,18 +83,28 @@ pub(crate) struct Equations {
     redundancy: f64,
     centre: [f64; 3],
     diagonal: f64,
-    /// From each vertex of the original to the mean of its neighbours, in diagonals.
-    smoothing: Vec<[f64; 3]>,
+    /// L x, L² x, … at each vertex of the original, in diagonals.
+    smoothings: Vec<[[f64; 3]; SMOOTHINGS]>,
 }
 
 /// One observation at a vertex of a patch.
+#[derive(Clone, Copy)]
 struct Sight {
     vertex: usize,
     along: [f64; 3],
     /// u·d.
     displacement: f64,
-    /// √w.
-    root_weight: f64,
+    mass: f64,
+    /// What its residual deserves.
+    trust: f64,
+}
+
+/// The patch of some observations, and where its chips are.
+struct View<'a> {
+    layout: &'a ChipLayout,
+    alpha: f64,
+    patch: &'a Patch,
+    basis: &'a PatchBasis,
 }
 
 /// Rows of the design matrix that are multiplied at a time.
@@ -89,6 +112,12 @@ const BLOCK: usize = 512;
 
 /// A start for the noise, and its refinements, which converge at once.
 const ROUNDS: usize = 6;
+
+/// How often weights follow from residuals. A third time changes no bit of our suspects.
+const REWEIGHTINGS: usize = 2;
+
+/// With fewer observations, residuals say little about noise; more change weights by little.
+const OBSERVATIONS_AN_UNKNOWN: usize = 8;
 
 /// Added to the diagonal, relative to it: what the observations do not determine, such as a turn of a sphere, stays zero.
 const RIDGE: f64 = 1e-12;
@@ -111,13 +140,18 @@ impl Equations {
             redundancy: suspect.redundancy(),
             centre: bounds.centre(),
             diagonal: bounds.diagonal(),
-            smoothing: smoothing(original.mesh()),
+            smoothings: smoothings(original.mesh()),
         };
         let parts = original.map_bases(work, |index, patch, basis| {
             check(index, basis)?;
-            let sights = sights(patch, basis, suspect, equations.diagonal);
-            let gram = equations.gram_of(original, alphas[index], patch, basis, &sights);
-            Ok::<_, SigmarkError>((gram, sights.len()))
+            let view = View {
+                layout: original.layout(),
+                alpha: alphas[index],
+                patch,
+                basis,
+            };
+            let mut sights = sights(patch, basis, suspect, equations.diagonal);
+            Ok::<_, SigmarkError>((equations.reweighted(&view, &mut sights)?, sights.len()))
         })?;
         for part in parts {
             let (gram, observations) = part?;
@@ -127,42 +161,38 @@ impl Equations {
         Ok(equations)
     }
 
+    /// The Gram matrix of a patch's observations, each trusted as its residual deserves. Some of them are enough for the solutions
+    /// that residuals are left by.
+    fn reweighted(&self, view: &View<'_>, sights: &mut [Sight]) -> Result<Mat<f64>, SigmarkError> {
+        let enough = OBSERVATIONS_AN_UNKNOWN * (self.bits + PARAMETERS);
+        let rounds = if sights.len() < enough { 0 } else { REWEIGHTINGS };
+        for _ in 0..rounds {
+            // Axes take turns in the list: no stride of threes.
+            let stride = sights.len() / enough;
+            let stride = stride + usize::from(stride.is_multiple_of(3));
+            let some: Vec<Sight> = sights.iter().step_by(stride).copied().collect();
+            let solution = self.solution(&self.gram_of(view, &some), some.len())?;
+            let residuals = self.residuals(view, sights, &solution);
+            let noise = StudentT::of(&residuals, sights);
+            for (sight, residual) in sights.iter_mut().zip(residuals) {
+                sight.trust = noise.weight(residual);
+            }
+        }
+        Ok(self.gram_of(view, sights))
+    }
+
     /// The Gram matrix of a patch's observations.
-    fn gram_of(
-        &self,
-        original: &Original,
-        alpha: f64,
-        patch: &Patch,
-        basis: &PatchBasis,
-        sights: &[Sight],
-    ) -> Mat<f64> {
-        let amplitude = basis
-            .size()
-            .map(|phi| alpha * phi * basis.area().sqrt() / self.diagonal);
+    fn gram_of(&self, view: &View<'_>, sights: &[Sight]) -> Mat<f64> {
         let mut gram = Mat::zeros(self.gram.nrows(), self.gram.nrows());
         for block in sights.chunks(BLOCK) {
-            let mut rows = Mat::<f64>::zeros(block.len(), gram.nrows());
-            for chip in original.layout().chips() {
-                let harmonic = basis.spectrum().eigenfunction(chip.frequency);
-                for (i, sight) in block.iter().enumerate() {
-                    rows[(i, chip.bit)] += amplitude[chip.axis]
-                        * sight.root_weight
-                        * sight.along[chip.axis]
-                        * harmonic[sight.vertex];
-                }
-            }
-            for (i, sight) in block.iter().enumerate() {
-                let place = patch.mesh().positions()[sight.vertex];
-                let place = std::array::from_fn(|axis| (place[axis] - self.centre[axis]) / self.diagonal);
-                let fields = similarity_fields(place, sight.along);
-                let smoothed = dot(
-                    sight.along,
-                    self.smoothing[patch.vertices()[sight.vertex] as usize],
-                );
-                let last = [smoothed, sight.displacement];
-                for (j, value) in fields.into_iter().chain(last).enumerate() {
-                    rows[(i, self.bits + j)] = sight.root_weight * value;
-                }
+            let mut rows = self.rows(view, block);
+            let roots: Vec<f64> = block
+                .iter()
+                .map(|sight| (sight.mass * sight.trust).sqrt())
+                .collect();
+            for j in 0..rows.ncols() {
+                let column = rows.col_as_slice_mut(j).iter_mut();
+                column.zip(&roots).for_each(|(entry, root)| *entry *= root);
             }
             matmul(
                 gram.as_mut(),
@@ -179,10 +209,59 @@ impl Equations {
         gram
     }
 
-    /// The estimate, the noise estimated with it.
+    /// What a solution leaves of each observation.
+    fn residuals(&self, view: &View<'_>, sights: &[Sight], solution: &Mat<f64>) -> Vec<f64> {
+        let last = solution.nrows();
+        let mut residuals = Vec::with_capacity(sights.len());
+        for block in sights.chunks(BLOCK) {
+            let rows = self.rows(view, block);
+            let fitted = rows.get(.., ..last) * solution;
+            residuals.extend((0..block.len()).map(|i| rows[(i, last)] - fitted[(i, 0)]));
+        }
+        residuals
+    }
+
+    /// X, G and u·d, one row an observation, without weights.
+    fn rows(&self, view: &View<'_>, block: &[Sight]) -> Mat<f64> {
+        let View { basis, patch, .. } = view;
+        let amplitude = basis
+            .size()
+            .map(|phi| view.alpha * phi * basis.area().sqrt() / self.diagonal);
+        let mut rows = Mat::<f64>::zeros(block.len(), self.gram.nrows());
+        for chip in view.layout.chips() {
+            let harmonic = basis.spectrum().eigenfunction(chip.frequency);
+            let column = rows.col_as_slice_mut(chip.bit).iter_mut();
+            for (entry, sight) in column.zip(block) {
+                *entry += amplitude[chip.axis] * sight.along[chip.axis] * harmonic[sight.vertex];
+            }
+        }
+        for (i, sight) in block.iter().enumerate() {
+            let place = patch.mesh().positions()[sight.vertex];
+            let place = std::array::from_fn(|axis| (place[axis] - self.centre[axis]) / self.diagonal);
+            let smoothings = self.smoothings[patch.vertices()[sight.vertex] as usize];
+            let fields = similarity_fields(place, sight.along).into_iter();
+            let fields = fields.chain(smoothings.map(|field| dot(sight.along, field)));
+            for (j, value) in fields.chain([sight.displacement]).enumerate() {
+                rows[(i, self.bits + j)] = value;
+            }
+        }
+        rows
+    }
+
+    /// What the equations say.
     pub(crate) fn solve(&self) -> Result<Estimate, SigmarkError> {
+        let solution = self.solution(&self.gram, self.observations)?;
+        let theta: [f64; SIMILARITY] = std::array::from_fn(|j| solution[(self.bits + j, 0)]);
+        Ok(Estimate {
+            bits: (0..self.bits).map(|t| solution[(t, 0)]).collect(),
+            misalignment: self.similarity(theta),
+        })
+    }
+
+    /// The unknowns that a Gram matrix of so many observations makes least, the noise estimated with them.
+    fn solution(&self, gram: &Mat<f64>, observations: usize) -> Result<Mat<f64>, SigmarkError> {
         let unknowns = self.bits + PARAMETERS;
-        let entry = |i: usize, j: usize| self.gram[(i.max(j), i.min(j))];
+        let entry = |i: usize, j: usize| gram[(i.max(j), i.min(j))];
         let right = Mat::from_fn(unknowns, 1, |i, _| entry(unknowns, i));
         let squares = entry(unknowns, unknowns);
         let mut solution = Mat::zeros(unknowns, 1);
@@ -194,8 +273,8 @@ impl Equations {
                     solution[(i, 0)] * row
                 })
                 .sum();
-            // σ² for the mean weight; the weights are masses.
-            let noise = (squares - 2.0 * fitted + quadratic).max(0.0) / self.observations.max(1) as f64;
+            // σ² for the mean weight; the weights hold masses.
+            let noise = (squares - 2.0 * fitted + quadratic).max(0.0) / observations.max(1) as f64;
             let system = Mat::from_fn(unknowns, unknowns, |i, j| {
                 let prior = if i < self.bits {
                     self.redundancy * noise
@@ -208,11 +287,7 @@ impl Equations {
             let factor = system.llt(Side::Lower).map_err(|_| SigmarkError::Alignment)?;
             solution = factor.solve(&right);
         }
-        let theta: [f64; SIMILARITY] = std::array::from_fn(|j| solution[(self.bits + j, 0)]);
-        Ok(Estimate {
-            bits: (0..self.bits).map(|t| solution[(t, 0)]).collect(),
-            misalignment: self.similarity(theta),
-        })
+        Ok(solution)
     }
 
     /// The similarity with parameters θ of the frame in which the original's diagonal is 1 and its centre 0.
@@ -240,14 +315,15 @@ fn sights(patch: &Patch, basis: &PatchBasis, suspect: &Registered, diagonal: f64
             continue;
         };
         let place = patch.mesh().positions()[vertex];
-        let root_weight = basis.spectrum().mass()[vertex].max(0.0).sqrt();
+        let mass = basis.spectrum().mass()[vertex].max(0.0);
         let mut sight = |along: [f64; 3]| {
             let displacement = (0..3).map(|i| along[i] * (seen[i] - place[i])).sum::<f64>() / diagonal;
             sights.push(Sight {
                 vertex,
                 along,
                 displacement,
-                root_weight,
+                mass,
+                trust: 1.0,
             });
         };
         match suspect.along[v as usize] {
@@ -258,23 +334,114 @@ fn sights(patch: &Patch, basis: &PatchBasis, suspect: &Registered, diagonal: f64
     sights
 }
 
-/// From each vertex to the mean of its neighbours, in diagonals; neighbours across two triangles, as most are, count twice.
-fn smoothing(mesh: &TriMesh) -> Vec<[f64; 3]> {
-    let mut sums = vec![([0.0; 3], 0.0); mesh.vertex_count()];
-    let positions = mesh.positions();
+/// Student's t distribution of noise.
+struct StudentT {
+    /// Degrees of freedom; infinitely many are a normal distribution.
+    freedom: f64,
+    scale: f64,
+}
+
+/// Degrees of freedom to choose from, and the density at 0 for scale 1: Γ((ν + 1)/2) / (Γ(ν/2) √(νπ)).
+const FREEDOMS: [(f64, f64); 6] = [
+    (1.0, FRAC_1_PI),
+    (2.0, FRAC_1_SQRT_2 / 2.0),
+    (4.0, 3.0 / 8.0),
+    (8.0, 0.386_699_020_961_393),
+    (16.0, 0.392_761_230_468_75),
+    (f64::INFINITY, 0.398_942_280_401_432_7),
+];
+
+/// Steps towards the likeliest scale, which come near to it at once.
+const SCALE_STEPS: usize = 12;
+
+impl StudentT {
+    /// The likeliest of [`FREEDOMS`], with the likeliest scale, observations being weighted by mass.
+    fn of(residuals: &[f64], sights: &[Sight]) -> Self {
+        let mass: f64 = sights.iter().map(|sight| sight.mass).sum();
+        let mean = |f: &dyn Fn(f64) -> f64| {
+            let terms = residuals
+                .iter()
+                .zip(sights)
+                .map(|(&e, sight)| sight.mass * f(e * e));
+            terms.sum::<f64>() / mass
+        };
+        let square = mean(&|square| square);
+        let mut best = (f64::NEG_INFINITY, Self::NORMAL);
+        for (freedom, peak) in FREEDOMS {
+            let mut noise = Self {
+                freedom,
+                scale: square.sqrt(),
+            };
+            for _ in 0..SCALE_STEPS {
+                noise.scale = mean(&|square| square * noise.weight(square.sqrt())).sqrt();
+            }
+            let likelihood = (peak / noise.scale).ln() - mean(&|square| noise.fall(square));
+            if likelihood > best.0 {
+                best = (likelihood, noise);
+            }
+        }
+        best.1
+    }
+
+    /// Every residual deserves the same.
+    const NORMAL: Self = Self {
+        freedom: f64::INFINITY,
+        scale: 1.0,
+    };
+
+    /// (ν + 1) / (ν + e²/s²).
+    fn weight(&self, residual: f64) -> f64 {
+        if self.freedom.is_infinite() {
+            1.0
+        } else {
+            (self.freedom + 1.0) / (self.freedom + (residual / self.scale).powi(2))
+        }
+    }
+
+    /// By how much the logarithm of the density is below that at 0.
+    fn fall(&self, square: f64) -> f64 {
+        let square = square / self.scale.powi(2);
+        if self.freedom.is_infinite() {
+            square / 2.0
+        } else {
+            (self.freedom + 1.0) / 2.0 * (square / self.freedom).ln_1p()
+        }
+    }
+}
+
+/// L x, L² x, … at each vertex, in diagonals.
+fn smoothings(mesh: &TriMesh) -> Vec<[[f64; 3]; SMOOTHINGS]> {
+    let diagonal = mesh.bounding_box().diagonal();
+    let mut field: Vec<[f64; 3]> = mesh
+        .positions()
+        .iter()
+        .map(|&p| scaled(p, 1.0 / diagonal))
+        .collect();
+    let mut all = vec![[[0.0; 3]; SMOOTHINGS]; mesh.vertex_count()];
+    for k in 0..SMOOTHINGS {
+        field = to_neighbours(mesh, &field);
+        for (powers, &value) in all.iter_mut().zip(&field) {
+            powers[k] = value;
+        }
+    }
+    all
+}
+
+/// L applied to a field: from its value at each vertex to the mean of those at the neighbours; neighbours across two triangles, as
+/// most are, count twice.
+fn to_neighbours(mesh: &TriMesh, field: &[[f64; 3]]) -> Vec<[f64; 3]> {
+    let mut sums = vec![([0.0; 3], 0.0); field.len()];
     for &[a, b, c] in mesh.triangles() {
         for [v, next, last] in [[a, b, c], [b, c, a], [c, a, b]] {
-            let here = positions[v as usize];
             let (sum, count) = &mut sums[v as usize];
             for w in [next, last] {
-                *sum = add(*sum, sub(positions[w as usize], here));
+                *sum = add(*sum, sub(field[w as usize], field[v as usize]));
                 *count += 1.0;
             }
         }
     }
-    let diagonal = mesh.bounding_box().diagonal();
     sums.into_iter()
-        .map(|(sum, count): ([f64; 3], f64)| scaled(sum, 1.0 / (count.max(1.0) * diagonal)))
+        .map(|(sum, count): ([f64; 3], f64)| scaled(sum, 1.0 / count.max(1.0)))
         .collect()
 }
 

@@ -16,6 +16,7 @@ use crate::{
     Certificate, ChipLayout, CoefficientDetector, Detector, GeometryDigest, LeastSquaresDetector, Observer,
     Original, PatchBasis, PatchRecord, Patches, Registered, SigmarkError, SoftBits, Stage, Work,
     align::{Aligned, align},
+    least_squares::Equations,
     resampling::Sampler,
     signature::{PublicKey, Scheme, Signature},
     statistics::{correlation, extraction_rate, p_value},
@@ -45,8 +46,8 @@ pub struct Verdict {
     pub outcome: Outcome,
     /// ER (eq. 18), from 0 to 1; `None` if the suspect does not fit the original.
     pub extraction_rate: Option<f64>,
-    /// The probability of such agreement without the mark, an upper bound; 1 if the suspect does not fit. Where the suspect
-    /// could lie in several ways and all were tried, it is multiplied by their number.
+    /// The probability of such agreement without the mark, an upper bound; 1 if the suspect does not fit. Where the best of several
+    /// readings was taken, since the suspect could lie in several ways or was read in two, it is multiplied by their number.
     pub p_value: f64,
     /// T = Σ sₜ xₜ / √(Σ xₜ²).
     pub correlation: f64,
@@ -129,7 +130,8 @@ impl<'a> Verifier<'a> {
     }
 
     /// The detector that reads the bits. By default it is the paper's ([`CoefficientDetector`]) for marks of the paper's
-    /// profile, and wherever all vertices were found again; [`LeastSquaresDetector`] otherwise.
+    /// profile, and [`LeastSquaresDetector`] for others. Where all vertices were found again, the paper's, being cheap, comes
+    /// first.
     pub fn detector(mut self, detector: &'a dyn Detector) -> Self {
         self.detector = Some(detector);
         self
@@ -198,11 +200,17 @@ impl<'a> Verifier<'a> {
             })
         });
         let detector = self.detector.unwrap_or(&CoefficientDetector);
-        let reading = self.best(poses, detector, work)?;
+        let mut reading = self.best(poses, detector, work)?;
+        if reading.soft.hard() != self.certificate.mark().signature.bits() {
+            let closer = self.closer(&reading.aligned, work);
+            let again = self.best(iter::once(closer), self.usual(), work)?;
+            reading = self.better_of(reading, again);
+        }
         let options = AlignOptions::default();
         let overlap = self.in_place(&reading.aligned.registered, &options);
         let fit = Fit {
             basis: Basis::Connectivity,
+            poses: maps.len(),
             overlap,
             coverage: overlap,
         };
@@ -214,6 +222,21 @@ impl<'a> Verifier<'a> {
             ));
         }
         Ok(verdict)
+    }
+
+    /// The same vertices, smoothing and vertices that are far off being taken account of.
+    fn closer(&self, aligned: &Aligned, work: Work<'_>) -> Result<Aligned, SigmarkError> {
+        let (original, alphas) = (self.prepared(work)?, self.alphas());
+        let equations = Equations::of(original, &alphas, &aligned.registered, work, |_, _| Ok(()))?;
+        let back = equations.solve()?.misalignment.inverse();
+        let seen = aligned.registered.positions.iter();
+        let positions = seen.map(|seen| seen.map(|p| back.apply(p))).collect();
+        let transform = aligned.transform.then(&back);
+        Ok(Aligned::new(
+            self.mesh,
+            Registered::by_vertices(positions),
+            transform,
+        ))
     }
 
     /// The share of the vertices that lie near where they belong.
@@ -251,12 +274,17 @@ impl<'a> Verifier<'a> {
                 let registered = sampler.sample(original.mesh(), &transform, work)?;
                 Ok(Aligned::new(original.mesh(), registered, transform))
             });
-        let usual: &dyn Detector = match self.certificate.mark().signature.scheme() {
-            Scheme::EcdsaB163Sha1 => &CoefficientDetector,
-            _ => &LeastSquaresDetector,
-        };
-        let reading = self.best(poses, self.detector.unwrap_or(usual), work)?;
+        let reading = self.best(poses, self.usual(), work)?;
         self.judge(&reading, fit)
+    }
+
+    /// The detector that was asked for, or the one that reads most.
+    fn usual(&self) -> &dyn Detector {
+        self.detector
+            .unwrap_or(match self.certificate.mark().signature.scheme() {
+                Scheme::EcdsaB163Sha1 => &CoefficientDetector,
+                _ => &LeastSquaresDetector,
+            })
     }
 
     /// Reads the suspect in every pose, and keeps the reading that agrees best with the signature.
@@ -266,22 +294,32 @@ impl<'a> Verifier<'a> {
         detector: &dyn Detector,
         work: Work<'_>,
     ) -> Result<Reading, SigmarkError> {
-        let original = self.cut()?;
-        let (alphas, expected) = (self.alphas(), self.certificate.mark().signature.bits());
-        let mut best: Option<(f64, Aligned, SoftBits)> = None;
-        let mut tries = 0;
+        let (original, alphas) = (self.cut()?, self.alphas());
+        let mut best: Option<Reading> = None;
         for aligned in poses {
             let aligned = aligned?;
             work.observer.stage(Stage::Detection);
             let soft = detector.detect(original, &alphas, &aligned.registered, work)?;
-            let t = correlation(&expected, &soft.0);
-            if best.as_ref().is_none_or(|(most, ..)| t > *most) {
-                best = Some((t, aligned, soft));
-            }
-            tries += 1;
+            let reading = Reading {
+                aligned,
+                soft,
+                tries: 1,
+            };
+            best = Some(match best {
+                Some(best) => self.better_of(best, reading),
+                None => reading,
+            });
         }
-        let (_, aligned, soft) = best.ok_or(SigmarkError::Alignment)?;
-        Ok(Reading { aligned, soft, tries })
+        best.ok_or(SigmarkError::Alignment)
+    }
+
+    /// The one that agrees better with the signature, having taken the tries of both.
+    fn better_of(&self, first: Reading, second: Reading) -> Reading {
+        let expected = self.certificate.mark().signature.bits();
+        let tries = first.tries + second.tries;
+        let [t, u] = [&first, &second].map(|reading| correlation(&expected, &reading.soft.0));
+        let better = if u > t { second } else { first };
+        Reading { tries, ..better }
     }
 
     /// The original with its bases, if they are not huge.
@@ -339,7 +377,7 @@ impl<'a> Verifier<'a> {
             bits: expected.len(),
             bit_errors: Some(expected.iter().zip(&extracted).filter(|(s, e)| s != e).count()),
             basis: fit.basis,
-            poses: *tries,
+            poses: fit.poses,
             overlap: fit.overlap,
             coverage: fit.coverage,
             missing: aligned.registered.missing(),
@@ -382,6 +420,8 @@ impl<'a> Verifier<'a> {
 #[derive(Clone, Copy)]
 struct Fit {
     basis: Basis,
+    /// In how many ways.
+    poses: usize,
     overlap: f64,
     coverage: f64,
 }
@@ -390,6 +430,7 @@ impl Fit {
     fn of(alignment: &Alignment) -> Self {
         Self {
             basis: alignment.basis,
+            poses: 1 + alignment.alternatives.len(),
             overlap: alignment.overlap,
             coverage: alignment.coverage,
         }

@@ -298,6 +298,68 @@ fn with_every_vertex_known_least_squares_and_the_paper_rule_agree() {
     }
 }
 
+/// As many times: every vertex goes a share of the way to the mean of its neighbours.
+fn smoothed(mesh: &TriMesh, shares: &[f64]) -> TriMesh {
+    let mut neighbours = vec![Vec::new(); mesh.vertex_count()];
+    for &[a, b] in Edges::of(mesh).vertices() {
+        neighbours[a as usize].push(b as usize);
+        neighbours[b as usize].push(a as usize);
+    }
+    let mut positions = mesh.positions().to_vec();
+    for share in shares {
+        let step = |(p, near): (&[f64; 3], &Vec<usize>)| {
+            std::array::from_fn(|i| {
+                let mean = near.iter().map(|&w| positions[w][i]).sum::<f64>() / near.len() as f64;
+                p[i] + share * (mean - p[i])
+            })
+        };
+        positions = positions.iter().zip(&neighbours).map(step).collect();
+    }
+    mesh.with_positions(positions).unwrap()
+}
+
+#[test]
+fn steps_of_smoothing_are_taken_out_whatever_their_strength() {
+    let mesh = shapes::bumped(&shapes::jittered(&shapes::icosphere(4), 0.3, 4), 0.3, 4);
+    let signed = sign(&mesh, 1);
+    signed.original().keep_bases(Work::default()).unwrap();
+    let laplacian = [0.5; 8];
+    let taubin = [0.6, -0.62, 0.6, -0.62, 0.6, -0.62];
+    for shares in [&laplacian[..], &taubin] {
+        let suspect = smoothed(signed.mesh(), shares);
+        let verdict = judge(&mesh, &signed, &shapes::moved(&suspect, &away()));
+        let read = verdict.extraction_rate.unwrap();
+
+        // Even in the true pose.
+        let registered = Registered::by_vertices(suspect.positions().iter().copied().map(Some).collect());
+        let soft = CoefficientDetector
+            .detect(signed.original(), &[signed.alpha()], &registered, Work::default())
+            .unwrap();
+        let paper = extraction_rate(&signed.signature().bits(), &soft.hard());
+        assert!(read > 0.99 && paper < 0.95, "{read} {paper}");
+    }
+}
+
+#[test]
+fn vertices_that_are_far_off_count_for_little() {
+    let signed = signed();
+    let mut rng = ChaCha20Rng::seed_from_u64(6);
+    let mut random = || f64::from(rng.next_u32()) / f64::from(u32::MAX) - 0.5;
+    let far = 0.05 * signed.mesh().bounding_box().diagonal();
+    let thrown = signed.positions().iter().enumerate().map(|(v, p)| {
+        let size = if v % 20 == 0 { far } else { 1e-3 * far };
+        Some(p.map(|x| x + size * random()))
+    });
+    let registered = Registered::by_vertices(thrown.collect());
+    let bits = signed.signature().bits();
+    let [paper, least_squares] =
+        [&CoefficientDetector as &dyn Detector, &LeastSquaresDetector].map(|detector| {
+            let soft = detector.detect(signed.original(), &[signed.alpha()], &registered, Work::default());
+            extraction_rate(&bits, &soft.unwrap().hard())
+        });
+    assert!(least_squares == 1.0 && paper < 0.9, "{least_squares} {paper}");
+}
+
 #[test]
 fn nothing_seen_is_nothing_read() {
     let (mesh, signed) = (original(), signed());

@@ -2,13 +2,14 @@
 
 use super::{
     measure::{greatest, median},
-    registration::{Cell, Draw, Trial, trials},
+    registration::{Cell, Draw, Rule, Trial, trials},
 };
 use crate::table::Table;
 
 impl Cell {
-    fn right(&self) -> usize {
-        self.draws.iter().filter(|draw| draw.is_right(self.trial)).count()
+    fn right(&self, rule: Rule) -> usize {
+        let right = |draw: &&Draw| draw.is_right(self.trial, rule);
+        self.draws.iter().filter(right).count()
     }
 }
 
@@ -19,7 +20,7 @@ pub(super) fn line(cell: &Cell) -> String {
         "{}, {}: {} of {} right, error {:.1e} (worst {:.1e}), {:.2} s (worst {:.2})",
         cell.mesh,
         cell.trial.name(),
-        cell.right(),
+        cell.right(Rule::LeastSquares),
         cell.draws.len(),
         median(draws().map(|draw| draw.error)),
         greatest(draws().map(|draw| draw.error)),
@@ -32,7 +33,7 @@ pub(super) fn line(cell: &Cell) -> String {
 fn share<'a>(cells: impl Iterator<Item = &'a Cell>) -> String {
     let (mut right, mut all) = (0, 0);
     for cell in cells {
-        right += cell.right();
+        right += cell.right(Rule::LeastSquares);
         all += cell.draws.len();
     }
     if all == 0 {
@@ -43,21 +44,24 @@ fn share<'a>(cells: impl Iterator<Item = &'a Cell>) -> String {
 }
 
 /// By how many points the true transform reads more than the found one.
-fn shortfall(draw: &Draw) -> Option<f64> {
-    draw.rates.map(|[found, truth]| 100.0 * (truth - found))
+fn shortfall(draw: &Draw, rule: Rule) -> Option<f64> {
+    draw.rates(rule).map(|[found, truth]| 100.0 * (truth - found))
 }
 
 /// What several draws say, empty where they say nothing.
-struct Summary([String; 8]);
+struct Summary([String; 11]);
 
 impl Summary {
-    const HEADER: [&'static str; 8] = [
+    const HEADER: [&'static str; 11] = [
         "median error",
         "worst error",
         "unmarked: worst error",
         "least ER with the true transform",
         "median ER",
         "most that the found one reads less",
+        "paper's rule: least ER",
+        "median ER",
+        "most less",
         "median (s)",
         "worst (s)",
     ];
@@ -74,17 +78,31 @@ impl Summary {
             }
         };
         let errors = of(&|draw| (!stranger).then_some(draw.error));
-        let truths = of(&|draw| draw.rates.map(|[_, truth]| 100.0 * truth));
+        let rates = |rule: Rule| {
+            let truths = of(&|draw| draw.rates(rule).map(|[_, truth]| 100.0 * truth));
+            [
+                shown(truths.clone(), &|v| {
+                    format!("{:.1}", -greatest(v.into_iter().map(|x| -x)))
+                }),
+                shown(truths, &|v| format!("{:.1}", median(v))),
+                shown(of(&|draw| shortfall(draw, rule)), &|v| {
+                    format!("{:.2}", greatest(v))
+                }),
+            ]
+        };
+        let [least, middle, less] = rates(Rule::LeastSquares);
+        let [paper_least, paper_middle, paper_less] = rates(Rule::Paper);
         let seconds = of(&|draw| Some(draw.cpu));
         Self([
             shown(errors.clone(), &|v| format!("{:.1e}", median(v))),
             shown(errors, &|v| format!("{:.1e}", greatest(v))),
             shown(of(&|draw| draw.exact_error), &|v| format!("{:.1e}", greatest(v))),
-            shown(truths.clone(), &|v| {
-                format!("{:.1}", -greatest(v.into_iter().map(|x| -x)))
-            }),
-            shown(truths, &|v| format!("{:.1}", median(v))),
-            shown(of(&shortfall), &|v| format!("{:.2}", greatest(v))),
+            least,
+            middle,
+            less,
+            paper_least,
+            paper_middle,
+            paper_less,
             shown(seconds.clone(), &|v| format!("{:.2}", median(v))),
             shown(seconds, &|v| format!("{:.2}", greatest(v))),
         ])
@@ -92,7 +110,7 @@ impl Summary {
 }
 
 pub(super) fn by_attack(cells: &[Cell]) -> Table {
-    let header: Vec<&str> = ["attack", "right", "share"]
+    let header: Vec<&str> = ["attack", "right", "share", "by the paper's rule"]
         .into_iter()
         .chain(Summary::HEADER)
         .collect();
@@ -106,15 +124,27 @@ pub(super) fn by_attack(cells: &[Cell]) -> Table {
         if draws.is_empty() {
             continue;
         }
-        let right: usize = rows.iter().map(|cell| cell.right()).sum();
-        let share = [
-            format!("{right} of {}", draws.len()),
-            format!("{:.1} %", 100.0 * right as f64 / draws.len() as f64),
-        ];
         let Summary(figures) = Summary::of(trial, &draws);
-        table.row([trial.name().to_string()].into_iter().chain(share).chain(figures));
+        let first = std::iter::once(trial.name().to_string()).chain(shares(&rows));
+        table.row(first.chain(figures));
     }
+    let all: Vec<&Cell> = cells.iter().collect();
+    let empty = Summary::HEADER.map(|_| String::new());
+    table.row(
+        std::iter::once("all".to_string())
+            .chain(shares(&all))
+            .chain(empty),
+    );
     table
+}
+
+/// Right draws, their share, and their share by the paper's rule.
+fn shares(cells: &[&Cell]) -> [String; 3] {
+    let all: usize = cells.iter().map(|cell| cell.draws.len()).sum();
+    let right = |rule: Rule| cells.iter().map(|cell| cell.right(rule)).sum::<usize>();
+    let share = |right: usize| format!("{:.1} %", 100.0 * right as f64 / all as f64);
+    let ours = right(Rule::LeastSquares);
+    [format!("{ours} of {all}"), share(ours), share(right(Rule::Paper))]
 }
 
 pub(super) fn by_mesh(cells: &[Cell]) -> Table {
@@ -144,7 +174,7 @@ pub(super) fn all(cells: &[Cell]) -> Table {
         "attack",
         "draws",
         "right",
-        "exact to",
+        "right by the paper's rule",
         "least overlap",
     ];
     let header: Vec<&str> = first.into_iter().chain(Summary::HEADER).collect();
@@ -158,7 +188,8 @@ pub(super) fn all(cells: &[Cell]) -> Table {
             cell.vertices.to_string(),
             cell.trial.name().to_string(),
             draws.len().to_string(),
-            cell.right().to_string(),
+            cell.right(Rule::LeastSquares).to_string(),
+            cell.right(Rule::Paper).to_string(),
             format!("{overlap:.4}"),
         ];
         table.row(first.into_iter().chain(figures));
