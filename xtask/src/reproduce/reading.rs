@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use anyhow::{Result, bail};
+use anyhow::Result;
 use baselines::{Prepared, Reading};
 use mesh::{Similarity, TriMesh};
 use registration::{AlignOptions, Aligner, Basis, Correspondence};
@@ -62,27 +62,29 @@ pub(crate) struct Read {
 /// A suspect that was found, ready to be read in any pose.
 pub(crate) struct Reader<'a> {
     reference: &'a TriMesh,
-    suspect: &'a TriMesh,
-    found: &'a Found,
-    /// None where all vertices survived.
-    sampler: Option<Sampler<'a>>,
+    seen: Seen<'a>,
     /// What it took to make it.
     seconds: f64,
+}
+
+/// What of a suspect is looked at.
+enum Seen<'a> {
+    /// Where each of the reference's vertices went: all survived.
+    Vertices(Vec<Option<[f64; 3]>>),
+    Surface(Sampler<'a>),
 }
 
 impl<'a> Reader<'a> {
     pub(crate) fn new(reference: &'a TriMesh, suspect: &'a TriMesh, found: &'a Found) -> Self {
         let begun = Instant::now();
-        let sampler = match (found.basis, &found.survivors) {
-            (Basis::Connectivity, Some(_)) => None,
-            (_, Some(map)) => Some(Sampler::new(suspect).survivors(map)),
-            (_, None) => Some(Sampler::new(suspect)),
+        let seen = match (found.basis, &found.survivors) {
+            (Basis::Connectivity, Some(map)) => Seen::Vertices(map.carry(suspect)),
+            (_, Some(map)) => Seen::Surface(Sampler::new(suspect).survivors(map)),
+            (_, None) => Seen::Surface(Sampler::new(suspect)),
         };
         Self {
             reference,
-            suspect,
-            found,
-            sampler,
+            seen,
             seconds: begun.elapsed().as_secs_f64(),
         }
     }
@@ -91,24 +93,18 @@ impl<'a> Reader<'a> {
     /// elsewhere the surface is sampled along normals.
     pub(crate) fn read(&self, prepared: &dyn Prepared, alpha: f64, transform: &Similarity) -> Result<Read> {
         let begun = Instant::now();
-        let registered = self.registered(transform)?;
+        let registered = match &self.seen {
+            Seen::Surface(sampler) => sampler.sample(self.reference, transform, Work::default())?,
+            Seen::Vertices(places) => {
+                let placed = places.iter().map(|place| place.map(|p| transform.apply(p)));
+                Registered::by_vertices(placed.collect())
+            }
+        };
         let readings = prepared.extract(&registered, alpha, Work::default())?;
         Ok(Read {
             readings,
             missing: registered.missing(),
             seconds: self.seconds + begun.elapsed().as_secs_f64(),
         })
-    }
-
-    fn registered(&self, transform: &Similarity) -> Result<Registered> {
-        match (&self.sampler, &self.found.survivors) {
-            (Some(sampler), _) => Ok(sampler.sample(self.reference, transform, Work::default())?),
-            (None, Some(map)) => {
-                let seen = map.carry(self.suspect);
-                let placed = seen.into_iter().map(|seen| seen.map(|p| transform.apply(p)));
-                Ok(Registered::by_vertices(placed.collect()))
-            }
-            (None, None) => bail!("a suspect without a surface or vertices to read"),
-        }
     }
 }

@@ -37,7 +37,7 @@ pub(crate) struct Signed {
     pub(crate) signature: Signature,
 }
 
-/// How far d_rmse may be from the printed one, as a share of it. Signatures differ, so the bound on each mark is wider.
+/// How far d_rmse may be from the printed one, as a share of it.
 const NEAR_ENOUGH: f64 = 0.08;
 
 /// MSDM2 takes a minute and a half of a million vertices, and there are dozens of marks; the paper has none of it.
@@ -91,7 +91,7 @@ pub(crate) struct Mark {
     pub(crate) hausdorff: f64,
     /// Eq. 24.
     pub(crate) d_2_50: f64,
-    /// None of meshes with more than [`MOST_FOR_MSDM2`] vertices.
+    /// None of meshes with more than [`MOST_FOR_MSDM2`] vertices, nor of other signatures than the first.
     pub(crate) msdm2: Option<f64>,
     /// What it took to make it.
     pub(crate) seconds: f64,
@@ -282,7 +282,7 @@ impl<'a> Study<'a> {
         Ok((per_cent * distance.rmse, per_cent * distance.maximum))
     }
 
-    /// α for the distortion that the study has, by the first signature.
+    /// α for the distortion that the study has, in the mean over the signatures.
     pub(crate) fn strength(&self) -> Result<Strength> {
         let inputs = self.with(json!({"distortion": self.distortion}));
         if let Some(kept) = self.bench().store.get("strength", &inputs) {
@@ -295,9 +295,13 @@ impl<'a> Study<'a> {
 
     /// The paper's α where it has no unit and distorts as much as in the paper; else the one that does.
     fn calibrated(&self) -> Result<Strength> {
+        let base = self.positions(0, 0.0)?;
+        let sizes = self.sizes(&base)?;
+        // Of all marks beside the first, which is the one that is measured.
+        let others = sizes.iter().sum::<f64>() / (sizes.len() as f64 * sizes[0]);
         if let Some(alpha) = self.algorithm.paper_alpha() {
             let (found, _) = self.d_rmse(&self.marked(0, alpha)?)?;
-            if (found / self.distortion - 1.0).abs() < NEAR_ENOUGH {
+            if (found * others / self.distortion - 1.0).abs() < NEAR_ENOUGH {
                 return Ok(Strength {
                     alpha,
                     printed: true,
@@ -305,18 +309,28 @@ impl<'a> Study<'a> {
                 });
             }
         }
-        self.fitted()
+        let mut strength = self.fitted(base, sizes[0])?;
+        if strength.reached {
+            strength.alpha /= others;
+        }
+        Ok(strength)
     }
 
-    /// The mark is affine in α, so d² is t² + (k α)² to first order, t being the distortion at α = 0.
-    fn fitted(&self) -> Result<Strength> {
-        let (base, unit) = (self.positions(0, 0.0)?, self.positions(0, 1.0)?);
-        let squares = base
-            .iter()
-            .zip(&unit)
-            .map(|(p, q)| (0..3).map(|i| (p[i] - q[i]).powi(2)).sum::<f64>());
-        let per_alpha = (squares.sum::<f64>() / base.len() as f64).sqrt();
-        ensure!(per_alpha > 0.0, "{}: a mark has no size", self.algorithm.name());
+    /// How far each signature moves vertices at α = 1, root mean square.
+    fn sizes(&self, base: &[[f64; 3]]) -> Result<Vec<f64>> {
+        let size = |signature: usize| {
+            let unit = self.positions(signature, 1.0)?;
+            let pairs = base.iter().zip(&unit);
+            let squares = pairs.map(|(p, q)| (0..3).map(|i| (p[i] - q[i]).powi(2)).sum::<f64>());
+            let size = (squares.sum::<f64>() / base.len() as f64).sqrt();
+            ensure!(size > 0.0, "{}: a mark has no size", self.algorithm.name());
+            Ok(size)
+        };
+        (0..self.bench().signatures.len()).map(size).collect()
+    }
+
+    /// α for the first signature. The mark is affine in α, so d² is t² + (k α)² to first order, t being the distortion at α = 0.
+    fn fitted(&self, base: Vec<[f64; 3]>, per_alpha: f64) -> Result<Strength> {
         let least = if base == self.original().positions() {
             0.0
         } else {
@@ -371,7 +385,7 @@ impl<'a> Study<'a> {
         let seconds = begun.elapsed().as_secs_f64();
         let begun = Instant::now();
         let (d_rmse, hausdorff) = self.d_rmse(&marked)?;
-        let msdm2 = (marked.vertex_count() <= MOST_FOR_MSDM2)
+        let msdm2 = (signature == 0 && marked.vertex_count() <= MOST_FOR_MSDM2)
             .then(|| Msdm2::between(&marked, self.original(), self.bench().threads))
             .transpose()?;
         let mark = Mark {

@@ -374,7 +374,8 @@ fn distortion(results: &Results) -> Sheet {
     let mut sheet = Sheet::new(
         "Distortion of the marks",
         "α is the algorithm's own: in the mesh's unit for MHBs, without a unit for the others. The paper's was taken where it distorts within a tenth as in the paper, else \
-         one that does; where unmarked truncation already distorts more, the paper's again. Hausdorff: the greatest distance from the marked surface to the original.",
+         one that does; where unmarked truncation already distorts more, the paper's again. d_rmse is right in the mean over the signatures. Hausdorff: the greatest distance from the marked surface to the original. \
+         MSDM2: of the first signature.",
         &[
             "model",
             "algorithm",
