@@ -7,6 +7,7 @@ mod partition;
 mod peers;
 mod quality;
 mod registration;
+mod registration_large;
 mod registration_peers;
 mod registration_tables;
 
@@ -69,7 +70,7 @@ pub(crate) enum Bench {
         /// Begin no draw after so many minutes, and write what there is; 0: what is finished
         #[arg(long, value_name = "MINUTES")]
         minutes: Option<f64>,
-        /// Leave the peers out
+        /// Leave out the peers, and the times of a million vertices
         #[arg(long)]
         no_peers: bool,
     },

@@ -20,14 +20,14 @@ use sigmark::{
     statistics::extraction_rate,
 };
 
-use super::{measure::timed, peers, registration_peers, registration_tables as tables};
+use super::{measure::timed, peers, registration_large, registration_peers, registration_tables as tables};
 use crate::{machine, meshes::random_similarity, process::root, python::Python};
 
 /// What happens to a suspect before it is moved.
 pub(super) struct Attack {
     pub(super) name: &'static str,
     /// Of `attack.py`: name and strength.
-    script: (&'static str, f64),
+    pub(super) script: (&'static str, f64),
     /// Whether the seed makes a difference.
     random: bool,
     /// Whether what is left of the surface lies exactly on the original's, but for the mark.
@@ -237,7 +237,7 @@ pub(crate) fn run(folder: &Path, selection: &Selection) -> Result<()> {
         bail!("{}: no draws of meshes of such names", folder.display());
     }
     let peers = if selection.with_peers {
-        registration_peers::run(&files, &attacks)?
+        registration_large::run(&files, &attacks)? + &registration_peers::run(&files, &attacks)?
     } else {
         String::new()
     };

@@ -127,7 +127,7 @@ pub(crate) struct Rated {
     pub(crate) detector: String,
     /// Eq. 18, from 0 to 1.
     pub(crate) rate: f64,
-    /// With the true transform in place of the one found; none where it is not known.
+    /// With the true transform in place of the one found; none where it is not known, or where the paper's detector read all bits.
     pub(crate) rate_in_true_pose: Option<f64>,
     /// Agreement with the signatures that are not in the mesh, by their numbers' order.
     pub(crate) strangers: Vec<f64>,
@@ -514,8 +514,12 @@ impl<'a> Study<'a> {
         let found = finder.find(&suspect.mesh)?;
         let reader = Reader::new(finder.reference, &suspect.mesh, &found);
         let reading = reader.read(prepared, alpha, &found.transform)?;
+        // The true pose explains what was lost.
+        let expected = self.bits(number);
+        let all = reading.readings[0].bits.hard() == expected;
         let in_true_pose = suspect
             .pose
+            .filter(|_| !all)
             .map(|pose| reader.read(prepared, alpha, &pose.inverse()))
             .transpose()?;
         let rated = reading.readings.iter().enumerate().map(|(i, reading)| {
