@@ -5,7 +5,9 @@
 //! which give a shared edge the same sign from both of its triangles: a line through a closed surface never
 //! slips between two triangles.
 
+use crate::RegistrationError;
 use crate::quads::Quads;
+use crate::threads;
 use crate::vector::{Vec3, add, cross, dot, norm, scaled, squared, sub};
 use mesh::{BoundingBox, TriMesh};
 
@@ -103,6 +105,16 @@ impl Surface {
             point: p,
             distance: f64::INFINITY,
             triangle: 0,
+        })
+    }
+
+    /// [`nearest`](Self::nearest) of many points, on several threads.
+    ///
+    /// # Errors
+    /// When the threads can't be started.
+    pub fn nearest_of(&self, points: &[[f64; 3]], threads: usize) -> Result<Vec<Nearest>, RegistrationError> {
+        threads::in_pool(threads, || {
+            threads::map(points.len(), |i| self.nearest(points[i]))
         })
     }
 

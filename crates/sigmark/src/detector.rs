@@ -8,6 +8,9 @@ pub struct Registered {
     /// Where only the surface was found again, not the vertex: the vector u for which u·δ is known of a displacement δ (#V).
     /// A line along the normal n that meets a plane with normal f tells u = f / (f·n).
     pub along: Vec<Option<[f64; 3]>>,
+    /// What u·δ would be if the suspect's vertices lay on the original: flat triangles cut the corners of a curved surface (#V). Zero
+    /// where the vertex itself was found again.
+    pub facets: Vec<f64>,
     /// How many vertices the suspect has: no more samples than that are independent.
     pub suspect_vertices: usize,
 }
@@ -17,6 +20,7 @@ impl Registered {
     pub fn by_vertices(positions: Vec<Option<[f64; 3]>>) -> Self {
         Self {
             along: vec![None; positions.len()],
+            facets: vec![0.0; positions.len()],
             suspect_vertices: positions.len(),
             positions,
         }

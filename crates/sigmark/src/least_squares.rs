@@ -18,6 +18,11 @@
 //! of degree k of L. So G has the fields L x, L² x, …, too: what any few steps do to the original is known but for these
 //! coefficients, and is taken out. Without them a change of scale would have to account for it.
 //!
+//! **Facets.** A coarser suspect's flat triangles cut the corners of the original. What that does to each sample is known for
+//! vertices on the original ([`Registered::facets`]), and is a field, too. Its coefficient is 1 for re-meshed suspects. Decimation
+//! by quadrics puts vertices outside, so that facets cancel in the mean: what harmonics hold of the field, which is where the bits
+//! are, has a coefficient of its own.
+//!
 //! **Weights.** w is the mass of the vertex times what its residual deserves. Where a surface was decimated or re-meshed, most
 //! samples are good and a few, at edges and tips, are far off. Noise is therefore taken for Student's t distribution, of the
 //! degrees of freedom ν and scale s that the residuals of a patch make likeliest: w = mass · (ν + 1) / (ν + e²/s²) (Lange,
@@ -68,11 +73,13 @@ pub(crate) struct Estimate {
     pub(crate) misalignment: Similarity,
 }
 
-/// Scale, three of rotation, three of translation, and those of smoothing.
-const PARAMETERS: usize = SIMILARITY + SMOOTHINGS;
+/// Scale, three of rotation, three of translation, those of smoothing, and those of facets.
+const PARAMETERS: usize = SIMILARITY + SMOOTHINGS + FACETS;
 const SIMILARITY: usize = 7;
 /// Degree of the polynomial of L. Ten steps of Laplacian smoothing are known well with 8, and no better with 10.
 const SMOOTHINGS: usize = 8;
+/// What facets do, and what harmonics that carry chips hold of it.
+const FACETS: usize = 2;
 
 /// The normal equations: the Gram matrix of all columns X, G and d, by its lower triangle.
 pub(crate) struct Equations {
@@ -94,6 +101,8 @@ struct Sight {
     along: [f64; 3],
     /// u·d.
     displacement: f64,
+    /// What facets do to u·d, and what harmonics hold of that.
+    facets: [f64; FACETS],
     mass: f64,
     /// What its residual deserves.
     trust: f64,
@@ -241,6 +250,7 @@ impl Equations {
             let smoothings = self.smoothings[patch.vertices()[sight.vertex] as usize];
             let fields = similarity_fields(place, sight.along).into_iter();
             let fields = fields.chain(smoothings.map(|field| dot(sight.along, field)));
+            let fields = fields.chain(sight.facets);
             for (j, value) in fields.chain([sight.displacement]).enumerate() {
                 rows[(i, self.bits + j)] = value;
             }
@@ -309,6 +319,12 @@ impl Equations {
 /// What is known of the suspect at the vertices of a patch.
 fn sights(patch: &Patch, basis: &PatchBasis, suspect: &Registered, diagonal: f64) -> Vec<Sight> {
     const AXES: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let facets: Vec<[f64; 3]> = patch
+        .gather(&suspect.facets)
+        .iter()
+        .map(|&f| [f, 0.0, 0.0])
+        .collect();
+    let held = basis.inverse_transform(&basis.transform(&facets));
     let mut sights = Vec::new();
     for (vertex, &v) in patch.vertices().iter().enumerate() {
         let Some(seen) = suspect.positions[v as usize] else {
@@ -316,12 +332,14 @@ fn sights(patch: &Patch, basis: &PatchBasis, suspect: &Registered, diagonal: f64
         };
         let place = patch.mesh().positions()[vertex];
         let mass = basis.spectrum().mass()[vertex].max(0.0);
+        let facets = [facets[vertex], held[vertex]].map(|[facet, ..]| facet / diagonal);
         let mut sight = |along: [f64; 3]| {
             let displacement = (0..3).map(|i| along[i] * (seen[i] - place[i])).sum::<f64>() / diagonal;
             sights.push(Sight {
                 vertex,
                 along,
                 displacement,
+                facets,
                 mass,
                 trust: 1.0,
             });

@@ -1,11 +1,17 @@
 //! Alignment of a suspect whose vertices are not, or not all, the original's any more: its surface is sampled at the
 //! original's vertices, and what the samples say of the misalignment is taken back.
+//!
+//! A suspect's triangles are flat and the original is not, so samples between the suspect's vertices are off even where these
+//! lie on the original; after decimation, by more than a mark. By how much is known but for a factor: it is what is left
+//! when the suspect's vertices are put onto the original.
+
+use std::sync::OnceLock;
 
 use mesh::{
     Similarity, TriMesh,
-    vector::{cross, dot, sub},
+    vector::{add, cross, dot, scaled, sub},
 };
-use registration::{Correspondence, ResampleOptions, Surface, resample_observed};
+use registration::{Correspondence, ResampleOptions, Resampled, Surface, resample_observed};
 
 use crate::{
     Original, PatchBasis, Registered, SigmarkError, Work,
@@ -20,11 +26,14 @@ use crate::{
 /// use sigmark::{Sampler, Work};
 ///
 /// let (original, suspect) = (shapes::bumpy_sphere(3, 1), shapes::flipped(&shapes::bumpy_sphere(3, 1), 5));
-/// let registered = Sampler::new(&suspect).sample(&original, &Similarity::IDENTITY, Work::default())?;
+/// let registered = Sampler::new(&original, &suspect).sample(&Similarity::IDENTITY, Work::default())?;
 /// assert_eq!(registered.missing(), 0.0);
 /// # Ok::<(), sigmark::SigmarkError>(())
 /// ```
 pub struct Sampler<'a> {
+    original: &'a TriMesh,
+    /// Built when it is first needed.
+    original_surface: OnceLock<Surface>,
     suspect: &'a TriMesh,
     surface: Surface,
     survivors: Option<&'a Correspondence>,
@@ -32,8 +41,10 @@ pub struct Sampler<'a> {
 
 impl<'a> Sampler<'a> {
     /// Builds a search tree over the suspect's surface.
-    pub fn new(suspect: &'a TriMesh) -> Self {
+    pub fn new(original: &'a TriMesh, suspect: &'a TriMesh) -> Self {
         Self {
+            original,
+            original_surface: OnceLock::new(),
             suspect,
             surface: Surface::new(suspect),
             survivors: None,
@@ -47,7 +58,7 @@ impl<'a> Sampler<'a> {
     }
 
     /// Betters a transform that is nearly right, in view of a mark with strengths `alphas`, which is noise to it. What is left
-    /// is of second order in the error.
+    /// is of second order in the error. `original` is that of the same mesh.
     ///
     /// # Errors
     /// When the original's bases can't be computed, or the threads not be started.
@@ -70,7 +81,7 @@ impl<'a> Sampler<'a> {
         work: Work<'_>,
         check: impl Fn(usize, &PatchBasis) -> Result<(), SigmarkError> + Sync,
     ) -> Result<Similarity, SigmarkError> {
-        let registered = self.sample(original.mesh(), transform, work)?;
+        let registered = self.sample(transform, work)?;
         let estimate = Equations::of(original, alphas, &registered, work, check)?.solve()?;
         Ok(transform.then(&estimate.misalignment.inverse()))
     }
@@ -80,19 +91,14 @@ impl<'a> Sampler<'a> {
     ///
     /// # Errors
     /// When the threads can't be started; [`SigmarkError::Cancelled`] when the observer stopped it.
-    pub fn sample(
-        &self,
-        original: &TriMesh,
-        transform: &Similarity,
-        work: Work<'_>,
-    ) -> Result<Registered, SigmarkError> {
+    pub fn sample(&self, transform: &Similarity, work: Work<'_>) -> Result<Registered, SigmarkError> {
         let options = ResampleOptions {
             threads: work.threads,
             ..ResampleOptions::default()
         };
         let watching = Watching(work.observer);
         let sampled = resample_observed(
-            original,
+            self.original,
             self.suspect,
             &self.surface,
             transform,
@@ -100,27 +106,52 @@ impl<'a> Sampler<'a> {
             &watching,
         )
         .map_err(stopped)?;
-        let normals = original.vertex_normals();
-        let nothing = vec![None; original.vertex_count()];
-        let mut registered = Registered {
-            positions: nothing.clone(),
-            along: nothing,
-            suspect_vertices: self.suspect.vertex_count(),
-        };
+        let normals = self.original.vertex_normals();
+        let mut registered = Registered::by_vertices(vec![None; self.original.vertex_count()]);
+        registered.suspect_vertices = self.suspect.vertex_count();
         for (v, offset) in sampled.offsets.iter().enumerate() {
             let survivor = self.survivors.and_then(|map| map.suspect_of[v]);
             if let Some(survivor) = survivor {
                 let place = self.suspect.positions()[survivor as usize];
                 registered.positions[v] = Some(transform.apply(place));
             } else if let (Some(offset), Some(triangle)) = (*offset, sampled.triangles[v]) {
-                let (place, normal) = (original.positions()[v], normals[v]);
-                registered.positions[v] = Some(std::array::from_fn(|i| place[i] + offset * normal[i]));
+                let (place, normal) = (self.original.positions()[v], normals[v]);
+                registered.positions[v] = Some(add(place, scaled(normal, offset)));
                 let facing = self.normal(triangle as usize);
                 let facing = transform.rotation.map(|row| dot(row, facing));
                 registered.along[v] = Some(gradient(normal, facing));
             }
         }
+        if registered.along.iter().any(Option::is_some) {
+            registered.facets = self.facets(&registered, &sampled, transform, work.threads)?;
+        }
         Ok(registered)
+    }
+
+    /// At each vertex that was sampled: the offset, had the suspect's vertices been on the original.
+    fn facets(
+        &self,
+        registered: &Registered,
+        sampled: &Resampled,
+        transform: &Similarity,
+        threads: usize,
+    ) -> Result<Vec<f64>, SigmarkError> {
+        let surface = self.original_surface.get_or_init(|| Surface::new(self.original));
+        let positions = self.suspect.positions().iter();
+        let placed: Vec<[f64; 3]> = positions.map(|&p| transform.apply(p)).collect();
+        let nearest = surface.nearest_of(&placed, threads)?;
+        let facet = |v: usize| {
+            let (along, seen) = (registered.along[v]?, registered.positions[v]?);
+            let corners = self.suspect.triangles()[sampled.triangles[v]? as usize].map(|w| w as usize);
+            let weights = barycentric(corners.map(|w| placed[w]), seen);
+            let moved = corners.iter().zip(weights).fold([0.0; 3], |sum, (&w, weight)| {
+                add(sum, scaled(sub(nearest[w].point, placed[w]), weight))
+            });
+            Some(sampled.offsets[v]? + dot(along, moved))
+        };
+        Ok((0..registered.along.len())
+            .map(|v| facet(v).unwrap_or(0.0))
+            .collect())
     }
 
     /// Of a triangle of the suspect, of any length.
@@ -143,4 +174,15 @@ fn gradient(n: [f64; 3], f: [f64; 3]) -> [f64; 3] {
     } else {
         n
     }
+}
+
+/// Weights of a triangle's corners, with sum 1, for a point of its plane; a third each where it has no area.
+fn barycentric([a, b, c]: [[f64; 3]; 3], p: [f64; 3]) -> [f64; 3] {
+    let normal = cross(sub(b, a), sub(c, a));
+    let square = dot(normal, normal);
+    if square == 0.0 {
+        return [1.0 / 3.0; 3];
+    }
+    let of = |from: [f64; 3], to: [f64; 3]| dot(cross(sub(to, from), sub(p, from)), normal) / square;
+    [of(b, c), of(c, a), of(a, b)]
 }

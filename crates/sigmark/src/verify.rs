@@ -261,7 +261,7 @@ impl<'a> Verifier<'a> {
             return Ok(self.does_not_align(fit, &options));
         }
         let (original, alphas) = (self.prepared(work)?, self.alphas());
-        let mut sampler = Sampler::new(suspect);
+        let mut sampler = Sampler::new(self.mesh, suspect);
         if let Some(survivors) = &alignment.correspondence {
             sampler = sampler.survivors(survivors);
         }
@@ -271,7 +271,7 @@ impl<'a> Verifier<'a> {
                 work.observer.stage(Stage::Resampling);
                 let check = |i: usize, basis: &PatchBasis| self.check_basis(i, basis);
                 let transform = sampler.refine_checked(original, &alphas, pose, work, check)?;
-                let registered = sampler.sample(original.mesh(), &transform, work)?;
+                let registered = sampler.sample(&transform, work)?;
                 Ok(Aligned::new(original.mesh(), registered, transform))
             });
         let reading = self.best(poses, self.usual(), work)?;

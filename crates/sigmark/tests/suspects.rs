@@ -232,8 +232,8 @@ fn the_triangles_of_the_original_on_another_shape_are_another_shape() {
 fn rates(signed: &Signed, suspect: &TriMesh, transform: &Similarity) -> [f64; 2] {
     let original = signed.original();
     let alphas = vec![signed.alpha(); original.patches().len()];
-    let registered = Sampler::new(suspect)
-        .sample(original.mesh(), transform, Work::default())
+    let registered = Sampler::new(original.mesh(), suspect)
+        .sample(transform, Work::default())
         .unwrap();
     let bits = signed.signature().bits();
     let detectors: [&dyn Detector; 2] = [&CoefficientDetector, &LeastSquaresDetector];
@@ -279,7 +279,7 @@ fn least_squares_reads_what_misalignment_hides_from_the_paper_rule() {
 
     let original = signed.original();
     let alphas = vec![signed.alpha(); original.patches().len()];
-    let better = Sampler::new(&suspect)
+    let better = Sampler::new(original.mesh(), &suspect)
         .refine(original, &alphas, &off, Work::default())
         .unwrap();
     assert!((better.scale - 1.0).abs() < 1e-5, "{better:?}");
@@ -337,6 +337,32 @@ fn steps_of_smoothing_are_taken_out_whatever_their_strength() {
             .unwrap();
         let paper = extraction_rate(&signed.signature().bits(), &soft.hard());
         assert!(read > 0.99 && paper < 0.95, "{read} {paper}");
+    }
+}
+
+#[test]
+fn facets_are_what_flat_triangles_alone_do() {
+    let original = shapes::icosphere(5);
+    let suspect = coarser(&original, 5);
+    let sampled = |suspect: &TriMesh| {
+        let sampler = Sampler::new(&original, suspect);
+        sampler.sample(&Similarity::IDENTITY, Work::default()).unwrap()
+    };
+    let seen = sampled(&suspect);
+    let mut deepest: f64 = 0.0;
+    for (v, facet) in seen.facets.iter().enumerate() {
+        // The vertices lie on the original, so there is nothing else; and the sphere is unit, its normals the positions.
+        let [p, q] = [seen.positions[v].unwrap(), original.positions()[v]];
+        let offset: f64 = (0..3).map(|i| (p[i] - q[i]) * q[i]).sum();
+        assert!((facet - offset).abs() < 1e-6, "{facet} {offset}");
+        deepest = deepest.max(-facet);
+    }
+    assert!(deepest > 1e-4);
+
+    // Vertices off the original leave them as they are, to first order.
+    let grown = sampled(&shapes::scaled(&suspect, 1.001));
+    for (facet, before) in grown.facets.iter().zip(&seen.facets) {
+        assert!((facet - before).abs() < 0.05 * deepest, "{facet} {before}");
     }
 }
 

@@ -478,14 +478,14 @@ fn read(
             let placed = Registered::by_vertices(placed.collect());
             (rates(placed)?, Registered::by_vertices(seen))
         } else {
-            let mut sampler = Sampler::new(suspect);
+            let mut sampler = Sampler::new(original.mesh(), suspect);
             if let Some(survivors) = &found.correspondence {
                 sampler = sampler.survivors(survivors);
             }
             let better = sampler.refine(original, &alphas, place, work)?;
             (
-                rates(sampler.sample(original.mesh(), &better, work)?)?,
-                sampler.sample(original.mesh(), &Similarity::IDENTITY, work)?,
+                rates(sampler.sample(&better, work)?)?,
+                sampler.sample(&Similarity::IDENTITY, work)?,
             )
         };
     let truth = match known {

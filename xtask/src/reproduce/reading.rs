@@ -61,7 +61,6 @@ pub(crate) struct Read {
 
 /// A suspect that was found, ready to be read in any pose.
 pub(crate) struct Reader<'a> {
-    reference: &'a TriMesh,
     seen: Seen<'a>,
     /// What it took to make it.
     seconds: f64,
@@ -71,7 +70,7 @@ pub(crate) struct Reader<'a> {
 enum Seen<'a> {
     /// Where each of the reference's vertices went: all survived.
     Vertices(Vec<Option<[f64; 3]>>),
-    Surface(Sampler<'a>),
+    Surface(Box<Sampler<'a>>),
 }
 
 impl<'a> Reader<'a> {
@@ -79,11 +78,10 @@ impl<'a> Reader<'a> {
         let begun = Instant::now();
         let seen = match (found.basis, &found.survivors) {
             (Basis::Connectivity, Some(map)) => Seen::Vertices(map.carry(suspect)),
-            (_, Some(map)) => Seen::Surface(Sampler::new(suspect).survivors(map)),
-            (_, None) => Seen::Surface(Sampler::new(suspect)),
+            (_, Some(map)) => Seen::Surface(Box::new(Sampler::new(reference, suspect).survivors(map))),
+            (_, None) => Seen::Surface(Box::new(Sampler::new(reference, suspect))),
         };
         Self {
-            reference,
             seen,
             seconds: begun.elapsed().as_secs_f64(),
         }
@@ -94,7 +92,7 @@ impl<'a> Reader<'a> {
     pub(crate) fn read(&self, prepared: &dyn Prepared, alpha: f64, transform: &Similarity) -> Result<Read> {
         let begun = Instant::now();
         let registered = match &self.seen {
-            Seen::Surface(sampler) => sampler.sample(self.reference, transform, Work::default())?,
+            Seen::Surface(sampler) => sampler.sample(transform, Work::default())?,
             Seen::Vertices(places) => {
                 let placed = places.iter().map(|place| place.map(|p| transform.apply(p)));
                 Registered::by_vertices(placed.collect())
