@@ -122,7 +122,7 @@ const BLOCK: usize = 512;
 /// A start for the noise, and its refinements, which converge at once.
 const ROUNDS: usize = 6;
 
-/// How often weights follow from residuals. A third time changes no bit of our suspects.
+/// How often weights follow from residuals; they are all but settled then.
 const REWEIGHTINGS: usize = 2;
 
 /// With fewer observations, residuals say little about noise; more change weights by little.
