@@ -40,6 +40,14 @@ impl Aligned {
             transform,
         }
     }
+
+    /// Vertices that were registered by `before`, by this transform.
+    pub(crate) fn carried(self, original: &TriMesh, before: &Similarity) -> Self {
+        let better = before.inverse().then(&self.transform);
+        let positions = self.registered.positions.iter();
+        let positions = positions.map(|p| p.map(|p| better.apply(p))).collect();
+        Self::new(original, Registered::by_vertices(positions), self.transform)
+    }
 }
 
 /// Gauss–Newton steps. The first fit is off by the size of the mark, and steps converge quadratically.

@@ -71,6 +71,8 @@ pub(crate) struct Estimate {
     pub(crate) bits: Vec<f64>,
     /// The small similarity by which the suspect is off, in the original's frame.
     pub(crate) misalignment: Similarity,
+    /// The root mean square of e.
+    pub(crate) noise: f64,
 }
 
 /// Scale, three of rotation, three of translation, those of smoothing, and those of facets.
@@ -262,7 +264,11 @@ impl Equations {
     pub(crate) fn solve(&self) -> Result<Estimate, SigmarkError> {
         let solution = self.solution(&self.gram, self.observations)?;
         let theta: [f64; SIMILARITY] = std::array::from_fn(|j| solution[(self.bits + j, 0)]);
+        // The fields of translation are the components of u, which has length 1 or little more.
+        let translations = self.bits + SIMILARITY - 3..self.bits + SIMILARITY;
+        let weight: f64 = translations.map(|j| self.gram[(j, j)]).sum();
         Ok(Estimate {
+            noise: (squares_left(&self.gram, &solution) / weight).sqrt(),
             bits: (0..self.bits).map(|t| solution[(t, 0)]).collect(),
             misalignment: self.similarity(theta),
         })
@@ -273,18 +279,10 @@ impl Equations {
         let unknowns = self.bits + PARAMETERS;
         let entry = |i: usize, j: usize| gram[(i.max(j), i.min(j))];
         let right = Mat::from_fn(unknowns, 1, |i, _| entry(unknowns, i));
-        let squares = entry(unknowns, unknowns);
         let mut solution = Mat::zeros(unknowns, 1);
         for _ in 0..ROUNDS {
-            let fitted: f64 = (0..unknowns).map(|i| solution[(i, 0)] * right[(i, 0)]).sum();
-            let quadratic: f64 = (0..unknowns)
-                .map(|i| {
-                    let row: f64 = (0..unknowns).map(|j| entry(i, j) * solution[(j, 0)]).sum();
-                    solution[(i, 0)] * row
-                })
-                .sum();
             // σ² for the mean weight; the weights hold masses.
-            let noise = (squares - 2.0 * fitted + quadratic).max(0.0) / observations.max(1) as f64;
+            let noise = squares_left(gram, &solution) / observations.max(1) as f64;
             let system = Mat::from_fn(unknowns, unknowns, |i, j| {
                 let prior = if i < self.bits {
                     self.redundancy * noise
@@ -314,6 +312,20 @@ impl Equations {
         };
         to_unit.then(&turn).then(&to_unit.inverse())
     }
+}
+
+/// Σ w e² of a solution.
+fn squares_left(gram: &Mat<f64>, solution: &Mat<f64>) -> f64 {
+    let unknowns = solution.nrows();
+    let entry = |i: usize, j: usize| gram[(i.max(j), i.min(j))];
+    let fitted: f64 = (0..unknowns).map(|i| solution[(i, 0)] * entry(unknowns, i)).sum();
+    let quadratic: f64 = (0..unknowns)
+        .map(|i| {
+            let row: f64 = (0..unknowns).map(|j| entry(i, j) * solution[(j, 0)]).sum();
+            solution[(i, 0)] * row
+        })
+        .sum();
+    (entry(unknowns, unknowns) - 2.0 * fitted + quadratic).max(0.0)
 }
 
 /// What is known of the suspect at the vertices of a patch.

@@ -8,13 +8,13 @@
 use std::sync::OnceLock;
 
 use mesh::{
-    Similarity, TriMesh,
+    BoundingBox, Similarity, TriMesh,
     vector::{add, cross, dot, scaled, sub},
 };
 use registration::{Correspondence, ResampleOptions, Resampled, Surface, resample_observed};
 
 use crate::{
-    Original, PatchBasis, Registered, SigmarkError, Work,
+    Original, PatchBasis, Registered, SigmarkError, SoftBits, Stage, Work,
     least_squares::Equations,
     verify::{Watching, stopped},
 };
@@ -84,6 +84,58 @@ impl<'a> Sampler<'a> {
         let registered = self.sample(transform, work)?;
         let estimate = Equations::of(original, alphas, &registered, work, check)?.solve()?;
         Ok(transform.then(&estimate.misalignment.inverse()))
+    }
+
+    /// Bits by least squares under a transform that is nearly right, and the transform bettered. `original` is that of the same mesh.
+    ///
+    /// # Errors
+    /// As [`refine`](Self::refine).
+    pub fn read(
+        &self,
+        original: &Original,
+        alphas: &[f64],
+        transform: &Similarity,
+        work: Work<'_>,
+    ) -> Result<(SoftBits, Similarity), SigmarkError> {
+        let (_, bits, better) = self.read_checked(original, alphas, transform, work, |_, _| Ok(()))?;
+        Ok((bits, better))
+    }
+
+    /// As [`read`](Self::read), and what was read; `check` sees the basis of each patch.
+    pub(crate) fn read_checked(
+        &self,
+        original: &Original,
+        alphas: &[f64],
+        transform: &Similarity,
+        work: Work<'_>,
+        check: impl Fn(usize, &PatchBasis) -> Result<(), SigmarkError> + Sync,
+    ) -> Result<(Registered, SoftBits, Similarity), SigmarkError> {
+        let mut pose = *transform;
+        let mut rounds = 0;
+        loop {
+            work.observer.stage(Stage::Resampling);
+            let registered = self.sample(&pose, work)?;
+            work.observer.stage(Stage::Detection);
+            let estimate = Equations::of(original, alphas, &registered, work, &check)?.solve()?;
+            let better = pose.then(&estimate.misalignment.inverse());
+            rounds += 1;
+            let step = self.farthest(&pose, &better);
+            // What the estimate leaves out is of second order.
+            let settled = step < SETTLED && step * step < NEGLIGIBLE * estimate.noise;
+            if settled || rounds == MOST_ROUNDS {
+                return Ok((registered, SoftBits(estimate.bits), better));
+            }
+            pose = better;
+        }
+    }
+
+    /// How far two transforms lay the suspect apart, in diagonals of the original.
+    fn farthest(&self, a: &Similarity, b: &Similarity) -> f64 {
+        let BoundingBox { min, max } = self.suspect.bounding_box();
+        let corners = (0..8).map(|i| std::array::from_fn(|axis| [min, max][i >> axis & 1][axis]));
+        let apart = corners.map(|p: [f64; 3]| sub(a.apply(p), b.apply(p)));
+        let farthest = apart.map(|d| dot(d, d).sqrt()).fold(0.0, f64::max);
+        farthest / self.original.bounding_box().diagonal()
     }
 
     /// The suspect under a transform to the original's frame, at each vertex of the original: the vertex itself where it
@@ -160,6 +212,15 @@ impl<'a> Sampler<'a> {
         cross(sub(b, a), sub(c, a))
     }
 }
+
+/// Where a pose is off by less, in diagonals, lines along normals meet the suspect nearly where they should.
+const SETTLED: f64 = 5e-4;
+
+/// As a share of the noise.
+const NEGLIGIBLE: f64 = 0.1;
+
+/// How often a suspect is sampled at most.
+const MOST_ROUNDS: usize = 2;
 
 /// Steeper triangles are taken for this steep: their slope says little about the surface.
 const STEEPEST: f64 = 0.5;

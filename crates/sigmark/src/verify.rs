@@ -13,8 +13,8 @@ use registration::{
 };
 
 use crate::{
-    Certificate, ChipLayout, CoefficientDetector, Detector, GeometryDigest, LeastSquaresDetector, Observer,
-    Original, PatchBasis, PatchRecord, Patches, Registered, SigmarkError, SoftBits, Stage, Work,
+    Certificate, ChipLayout, CoefficientDetector, Detector, GeometryDigest, Observer, Original, PatchBasis,
+    PatchRecord, Patches, Registered, SigmarkError, SoftBits, Stage, Work,
     align::{Aligned, align},
     least_squares::Equations,
     resampling::Sampler,
@@ -130,7 +130,7 @@ impl<'a> Verifier<'a> {
     }
 
     /// The detector that reads the bits. By default it is the paper's ([`CoefficientDetector`]) for marks of the paper's
-    /// profile, and [`LeastSquaresDetector`] for others. Where all vertices were found again, the paper's, being cheap, comes
+    /// profile, and [`LeastSquaresDetector`](crate::LeastSquaresDetector) for others. Where all vertices were found again, the paper's, being cheap, comes
     /// first.
     pub fn detector(mut self, detector: &'a dyn Detector) -> Self {
         self.detector = Some(detector);
@@ -194,16 +194,26 @@ impl<'a> Verifier<'a> {
     ) -> Result<Verdict, SigmarkError> {
         let (original, alphas) = (self.prepared(work)?, self.alphas());
         work.observer.stage(Stage::Detection);
-        let poses = maps.iter().map(|map| {
-            align(original, &alphas, suspect, map, work, |i, basis| {
-                self.check_basis(i, basis)
-            })
-        });
         let detector = self.detector.unwrap_or(&CoefficientDetector);
-        let mut reading = self.best(poses, detector, work)?;
+        let readings = maps.iter().map(|map| {
+            let check = |i: usize, basis: &PatchBasis| self.check_basis(i, basis);
+            let aligned = align(original, &alphas, suspect, map, work, check)?;
+            self.read(aligned, detector, work)
+        });
+        let mut reading = self.best(readings)?;
         if reading.soft.hard() != self.certificate.mark().signature.bits() {
-            let closer = self.closer(&reading.aligned, work);
-            let again = self.best(iter::once(closer), self.usual(), work)?;
+            let Aligned {
+                registered,
+                transform,
+                ..
+            } = &reading.aligned;
+            let together = self.together(registered.clone(), transform, work)?;
+            let again = match self.alone() {
+                Some(detector) => {
+                    self.read(together.aligned.carried(self.mesh, transform), detector, work)?
+                }
+                None => together,
+            };
             reading = self.better_of(reading, again);
         }
         let options = AlignOptions::default();
@@ -222,21 +232,6 @@ impl<'a> Verifier<'a> {
             ));
         }
         Ok(verdict)
-    }
-
-    /// The same vertices, smoothing and vertices that are far off being taken account of.
-    fn closer(&self, aligned: &Aligned, work: Work<'_>) -> Result<Aligned, SigmarkError> {
-        let (original, alphas) = (self.prepared(work)?, self.alphas());
-        let equations = Equations::of(original, &alphas, &aligned.registered, work, |_, _| Ok(()))?;
-        let back = equations.solve()?.misalignment.inverse();
-        let seen = aligned.registered.positions.iter();
-        let positions = seen.map(|seen| seen.map(|p| back.apply(p))).collect();
-        let transform = aligned.transform.then(&back);
-        Ok(Aligned::new(
-            self.mesh,
-            Registered::by_vertices(positions),
-            transform,
-        ))
     }
 
     /// The share of the vertices that lie near where they belong.
@@ -265,46 +260,77 @@ impl<'a> Verifier<'a> {
         if let Some(survivors) = &alignment.correspondence {
             sampler = sampler.survivors(survivors);
         }
-        let poses = iter::once(&alignment.transform)
-            .chain(&alignment.alternatives)
-            .map(|pose| {
-                work.observer.stage(Stage::Resampling);
-                let check = |i: usize, basis: &PatchBasis| self.check_basis(i, basis);
-                let transform = sampler.refine_checked(original, &alphas, pose, work, check)?;
-                let registered = sampler.sample(&transform, work)?;
-                Ok(Aligned::new(original.mesh(), registered, transform))
-            });
-        let reading = self.best(poses, self.usual(), work)?;
+        let poses = iter::once(&alignment.transform).chain(&alignment.alternatives);
+        let readings = poses.map(|pose| {
+            let check = |i: usize, basis: &PatchBasis| self.check_basis(i, basis);
+            let Some(detector) = self.alone() else {
+                let (registered, soft, transform) =
+                    sampler.read_checked(original, &alphas, pose, work, check)?;
+                return Ok(Reading {
+                    aligned: Aligned::new(self.mesh, registered, transform),
+                    soft,
+                    tries: 1,
+                });
+            };
+            work.observer.stage(Stage::Resampling);
+            let transform = sampler.refine_checked(original, &alphas, pose, work, check)?;
+            let registered = sampler.sample(&transform, work)?;
+            self.read(Aligned::new(self.mesh, registered, transform), detector, work)
+        });
+        let reading = self.best(readings)?;
         self.judge(&reading, fit)
     }
 
-    /// The detector that was asked for, or the one that reads most.
-    fn usual(&self) -> &dyn Detector {
+    /// The detector that reads bits by itself, if it is not to be least squares, which estimates a misalignment with them.
+    fn alone(&self) -> Option<&dyn Detector> {
         self.detector
-            .unwrap_or(match self.certificate.mark().signature.scheme() {
-                Scheme::EcdsaB163Sha1 => &CoefficientDetector,
-                _ => &LeastSquaresDetector,
+            .or(match self.certificate.mark().signature.scheme() {
+                Scheme::EcdsaB163Sha1 => Some(&CoefficientDetector),
+                _ => None,
             })
     }
 
-    /// Reads the suspect in every pose, and keeps the reading that agrees best with the signature.
-    fn best(
+    fn read(
         &self,
-        poses: impl Iterator<Item = Result<Aligned, SigmarkError>>,
+        aligned: Aligned,
         detector: &dyn Detector,
         work: Work<'_>,
     ) -> Result<Reading, SigmarkError> {
-        let (original, alphas) = (self.cut()?, self.alphas());
+        work.observer.stage(Stage::Detection);
+        let soft = detector.detect(self.cut()?, &self.alphas(), &aligned.registered, work)?;
+        Ok(Reading {
+            aligned,
+            soft,
+            tries: 1,
+        })
+    }
+
+    /// Bits and misalignment of vertices that lie by this pose, by least squares.
+    fn together(
+        &self,
+        registered: Registered,
+        pose: &Similarity,
+        work: Work<'_>,
+    ) -> Result<Reading, SigmarkError> {
+        work.observer.stage(Stage::Detection);
+        let check = |i: usize, basis: &PatchBasis| self.check_basis(i, basis);
+        let estimate = Equations::of(self.cut()?, &self.alphas(), &registered, work, check)?.solve()?;
+        let transform = pose.then(&estimate.misalignment.inverse());
+        Ok(Reading {
+            aligned: Aligned::new(self.mesh, registered, transform),
+            soft: SoftBits(estimate.bits),
+            tries: 1,
+        })
+    }
+
+    /// The reading that agrees best with the signature.
+    fn best(
+        &self,
+        readings: impl Iterator<Item = Result<Reading, SigmarkError>>,
+    ) -> Result<Reading, SigmarkError> {
         let mut best: Option<Reading> = None;
-        for aligned in poses {
-            let aligned = aligned?;
-            work.observer.stage(Stage::Detection);
-            let soft = detector.detect(original, &alphas, &aligned.registered, work)?;
-            let reading = Reading {
-                aligned,
-                soft,
-                tries: 1,
-            };
+        for reading in readings {
+            let reading = reading?;
             best = Some(match best {
                 Some(best) => self.better_of(best, reading),
                 None => reading,

@@ -14,8 +14,8 @@ use registration::{AlignOptions, Aligner, Alignment, Basis};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use sigmark::{
-    CoefficientDetector, Detector, Embedder, LeastSquaresDetector, Registered, Sampler, Signed, Strength,
-    Verifier, Work,
+    CoefficientDetector, Detector, Embedder, LeastSquaresDetector, Registered, Sampler, Signed, SoftBits,
+    Strength, Verifier, Work,
     signature::{Curve, SigningKey},
     statistics::extraction_rate,
 };
@@ -445,8 +445,8 @@ impl<'a> Bench<'a> {
     }
 }
 
-/// Extraction rates of a suspect in the pose before it was moved: under a transform that is nearly right, bettered as the verifier
-/// does it, and under none, if these are not `known`.
+/// Extraction rates of a suspect in the pose before it was moved: as the verifier reads it under a transform that is nearly right,
+/// and under none, if these are not `known`. The transform is bettered for the paper's rule, as the verifier does it.
 fn read(
     signed: &Signed,
     suspect: &TriMesh,
@@ -457,44 +457,41 @@ fn read(
     let (original, work) = (signed.original(), Work::default());
     let records = &signed.certificate().mark().patches;
     let alphas: Vec<f64> = records.iter().map(|patch| patch.alpha).collect();
-    let rates = |registered: Registered| {
-        let detectors: [&dyn Detector; 2] = [&LeastSquaresDetector, &CoefficientDetector];
-        let mut rates = [0.0; 2];
-        for (rate, detector) in rates.iter_mut().zip(detectors) {
-            let bits = detector.detect(original, &alphas, &registered, work)?;
-            *rate = extraction_rate(&signed.signature().bits(), &bits.hard());
-        }
-        anyhow::Ok(rates)
+    let rate = |bits: SoftBits| extraction_rate(&signed.signature().bits(), &bits.hard());
+    let both = |registered: &Registered| {
+        let by = |detector: &dyn Detector| detector.detect(original, &alphas, registered, work).map(rate);
+        anyhow::Ok([by(&LeastSquaresDetector)?, by(&CoefficientDetector)?])
     };
-    let ([least_squares, paper], truth) =
-        if let (Basis::Connectivity, Some(map)) = (found.basis, &found.correspondence) {
-            // The verifier fits corresponding vertices anew, from no first guess.
-            let certificate = signed.certificate();
-            let verifier = Verifier::new(original.mesh(), certificate, certificate.public_key())?;
-            let verdict = verifier.original(original)?.verify(suspect)?;
-            let fitted = verdict.transform.context("the verifier read nothing")?;
-            let seen = map.carry(suspect);
-            let placed = seen.iter().map(|seen| seen.map(|p| fitted.apply(p)));
-            let placed = Registered::by_vertices(placed.collect());
-            (rates(placed)?, Registered::by_vertices(seen))
-        } else {
-            let mut sampler = Sampler::new(original.mesh(), suspect);
-            if let Some(survivors) = &found.correspondence {
-                sampler = sampler.survivors(survivors);
-            }
-            let better = sampler.refine(original, &alphas, place, work)?;
-            (
-                rates(sampler.sample(&better, work)?)?,
-                sampler.sample(&Similarity::IDENTITY, work)?,
-            )
-        };
+    let (read, truth) = if let (Basis::Connectivity, Some(map)) = (found.basis, &found.correspondence) {
+        // The verifier fits corresponding vertices anew, from no first guess.
+        let certificate = signed.certificate();
+        let verifier = Verifier::new(original.mesh(), certificate, certificate.public_key())?;
+        let verdict = verifier.original(original)?.verify(suspect)?;
+        let fitted = verdict.transform.context("the verifier read nothing")?;
+        let seen = map.carry(suspect);
+        let placed = seen.iter().map(|seen| seen.map(|p| fitted.apply(p)));
+        let placed = Registered::by_vertices(placed.collect());
+        (both(&placed)?, Registered::by_vertices(seen))
+    } else {
+        let mut sampler = Sampler::new(original.mesh(), suspect);
+        if let Some(survivors) = &found.correspondence {
+            sampler = sampler.survivors(survivors);
+        }
+        let (bits, _) = sampler.read(original, &alphas, place, work)?;
+        let better = sampler.refine(original, &alphas, place, work)?;
+        let paper = CoefficientDetector.detect(original, &alphas, &sampler.sample(&better, work)?, work)?;
+        (
+            [rate(bits), rate(paper)],
+            sampler.sample(&Similarity::IDENTITY, work)?,
+        )
+    };
     let truth = match known {
         Some(rates) => [rates.least_squares[1], rates.paper[1]],
-        None => rates(truth)?,
+        None => both(&truth)?,
     };
     Ok(Rates {
-        least_squares: [least_squares, truth[0]],
-        paper: [paper, truth[1]],
+        least_squares: [read[0], truth[0]],
+        paper: [read[1], truth[1]],
     })
 }
 
@@ -550,7 +547,7 @@ fn write(cells: &[Cell], attacks: &Python, peers: &str) -> Result<()> {
          surfaces, reads no more than {:.1} points less of the bits with the transform that was found than with the true one. Least squares leaves a small misalignment free; the paper's rule, \
          which does not, is the stricter judge of a pose, and the share that is right by it stands beside. Where it reads a little more than half of the bits with either transform, \
          chance alone makes them differ by more than that. Where geometry is unchanged, the unmarked suspect must also come back to {EXACT:e} of the diagonal. \
-         Found transforms are bettered in view of the mark, as `sigmark verify` does it, before bits are read. With another model in the suspect's place, a draw is right when it is \
+         For the paper's rule, found transforms are bettered in view of the mark before bits are read, as `sigmark verify` does it. With another model in the suspect's place, a draw is right when it is \
          reported as not aligned.\n\n\
          Errors are root mean square distances of the suspect's vertices from where they belong, over the original's diagonal, as the alignment found them. The mark is part of the suspect, \
          and smoothing and simplification change the surface by more than a mark does: there the pose that fits best is not the one before the attack. Rates are percentages of bits. \
