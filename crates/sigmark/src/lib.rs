@@ -33,8 +33,8 @@
 //!
 //! # Costs
 //! Nearly all time goes into the manifold harmonics: see [`mhb_core`]. Memory is that of one basis a thread, 8 m bytes a
-//! vertex of a patch, unless bases are kept. Reading a suspect by its surface takes #V l² operations more, twice for each pose
-//! that is tried: half a second for 35 000 vertices and 512 bits.
+//! vertex of a patch, unless bases are kept. Reading a suspect by its surface takes #V l² operations more, once or twice for each
+//! pose that is tried: about a second for 35 000 vertices and 512 bits.
 //!
 //! # What it does not do
 //! It never reads files, prints, or draws random numbers. The mark is non-blind: without the original nothing can be read.
