@@ -544,7 +544,7 @@ fn write(cells: &[Cell], attacks: &Python, peers: &str) -> Result<()> {
          The suspect is attacked, then rotated at random, scaled by 0.01 to 100 and shifted by up to ten diagonals. Of crops and noise, {VARIANTS} variants are used in turn; mirrored \
          copies are of each attack in turn. A run can be ended early and go on later: the tables count the draws that are finished.\n\n\
          A draw is right when the suspect is reported as aligned, mirrored or not as it is, lies within {RIGHT_POSE} of where it belongs, and least squares, by which `sigmark verify` reads \
-         surfaces, reads no more than {:.1} points less of the bits with the transform that was found than with the true one. Least squares leaves a small misalignment free; the paper's rule, \
+         surfaces unless the mark is of the paper's profile, reads no more than {:.1} points less of the bits with the transform that was found than with the true one. Least squares leaves a small misalignment free; the paper's rule, \
          which does not, is the stricter judge of a pose, and the share that is right by it stands beside. Where geometry is unchanged, the unmarked suspect must also come back to {EXACT:e} of the diagonal. \
          For the paper's rule, found transforms are bettered in view of the mark before bits are read, as `sigmark verify` does it. With another model in the suspect's place, a draw is right when it is \
          reported as not aligned.\n\n\

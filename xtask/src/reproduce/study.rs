@@ -37,7 +37,7 @@ pub(crate) struct Signed {
     pub(crate) signature: Signature,
 }
 
-/// How far d_rmse may be from the printed one, as a share of it.
+/// How far d_rmse may be from the printed one, as a share of it. Signatures differ, so the bound on each mark is wider.
 const NEAR_ENOUGH: f64 = 0.08;
 
 /// MSDM2 takes a minute and a half of a million vertices, and there are dozens of marks; the paper has none of it.
@@ -297,11 +297,11 @@ impl<'a> Study<'a> {
     fn calibrated(&self) -> Result<Strength> {
         let base = self.positions(0, 0.0)?;
         let sizes = self.sizes(&base)?;
-        // Of all marks beside the first, which is the one that is measured.
-        let others = sizes.iter().sum::<f64>() / (sizes.len() as f64 * sizes[0]);
+        // The mean beside the first, which is the one that is measured.
+        let mean = sizes.iter().sum::<f64>() / (sizes.len() as f64 * sizes[0]);
         if let Some(alpha) = self.algorithm.paper_alpha() {
             let (found, _) = self.d_rmse(&self.marked(0, alpha)?)?;
-            if (found * others / self.distortion - 1.0).abs() < NEAR_ENOUGH {
+            if (found * mean / self.distortion - 1.0).abs() < NEAR_ENOUGH {
                 return Ok(Strength {
                     alpha,
                     printed: true,
@@ -311,7 +311,7 @@ impl<'a> Study<'a> {
         }
         let mut strength = self.fitted(base, sizes[0])?;
         if strength.reached {
-            strength.alpha /= others;
+            strength.alpha /= mean;
         }
         Ok(strength)
     }
