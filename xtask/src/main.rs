@@ -10,6 +10,7 @@ mod pictures;
 mod process;
 mod python;
 mod reproduce;
+mod sources;
 mod table;
 
 use std::{path::PathBuf, process::ExitCode};

@@ -15,13 +15,17 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use sigmark::{
     CoefficientDetector, Detector, Embedder, LeastSquaresDetector, Registered, Sampler, Signed, SoftBits,
-    Strength, Verifier, Work,
+    Verifier, Work,
     signature::{Curve, SigningKey},
     statistics::extraction_rate,
 };
 
 use super::{measure::timed, peers, registration_large, registration_peers, registration_tables as tables};
-use crate::{machine, meshes::random_similarity, process::root, python::Python};
+use crate::{
+    meshes::random_similarity,
+    python::Python,
+    sources::{self, digest},
+};
 
 /// What happens to a suspect before it is moved.
 pub(super) struct Attack {
@@ -107,9 +111,6 @@ pub(super) const VARIANTS: u64 = 4;
 
 /// Draws of each trial before the next trial of a mesh has its turn, so that a run that ends early has some of each.
 const ROUND: u64 = 4;
-
-/// α at unit area: what the paper's α is for the bunny that the paper shows.
-const PAPER_ALPHA: f64 = 5e-6 / 0.239_02;
 
 /// Root mean square error as a fraction of the diagonal where geometry is unchanged.
 pub(super) const EXACT: f64 = 1e-6;
@@ -207,6 +208,7 @@ pub(crate) struct Selection {
 pub(crate) fn run(folder: &Path, selection: &Selection) -> Result<()> {
     let attacks = Python::prepare()?;
     let begin = Instant::now();
+    let draws = peers::folder(&format!("registration/{}", code()?))?;
     let chosen = |name: &str, wanted: &[String]| {
         wanted.is_empty() || wanted.iter().any(|prefix| name.starts_with(prefix.as_str()))
     };
@@ -226,7 +228,7 @@ pub(crate) fn run(folder: &Path, selection: &Selection) -> Result<()> {
             // Not a neighbour: those by size may be versions of one model.
             stranger: &files[(i + 4) % files.len()],
             attacks: &attacks,
-            folder: peers::folder("registration")?,
+            folder: draws.clone(),
             prepared: None,
             may_begin: &|| selection.time.is_none_or(|time| begin.elapsed() < time),
         };
@@ -241,7 +243,15 @@ pub(crate) fn run(folder: &Path, selection: &Selection) -> Result<()> {
     } else {
         String::new()
     };
-    write(&cells, &attacks, &peers)
+    tables::write(&cells, &attacks, &peers)
+}
+
+/// The digest of what finished draws depend on.
+pub(super) fn code() -> Result<String> {
+    sources::digest_of(
+        &["mesh", "partition", "mhb-core", "registration", "sigmark"],
+        &["xtask/src/bench/registration.rs"],
+    )
 }
 
 /// The smallest file first.
@@ -330,10 +340,8 @@ impl<'a> Bench<'a> {
     fn prepared(&mut self) -> Result<&mut Prepared<'a>> {
         if self.prepared.is_none() {
             let aligner = Aligner::new(self.original, &AlignOptions::default())?;
-            let key = SigningKey::generate(Curve::B163, &mut ChaCha20Rng::seed_from_u64(2012));
-            let signed = Embedder::new(&key)
-                .strength(Strength::Alpha(PAPER_ALPHA))
-                .embed(self.original)?;
+            let key = SigningKey::generate(Curve::P256, &mut ChaCha20Rng::seed_from_u64(2012));
+            let signed = Embedder::new(&key).embed(self.original)?;
             signed.original().keep_bases(Work::default())?;
             self.prepared = Some(Prepared {
                 aligner,
@@ -495,7 +503,7 @@ fn read(
     })
 }
 
-/// A mesh after an attack; finished ones are kept.
+/// A mesh after an attack; finished ones are kept, by the digest of the mesh and the attacks.
 pub(super) fn attacked(
     attacks: &Python,
     original: &TriMesh,
@@ -504,11 +512,12 @@ pub(super) fn attacked(
     strength: f64,
     seed: u64,
 ) -> Result<TriMesh> {
-    let folder = peers::folder("registration")?;
-    let result = folder.join(format!("{name}-{script}-{strength}-{seed}.ply"));
+    let folder = peers::folder("registration/suspects")?;
+    let bytes = write_mesh(original, Format::Ply, Precision::Double);
+    let kept = digest(&[&bytes, sources::digest_of(&[], &[])?.as_bytes()].concat());
+    let result = folder.join(format!("{name}-{script}-{strength}-{seed}-{kept}.ply"));
     if !result.is_file() {
         let source = folder.join(format!("{name}.ply"));
-        let bytes = write_mesh(original, Format::Ply, Precision::Double);
         fs::write(&source, bytes).with_context(|| source.display().to_string())?;
         // Under a name of its own until it is whole.
         let partial = folder.join(format!("{name}-{script}-{strength}-{seed}.partial.ply"));
@@ -533,33 +542,4 @@ pub(super) fn misfit(mesh: &TriMesh, transform: &Similarity) -> f64 {
         (0..3).map(|i| (p[i] - q[i]).powi(2)).sum::<f64>()
     });
     (moved.sum::<f64>() / mesh.vertex_count() as f64).sqrt()
-}
-
-fn write(cells: &[Cell], attacks: &Python, peers: &str) -> Result<()> {
-    let results = root().join("results");
-    fs::create_dir_all(&results).with_context(|| results.display().to_string())?;
-    tables::all(cells).write_csv(&results.join("registration.csv"))?;
-    let page = format!(
-        "# Registration\n\nWritten by `cargo xtask bench registration`. Every original is marked with the strength that the paper gives the bunny (324 bits, α = {PAPER_ALPHA:.2e} at unit area). \
-         The suspect is attacked, then rotated at random, scaled by 0.01 to 100 and shifted by up to ten diagonals. Of crops and noise, {VARIANTS} variants are used in turn; mirrored \
-         copies are of each attack in turn. A run can be ended early and go on later: the tables count the draws that are finished.\n\n\
-         A draw is right when the suspect is reported as aligned, mirrored or not as it is, lies within {RIGHT_POSE} of where it belongs, and least squares, by which `sigmark verify` reads \
-         surfaces unless the mark is of the paper's profile, reads no more than {:.1} points less of the bits with the transform that was found than with the true one. Least squares leaves a small misalignment free; the paper's rule, \
-         which does not, is the stricter judge of a pose, and the share that is right by it stands beside. Where geometry is unchanged, the unmarked suspect must also come back to {EXACT:e} of the diagonal. \
-         For the paper's rule, found transforms are bettered in view of the mark before bits are read, as `sigmark verify` does it. With another model in the suspect's place, a draw is right when it is \
-         reported as not aligned.\n\n\
-         Errors are root mean square distances of the suspect's vertices from where they belong, over the original's diagonal, as the alignment found them. The mark is part of the suspect, \
-         and smoothing and simplification change the surface by more than a mark does: there the pose that fits best is not the one before the attack. Rates are percentages of bits. \
-         Seconds are CPU seconds of an alignment on one thread, the original being prepared once. Single meshes are in [registration.csv](registration.csv).\n\n{}\n{}\n{peers}{}, {}; {}.\n",
-        100.0 * LOST_RATE,
-        tables::by_attack(cells).markdown(),
-        tables::by_mesh(cells).markdown(),
-        machine::description(),
-        attacks.versions()?,
-        machine::load(),
-    );
-    let path = results.join("registration.md");
-    fs::write(&path, page).with_context(|| path.display().to_string())?;
-    println!("\nwritten: {}", path.display());
-    Ok(())
 }

@@ -43,7 +43,7 @@ use self::{
     store::Store,
     study::{Bench, SCHEME, Signed},
 };
-use crate::{process::root, python::Python};
+use crate::{process::root, python::Python, sources};
 
 /// What to reproduce.
 pub(crate) struct Options {
@@ -76,7 +76,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     let _ = fs::remove_dir_all(&work);
     fs::create_dir_all(&work).with_context(|| work.display().to_string())?;
     let store = Store::open(&folder.join("cells"), options.keep)?;
-    let commit = commit();
+    let commit = sources::commit();
     let key = SigningKey::generate(Curve::B163, &mut ChaCha20Rng::seed_from_u64(2012));
     let signatures = signatures(&key, options.signatures)?;
     let bench = Bench {
@@ -186,20 +186,6 @@ fn foot(bench: &Bench<'_>, python: &Python, progress: &Progress, commit: &str) -
         foot += &format!(", {of_other_code} of them by another version of the code");
     }
     Ok(foot + ". Seeds: key 2012; attacks and poses 1, 2, … by the number of the signature.")
-}
-
-/// The commit that is checked out, and whether files differ from it.
-fn commit() -> String {
-    let git = |words: &[&str]| {
-        let mut command = std::process::Command::new("git");
-        crate::process::output(command.current_dir(root()).args(words)).ok()
-    };
-    let Some(head) = git(&["rev-parse", "--short", "HEAD"]) else {
-        return "of an unknown commit".into();
-    };
-    let changed = git(&["status", "--porcelain", "--", "crates", "attacks", "xtask"]);
-    let changed = changed.is_some_and(|files| !files.trim().is_empty());
-    format!("{}{}", head.trim(), if changed { " with changes" } else { "" })
 }
 
 /// Writes a file of the results.

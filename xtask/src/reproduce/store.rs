@@ -1,7 +1,7 @@
 //! Finished pieces of work on disk, by the digest of what went into them.
 
 use std::{
-    fs, io,
+    fs,
     path::{Path, PathBuf},
     sync::atomic::{AtomicUsize, Ordering},
 };
@@ -9,15 +9,22 @@ use std::{
 use anyhow::{Context, Result};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use serde_json::Value;
-use sha2::{Digest, Sha256};
 
-use crate::process::root;
+pub(crate) use crate::sources::digest;
 
-/// SHA-256, its first half in hexadecimal.
-pub(crate) fn digest(bytes: &[u8]) -> String {
-    let octets = Sha256::digest(bytes);
-    octets[..16].iter().map(|octet| format!("{octet:02x}")).collect()
-}
+use crate::sources;
+
+/// What finished work depends on: our crates, and of this task what computes, not what it shows.
+const CRATES: [&str; 7] = [
+    "mesh",
+    "partition",
+    "mhb-core",
+    "registration",
+    "quality",
+    "sigmark",
+    "baselines",
+];
+const FILES: [&str; 2] = ["xtask/src/reproduce/study.rs", "xtask/src/reproduce/reading.rs"];
 
 /// A folder of finished work. Each piece remembers the source code that computed it; what other code computed is done again, unless
 /// it was asked to be taken.
@@ -42,7 +49,7 @@ impl Store {
         fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
         Ok(Self {
             folder: folder.to_path_buf(),
-            code: code_digest(&root()).context("the sources of this program can't be read")?,
+            code: sources::digest_of(&CRATES, &FILES)?,
             takes_other_code,
             found: AtomicUsize::new(0),
             of_other_code: AtomicUsize::new(0),
@@ -114,55 +121,6 @@ impl Store {
         }
         written.with_context(|| format!("{}: finished work can't be kept", path.display()))
     }
-}
-
-/// Of everything that figures depend on: our crates, this task, the attacks, and the versions of what they use.
-fn code_digest(root: &Path) -> io::Result<String> {
-    let mut files = vec![root.join("Cargo.lock"), root.join("attacks/requirements.txt")];
-    sources(&root.join("attacks"), "py", &mut files)?;
-    for name in [
-        "mesh",
-        "partition",
-        "mhb-core",
-        "registration",
-        "quality",
-        "sigmark",
-        "baselines",
-    ] {
-        sources(&root.join("crates").join(name).join("src"), "rs", &mut files)?;
-    }
-    for name in ["study.rs", "reading.rs"] {
-        files.push(root.join("xtask/src/reproduce").join(name));
-    }
-    files.sort();
-    let mut all = Sha256::new();
-    for file in files {
-        all.update(
-            file.strip_prefix(root)
-                .unwrap_or(&file)
-                .to_string_lossy()
-                .as_bytes(),
-        );
-        all.update(Sha256::digest(fs::read(&file)?));
-    }
-    Ok(digest(&all.finalize()))
-}
-
-/// The files below a folder with an extension; folders whose names begin with a point are passed over.
-fn sources(folder: &Path, extension: &str, into: &mut Vec<PathBuf>) -> io::Result<()> {
-    for entry in fs::read_dir(folder)? {
-        let entry = entry?;
-        let path = entry.path();
-        if entry.file_name().to_string_lossy().starts_with('.') {
-            continue;
-        }
-        if entry.file_type()?.is_dir() {
-            sources(&path, extension, into)?;
-        } else if path.extension().is_some_and(|own| own == extension) {
-            into.push(path);
-        }
-    }
-    Ok(())
 }
 
 #[cfg(test)]
