@@ -33,8 +33,8 @@ pub(super) fn line(cell: &Cell) -> String {
     )
 }
 
-/// Right draws of all draws, as it stands in the tables.
-fn share<'a>(cells: impl Iterator<Item = &'a Cell>) -> String {
+/// Right draws of all draws, empty where there are none.
+fn right_of_all<'a>(cells: impl Iterator<Item = &'a Cell>) -> String {
     let (mut right, mut all) = (0, 0);
     for cell in cells {
         right += cell.right(Rule::LeastSquares);
@@ -153,7 +153,11 @@ fn shares(cells: &[&Cell]) -> [String; 3] {
 
 pub(super) fn by_mesh(cells: &[Cell]) -> Table {
     let names = trials().map(Trial::name);
-    let header: Vec<&str> = ["mesh", "vertices"].into_iter().chain(names).collect();
+    let header: Vec<&str> = ["mesh", "vertices"]
+        .into_iter()
+        .chain(names)
+        .chain(["all", "share", "by the paper's rule"])
+        .collect();
     let mut table = Table::new("By mesh: draws that came out right", &header);
     let mut meshes: Vec<(&str, usize)> = cells
         .iter()
@@ -163,10 +167,11 @@ pub(super) fn by_mesh(cells: &[Cell]) -> Table {
     for (mesh, vertices) in meshes {
         let of = |trial: Trial| {
             let same = |cell: &&Cell| cell.mesh == mesh && cell.trial.name() == trial.name();
-            share(cells.iter().filter(same))
+            right_of_all(cells.iter().filter(same))
         };
-        let shares = trials().map(of);
-        table.row([mesh.to_string(), vertices.to_string()].into_iter().chain(shares));
+        let whole: Vec<&Cell> = cells.iter().filter(|cell| cell.mesh == mesh).collect();
+        let first = [mesh.to_string(), vertices.to_string()].into_iter();
+        table.row(first.chain(trials().map(of)).chain(shares(&whole)));
     }
     table
 }
