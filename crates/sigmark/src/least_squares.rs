@@ -23,10 +23,12 @@
 //! by quadrics puts vertices outside, so that facets cancel in the mean: what harmonics hold of the field, which is where the bits
 //! are, has a coefficient of its own.
 //!
-//! **Weights.** w is the mass of the vertex times what its residual deserves. Where a surface was decimated or re-meshed, most
-//! samples are good and a few, at edges and tips, are far off. Noise is therefore taken for Student's t distribution, of the
-//! degrees of freedom ν and scale s that the residuals of a patch make likeliest: w = mass · (ν + 1) / (ν + e²/s²) (Lange,
-//! Little and Taylor 1989).
+//! **Weights.** w is what an observation stands for, times what its residual deserves. A sample of a surface stands for the mass
+//! of its vertex, since errors of samples that are near each other are alike. A vertex that was found again has an error of its
+//! own, however little surface there is around it: each stands for the mean mass. Where a surface was decimated or re-meshed, most
+//! samples are good and a few, at edges and tips, are far off; and noise or rounding that follows the bounding box differs from
+//! axis to axis. Noise is therefore taken for Student's t distribution, of the degrees of freedom ν and scale s that the residuals
+//! of each [`Kind`] in a patch make likeliest: w ∝ mass · (ν + 1) / (ν s² + e²) (Lange, Little and Taylor 1989).
 
 use std::f64::consts::{FRAC_1_PI, FRAC_1_SQRT_2};
 
@@ -105,9 +107,22 @@ struct Sight {
     displacement: f64,
     /// What facets do to u·d, and what harmonics hold of that.
     facets: [f64; FACETS],
+    kind: Kind,
+    /// What it stands for.
     mass: f64,
     /// What its residual deserves.
     trust: f64,
+}
+
+/// Observations of a kind have one distribution of noise.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    /// Coordinates of vertices that were found again.
+    X,
+    Y,
+    Z,
+    /// Samples of the surface.
+    Surface,
 }
 
 /// The patch of some observations, and where its chips are.
@@ -184,10 +199,7 @@ impl Equations {
             let some: Vec<Sight> = sights.iter().step_by(stride).copied().collect();
             let solution = self.solution(&self.gram_of(view, &some), some.len())?;
             let residuals = self.residuals(view, sights, &solution);
-            let noise = StudentT::of(&residuals, sights);
-            for (sight, residual) in sights.iter_mut().zip(residuals) {
-                sight.trust = noise.weight(residual);
-            }
+            trust(sights, &residuals);
         }
         Ok(self.gram_of(view, sights))
     }
@@ -330,7 +342,13 @@ fn squares_left(gram: &Mat<f64>, solution: &Mat<f64>) -> f64 {
 
 /// What is known of the suspect at the vertices of a patch.
 fn sights(patch: &Patch, basis: &PatchBasis, suspect: &Registered, diagonal: f64) -> Vec<Sight> {
-    const AXES: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    const AXES: [(Kind, [f64; 3]); 3] = [
+        (Kind::X, [1.0, 0.0, 0.0]),
+        (Kind::Y, [0.0, 1.0, 0.0]),
+        (Kind::Z, [0.0, 0.0, 1.0]),
+    ];
+    let masses = basis.spectrum().mass();
+    let mean_mass = masses.iter().sum::<f64>() / masses.len().max(1) as f64;
     let facets: Vec<[f64; 3]> = patch
         .gather(&suspect.facets)
         .iter()
@@ -343,26 +361,58 @@ fn sights(patch: &Patch, basis: &PatchBasis, suspect: &Registered, diagonal: f64
             continue;
         };
         let place = patch.mesh().positions()[vertex];
-        let mass = basis.spectrum().mass()[vertex].max(0.0);
+        let mass = masses[vertex].max(0.0);
         let facets = [facets[vertex], held[vertex]].map(|[facet, ..]| facet / diagonal);
-        let mut sight = |along: [f64; 3]| {
+        let mut sight = |kind: Kind, along: [f64; 3], mass: f64| {
             let displacement = (0..3).map(|i| along[i] * (seen[i] - place[i])).sum::<f64>() / diagonal;
             sights.push(Sight {
                 vertex,
                 along,
                 displacement,
                 facets,
+                kind,
                 mass,
                 trust: 1.0,
             });
         };
         match suspect.along[v as usize] {
-            Some(normal) => sight(normal),
-            None => AXES.into_iter().for_each(&mut sight),
+            Some(normal) => sight(Kind::Surface, normal, mass),
+            None => AXES
+                .into_iter()
+                .for_each(|(kind, along)| sight(kind, along, mean_mass)),
         }
     }
     sights
 }
+
+/// Gives observations the trust that their residuals deserve; the mean weight stays what it was without.
+fn trust(sights: &mut [Sight], residuals: &[f64]) {
+    let noises = [Kind::X, Kind::Y, Kind::Z, Kind::Surface].map(|kind| {
+        let of_kind = sights
+            .iter()
+            .zip(residuals)
+            .filter(|(sight, _)| sight.kind == kind);
+        let weighted: Vec<(f64, f64)> = of_kind.map(|(sight, &e)| (sight.mass, e)).collect();
+        StudentT::of(&weighted)
+    });
+    let largest = noises.iter().map(|noise| noise.scale).fold(0.0, f64::max);
+    if largest == 0.0 {
+        return;
+    }
+    let (mut before, mut after) = (0.0, 0.0);
+    for (sight, &residual) in sights.iter_mut().zip(residuals) {
+        let noise = &noises[sight.kind as usize];
+        let relative = (noise.scale / largest).max(LEAST_SCALE);
+        sight.trust = noise.weight(residual) / relative.powi(2);
+        before += sight.mass;
+        after += sight.mass * sight.trust;
+    }
+    let change = before / after;
+    sights.iter_mut().for_each(|sight| sight.trust *= change);
+}
+
+/// Beside the least exact kind of observations, none counts as more exact than that: one without errors would be all that counts.
+const LEAST_SCALE: f64 = 1e-3;
 
 /// Student's t distribution of noise.
 struct StudentT {
@@ -385,18 +435,22 @@ const FREEDOMS: [(f64, f64); 6] = [
 const SCALE_STEPS: usize = 12;
 
 impl StudentT {
-    /// The likeliest of [`FREEDOMS`], with the likeliest scale, observations being weighted by mass.
-    fn of(residuals: &[f64], sights: &[Sight]) -> Self {
-        let mass: f64 = sights.iter().map(|sight| sight.mass).sum();
+    /// The likeliest of [`FREEDOMS`] for residuals with masses (mass, e), with the likeliest scale; scale 0 where nothing is left.
+    fn of(residuals: &[(f64, f64)]) -> Self {
+        let mass: f64 = residuals.iter().map(|&(mass, _)| mass).sum();
         let mean = |f: &dyn Fn(f64) -> f64| {
-            let terms = residuals
-                .iter()
-                .zip(sights)
-                .map(|(&e, sight)| sight.mass * f(e * e));
+            let terms = residuals.iter().map(|&(mass, e)| mass * f(e * e));
             terms.sum::<f64>() / mass
         };
         let square = mean(&|square| square);
-        let mut best = (f64::NEG_INFINITY, Self::NORMAL);
+        let exact = Self {
+            freedom: f64::INFINITY,
+            scale: 0.0,
+        };
+        if residuals.is_empty() || square == 0.0 {
+            return exact;
+        }
+        let mut best = (f64::NEG_INFINITY, exact);
         for (freedom, peak) in FREEDOMS {
             let mut noise = Self {
                 freedom,
@@ -412,12 +466,6 @@ impl StudentT {
         }
         best.1
     }
-
-    /// Every residual deserves the same.
-    const NORMAL: Self = Self {
-        freedom: f64::INFINITY,
-        scale: 1.0,
-    };
 
     /// (ν + 1) / (ν + e²/s²).
     fn weight(&self, residual: f64) -> f64 {
