@@ -6,7 +6,8 @@ use std::{
 
 use anyhow::{Context, Result};
 use flate2::read::MultiGzDecoder;
-use mesh::{Edges, Format, TriMesh, shapes};
+use mesh::{Edges, TriMesh, shapes};
+use mesh_io::Format;
 use partition::{Graph, read_metis};
 
 /// An irregular closed surface of at least `vertices` vertices, and fewer than four times as many. Deterministic.

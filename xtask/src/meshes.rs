@@ -7,7 +7,8 @@ use std::{
 };
 
 use anyhow::{Context, Result, bail};
-use mesh::{Asset, Format, Precision, Similarity, TriMesh, shapes, write_mesh};
+use mesh::{Similarity, TriMesh, shapes};
+use mesh_io::{Asset, Format, Precision, write_mesh};
 use rand_chacha::{
     ChaCha20Rng,
     rand_core::{Rng, SeedableRng},

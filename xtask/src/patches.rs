@@ -3,7 +3,8 @@
 use std::{path::Path, time::Instant};
 
 use anyhow::{Result, bail};
-use mesh::{Asset, Components, Edges, TriMesh, components};
+use mesh::{Components, Edges, TriMesh, components};
+use mesh_io::Asset;
 use sigmark::{Patch, PatchCount, Patches};
 
 /// The paper's number of manifold harmonics.

@@ -7,7 +7,8 @@ use std::{
 
 use anyhow::{Context, Result, ensure};
 use bench_harness::{edge_graph, mesh_files, name_of};
-use mesh::{Asset, Similarity, TriMesh, Welded, shapes};
+use mesh::{Similarity, TriMesh, Welded, shapes};
+use mesh_io::Asset;
 use partition::{Options, partition};
 use quality::picture::{Colour, Paint, Picture, View, linear};
 use rand_chacha::{ChaCha20Rng, rand_core::SeedableRng};

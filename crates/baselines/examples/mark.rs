@@ -13,7 +13,8 @@
 use std::{path::Path, time::Instant};
 
 use baselines::{Adapted, Algorithm, Lbf, Mhb, Rbf, Subject};
-use mesh::{Asset, Format, Precision, TriMesh, write_file, write_mesh};
+use mesh::TriMesh;
+use mesh_io::{Asset, Format, Precision, write_file, write_mesh};
 use rand_chacha::{
     ChaCha8Rng,
     rand_core::{Rng, SeedableRng},

@@ -13,7 +13,8 @@
 use std::path::Path;
 
 use baselines::{Algorithm, Kernel, Mhb, Rbf, Subject};
-use mesh::{Asset, TriMesh};
+use mesh::TriMesh;
+use mesh_io::Asset;
 use quality::{DistanceOptions, Mass, Normalisation, QualityError, ShapeDna, ShapeDnaOptions};
 use rand_chacha::{
     ChaCha8Rng,

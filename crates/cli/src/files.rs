@@ -7,7 +7,7 @@ use std::{
 };
 
 use anyhow::{Context, Result, anyhow, bail};
-use mesh::Asset;
+use mesh_io::Asset;
 
 const KEY: &str = "a key";
 const CERTIFICATE: &str = "a certificate";
@@ -197,9 +197,9 @@ pub(crate) fn write_together(outputs: &[Output<'_>], force: bool) -> Result<()> 
     for output in outputs {
         let stood = fs::symlink_metadata(output.path).is_ok();
         let write = if output.private {
-            mesh::write_private_file
+            mesh_io::write_private_file
         } else {
-            mesh::write_file
+            mesh_io::write_file
         };
         if let Err(error) = write(output.path, output.bytes, force) {
             for path in new {

@@ -1,7 +1,7 @@
 //! Pairs of points that people give: where a point of the suspect belongs on the original.
 
 use anyhow::{Context, Result, anyhow, bail};
-use mesh::Asset;
+use mesh_io::Asset;
 use registration::PointPair;
 
 /// A point as it was written.

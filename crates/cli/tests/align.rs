@@ -3,7 +3,8 @@
 mod common;
 
 use common::{Folder, model};
-use mesh::{Asset, Precision, Similarity, TriMesh, Welded, shapes};
+use mesh::{Similarity, TriMesh, Welded, shapes};
+use mesh_io::{Asset, Precision};
 use serde_json::Value;
 
 const VERIFY: &str = "--original model.ply --certificate signed.ply.cert.json --public-key owner.pub.pem";

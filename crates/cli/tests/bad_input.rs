@@ -4,7 +4,8 @@
 mod common;
 
 use common::{Folder, model};
-use mesh::{Precision, TriMesh, shapes};
+use mesh::{TriMesh, shapes};
+use mesh_io::Precision;
 use serde_json::Value;
 
 const PLY: &str = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\

@@ -8,7 +8,8 @@ use std::{
 };
 
 use common::{Folder, finish, model};
-use mesh::{Asset, Precision, Similarity, TriMesh, shapes};
+use mesh::{Similarity, TriMesh, shapes};
+use mesh_io::{Asset, Precision};
 use serde_json::Value;
 
 const VERIFY: &str = "--original model.ply --certificate signed.ply.cert.json --public-key owner.pub.pem";
@@ -595,7 +596,7 @@ fn a_mesh_is_divided_into_connected_parts_of_equal_size() {
     for part in 0..6 {
         assert!((90..=110).contains(&labels.iter().filter(|&&label| label == part).count()));
     }
-    let coloured = mesh::Asset::open(folder.path("parts.ply")).unwrap();
+    let coloured = mesh_io::Asset::open(folder.path("parts.ply")).unwrap();
     assert_eq!(coloured.mesh().triangle_count(), 1280);
 }
 

@@ -1,8 +1,8 @@
-//! Triangle meshes with checked topology, and mesh files that are written back with new positions and nothing else changed.
+//! Triangle meshes that are always valid, and their topology.
 //!
 //! A file's geometry goes through [`Welded`] (equal positions become one vertex) into a [`TriMesh`] that is always valid.
 //! [`TopologyReport`] says how it hangs together: components, boundary loops, non-manifold places, orientation, the Euler
-//! characteristic χ = #V − #E + #F and, where it is defined, the genus. [`Asset`] opens a file and writes it back moved.
+//! characteristic χ = #V − #E + #F and, where it is defined, the genus.
 //!
 //! ```
 //! // A cube as an STL file would hold it: each triangle with corners of its own.
@@ -22,7 +22,6 @@
 //! triangles: welding 0.2 s, adjacency 0.25 s, the whole report 0.8 s, vertex normals 0.15 s (one core of 2026).
 //! [`Edges`] takes about 40 bytes a triangle.
 
-mod asset;
 mod boundary;
 mod components;
 mod edges;
@@ -36,10 +35,6 @@ mod union_find;
 pub mod vector;
 mod weld;
 
-pub use asset::{
-    Asset, AssetError, Format, Place, Precision, write_coloured_ply, write_file, write_mesh,
-    write_private_file,
-};
 pub use boundary::{BoundaryLoop, boundary_loops};
 pub use components::{Components, components};
 pub use edges::{Adjacency, Edges};

@@ -1,7 +1,8 @@
 use crate::vector::{add, cross, dot, scaled};
 
 /// A similarity transform, p ↦ s R p + t.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Similarity {
     /// s, greater than zero.
     pub scale: f64,

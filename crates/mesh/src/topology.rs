@@ -14,7 +14,8 @@ use std::fmt;
 /// assert_eq!((report.euler_characteristic, report.genus), (0, Some(1)));
 /// assert!(report.closed && report.remarks().is_empty());
 /// ```
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct TopologyReport {
     /// What welding did to the file's geometry; absent when the report is of a bare [`TriMesh`].
     pub welding: Option<WeldSummary>,
@@ -71,8 +72,9 @@ pub struct TopologyReport {
 }
 
 /// Which side the triangles of a closed surface turn counter-clockwise to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum Facing {
     /// Outward, as is usual: positive volume.
     Outward,

@@ -158,7 +158,8 @@ fn check_finite(positions: &[[f64; 3]]) -> Result<(), MeshError> {
 }
 
 /// An axis-aligned box.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct BoundingBox {
     /// Least x, y and z.
     pub min: [f64; 3],

@@ -25,7 +25,8 @@ pub struct Welded {
 }
 
 /// What welding did to a file's geometry.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct WeldSummary {
     /// Vertices in the file.
     pub file_vertices: usize,

@@ -9,7 +9,7 @@
 
 #![allow(clippy::print_stdout)]
 
-use mesh::Asset;
+use mesh_io::Asset;
 use mhb_core::lumped_mass;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

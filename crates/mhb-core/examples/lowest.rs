@@ -7,7 +7,7 @@
 
 use std::{path::Path, time::Instant};
 
-use mesh::Asset;
+use mesh_io::Asset;
 use mhb_core::{Spectrum, Stopwatch};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

@@ -9,7 +9,7 @@ use std::{
 use anyhow::{Context, Result, bail};
 use bench_harness::{edge_graph, graph_files, mesh_files, name_of, read_graph};
 use clap::Args;
-use mesh::Asset;
+use mesh_io::Asset;
 use partition::{
     Effort, Graph, Options, Ordering, OrderingOptions, Partition, column_counts, nested_dissection,
     partition, write_metis,

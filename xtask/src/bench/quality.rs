@@ -7,7 +7,8 @@ use std::{
 
 use anyhow::{Context, Result, bail};
 use bench_harness::{mesh_files, name_of};
-use mesh::{Asset, TriMesh, shapes};
+use mesh::{TriMesh, shapes};
+use mesh_io::Asset;
 use quality::{DistanceOptions, ShapeDna, ShapeDnaOptions, SurfaceDistance, surface_distance};
 use serde_json::Value;
 

@@ -8,7 +8,8 @@ use std::{
 
 use anyhow::{Context, Result, bail};
 use bench_harness::{mesh_files, name_of};
-use mesh::{Asset, Format, Precision, Similarity, TriMesh, shapes, write_mesh};
+use mesh::{Similarity, TriMesh, shapes};
+use mesh_io::{Asset, Format, Precision, write_mesh};
 use rand_chacha::{ChaCha20Rng, rand_core::SeedableRng};
 use registration::{AlignOptions, Aligner, Alignment, Basis};
 use serde::{Deserialize, Serialize};

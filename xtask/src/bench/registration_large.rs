@@ -4,7 +4,8 @@ use std::{path::PathBuf, thread};
 
 use anyhow::Result;
 use bench_harness::name_of;
-use mesh::{Asset, TriMesh, shapes};
+use mesh::{TriMesh, shapes};
+use mesh_io::Asset;
 use registration::{AlignOptions, ResampleOptions, Surface, align_observed, resample_on};
 
 use super::{

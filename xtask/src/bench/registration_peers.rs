@@ -7,7 +7,8 @@ use std::{
 
 use anyhow::{Context, Result};
 use bench_harness::name_of;
-use mesh::{Asset, Format, Precision, Similarity, TriMesh, shapes, write_mesh};
+use mesh::{Similarity, TriMesh, shapes};
+use mesh_io::{Asset, Format, Precision, write_mesh};
 use registration::{AlignOptions, PointPair, ResampleOptions, Surface, align_points, resample_on};
 use serde_json::Value;
 

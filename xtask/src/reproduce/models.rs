@@ -8,7 +8,8 @@ use std::{
 
 use anyhow::{Context, Result, anyhow, bail};
 use bench_harness::{mesh_files, name_of};
-use mesh::{Asset, TriMesh};
+use mesh::TriMesh;
+use mesh_io::Asset;
 use quality::picture::View;
 
 use super::{

@@ -4,7 +4,8 @@ use std::{borrow::Cow, fs, ops::ControlFlow, path::Path, sync::OnceLock, time::I
 
 use anyhow::{Context, Result, bail, ensure};
 use baselines::{Algorithm, Prepared, Reference, Subject};
-use mesh::{Asset, Format, Precision, Similarity, TriMesh, shapes, write_mesh};
+use mesh::{Similarity, TriMesh, shapes};
+use mesh_io::{Asset, Format, Precision, write_mesh};
 use quality::{
     DistanceOptions, Msdm2, Normalisation, ShapeDna, ShapeDnaOptions,
     picture::{Paint, Picture, linear},

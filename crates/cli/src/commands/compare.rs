@@ -251,7 +251,7 @@ fn paint(
         .heatmap_max
         .map_or_else(|| Scale::of(&values), Scale::up_to);
     let bytes = if is(file, "ply") {
-        mesh::write_coloured_ply(&pair.distorted, &scale.bytes(&values))
+        mesh_io::write_coloured_ply(&pair.distorted, &scale.bytes(&values))
     } else {
         heatmap(&pair.distorted, &values, scale, VIEW, unit, factor).to_png()?
     };

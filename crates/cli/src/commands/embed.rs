@@ -1,7 +1,7 @@
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
-use mesh::Asset;
+use mesh_io::Asset;
 use serde_json::{Value, json};
 use sigmark::{
     Embedder, Signed, Work,

@@ -1,7 +1,8 @@
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
-use mesh::{Asset, Edges};
+use mesh::Edges;
+use mesh_io::Asset;
 use partition::{Effort, Graph, Options, Partition, partition, read_metis};
 use serde_json::json;
 
@@ -115,7 +116,7 @@ fn write(arguments: &args::Partition, input: &Input, result: &Partition) -> Resu
     let picture = match (&arguments.output, &input.asset) {
         (Some(path), Some(asset)) => {
             let colours: Vec<[u8; 3]> = result.part_of.iter().map(|&part| colour(part)).collect();
-            Some((path, mesh::write_coloured_ply(asset.mesh(), &colours)))
+            Some((path, mesh_io::write_coloured_ply(asset.mesh(), &colours)))
         }
         (Some(path), None) => {
             bail!(

@@ -4,7 +4,7 @@ use std::{
 };
 
 use anyhow::{Context, Result, bail};
-use mesh::Asset;
+use mesh_io::Asset;
 use mhb_core::{Observer, Phase, Spectrum};
 use serde_json::json;
 
@@ -33,7 +33,7 @@ pub(crate) fn run(arguments: &args::Spectrum) -> Result<Answer> {
         .with_context(|| arguments.model.display().to_string())?;
     if let Some(output) = &arguments.output {
         progress.begin("writing", "writing");
-        mesh::write_file(output, &archive(&asset, &spectrum)?, arguments.force)?;
+        mesh_io::write_file(output, &archive(&asset, &spectrum)?, arguments.force)?;
     }
     let seconds = progress.finish();
 

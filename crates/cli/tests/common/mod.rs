@@ -9,7 +9,8 @@ use std::{
     sync::OnceLock,
 };
 
-use mesh::{Format, Precision, TriMesh, shapes, write_mesh};
+use mesh::{TriMesh, shapes};
+use mesh_io::{Format, Precision, write_mesh};
 use tempfile::TempDir;
 
 /// A signature of 512 bits, once each, needs 2 · 172 vertices: this has 642.

@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use bench_harness::{fingerprint, mesh_files, name_of, write_matrices};
-use mesh::{Asset, TriMesh};
+use mesh::TriMesh;
+use mesh_io::Asset;
 use mhb_core::Laplacian;
 use sigmark::{LARGEST_PATCH, PatchCount, Patches};
 

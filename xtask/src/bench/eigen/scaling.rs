@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::Result;
-use mesh::Asset;
+use mesh_io::Asset;
 use mhb_core::Laplacian;
 use sigmark::PatchCount;
 

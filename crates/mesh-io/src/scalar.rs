@@ -1,6 +1,6 @@
 /// A number type of a binary file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Scalar {
+pub(crate) enum Scalar {
     I8,
     U8,
     I16,
@@ -13,14 +13,14 @@ pub(super) enum Scalar {
 
 /// The order of a number's bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Endian {
+pub(crate) enum Endian {
     Little,
     Big,
 }
 
 impl Scalar {
     /// The type that a PLY header names, by its old or its sized name.
-    pub(super) fn of_name(name: &[u8]) -> Option<Self> {
+    pub(crate) fn of_name(name: &[u8]) -> Option<Self> {
         Some(match name {
             b"char" | b"int8" => Self::I8,
             b"uchar" | b"uint8" => Self::U8,
@@ -35,7 +35,7 @@ impl Scalar {
     }
 
     /// In bytes.
-    pub(super) fn size(self) -> usize {
+    pub(crate) fn size(self) -> usize {
         match self {
             Self::I8 | Self::U8 => 1,
             Self::I16 | Self::U16 => 2,
@@ -44,12 +44,12 @@ impl Scalar {
         }
     }
 
-    pub(super) fn is_integer(self) -> bool {
+    pub(crate) fn is_integer(self) -> bool {
         !matches!(self, Self::F32 | Self::F64)
     }
 
     /// The number at `at`; f64 holds each of these types exactly. `None` beyond the end.
-    pub(super) fn read(self, bytes: &[u8], at: usize, endian: Endian) -> Option<f64> {
+    pub(crate) fn read(self, bytes: &[u8], at: usize, endian: Endian) -> Option<f64> {
         let big = endian == Endian::Big;
         macro_rules! read {
             ($type:ty) => {{

@@ -8,12 +8,12 @@ const LARGEST_PLAIN_SINGLE: f64 = 1e9;
 const LARGEST_PLAIN_DOUBLE: f64 = 1e15;
 
 /// Reads a decimal number; `nan` and `inf` are read too, so that their place can be reported if a face uses them.
-pub(super) fn parse(token: &[u8]) -> Option<f64> {
+pub(crate) fn parse(token: &[u8]) -> Option<f64> {
     std::str::from_utf8(token).ok()?.parse().ok()
 }
 
 /// Whether `token`, which reads as `value`, may have been written from a single-precision number.
-pub(super) fn fits_single(token: &[u8], value: f64) -> bool {
+pub(crate) fn fits_single(token: &[u8], value: f64) -> bool {
     let mantissa = token
         .iter()
         .take_while(|&&b| b != b'e' && b != b'E')
@@ -24,7 +24,7 @@ pub(super) fn fits_single(token: &[u8], value: f64) -> bool {
 }
 
 /// Appends the shortest decimal that reads back, also by way of f64, to the same single-precision number.
-pub(super) fn write_single(value: f32, out: &mut Vec<u8>) {
+pub(crate) fn write_single(value: f32, out: &mut Vec<u8>) {
     let start = out.len();
     write(value, f64::from(value), LARGEST_PLAIN_SINGLE, out);
     if parse(&out[start..]).map(|read| read as f32) != Some(value) {
@@ -34,7 +34,7 @@ pub(super) fn write_single(value: f32, out: &mut Vec<u8>) {
 }
 
 /// Appends the shortest decimal that reads back to the same number.
-pub(super) fn write_double(value: f64, out: &mut Vec<u8>) {
+pub(crate) fn write_double(value: f64, out: &mut Vec<u8>) {
     write(value, value, LARGEST_PLAIN_DOUBLE, out);
 }
 

@@ -1,13 +1,13 @@
 //! STL, binary and ASCII. Facets share no vertices: each has three of its own, which welding joins.
 
-use super::Geometry;
-use super::error::Fault;
-use super::format::{STL_FACET, STL_HEADER, is_binary_stl};
-use super::scalar::{Endian, Scalar};
-use super::slots::Slots;
-use super::text::{CUT_SHORT, TextGeometry, Word, Words};
+use crate::asset::Geometry;
+use crate::error::Fault;
+use crate::format::{STL_FACET, STL_HEADER, is_binary_stl};
+use crate::scalar::{Endian, Scalar};
+use crate::slots::Slots;
+use crate::text::{CUT_SHORT, TextGeometry, Word, Words};
 
-pub(super) fn read(bytes: &[u8]) -> Result<Geometry, Fault> {
+pub(crate) fn read(bytes: &[u8]) -> Result<Geometry, Fault> {
     let first = bytes
         .split(u8::is_ascii_whitespace)
         .find(|word| !word.is_empty())

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use flate2::bufread::MultiGzDecoder;
 use flate2::{Compression, GzBuilder, GzHeader};
 
-use super::AssetError;
+use crate::AssetError;
 
 const MAGIC: &[u8] = &[0x1F, 0x8B];
 
@@ -16,14 +16,14 @@ const SLACK: u64 = 1 << 20;
 
 /// How a file was gzipped.
 #[derive(Clone, Debug)]
-pub(super) struct Gzip {
+pub(crate) struct Gzip {
     header: Option<GzHeader>,
     /// The compressed file, while its content is unchanged.
     stored: Option<Arc<Vec<u8>>>,
 }
 
 /// The content of a file that is gzipped, or just the file.
-pub(super) fn unpack(path: &Path, stored: Vec<u8>) -> Result<(Vec<u8>, Option<Gzip>), AssetError> {
+pub(crate) fn unpack(path: &Path, stored: Vec<u8>) -> Result<(Vec<u8>, Option<Gzip>), AssetError> {
     if !stored.starts_with(MAGIC) {
         return Ok((stored, None));
     }
@@ -55,14 +55,14 @@ pub(super) fn unpack(path: &Path, stored: Vec<u8>) -> Result<(Vec<u8>, Option<Gz
 
 impl Gzip {
     /// The same header for another content.
-    pub(super) fn changed(&self) -> Self {
+    pub(crate) fn changed(&self) -> Self {
         Self {
             header: self.header.clone(),
             stored: None,
         }
     }
 
-    pub(super) fn pack(&self, content: &[u8]) -> Cow<'_, [u8]> {
+    pub(crate) fn pack(&self, content: &[u8]) -> Cow<'_, [u8]> {
         match &self.stored {
             Some(stored) => Cow::Borrowed(stored),
             None => Cow::Owned(compress(self.header.as_ref(), content)),

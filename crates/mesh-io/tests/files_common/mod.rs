@@ -2,7 +2,8 @@
 //! A fixture knows which of its bytes are coordinates, without asking the reader that is under test.
 #![allow(dead_code, missing_docs, unreachable_pub)] // each test binary uses its own part
 
-use mesh::{Format, TriMesh};
+use mesh::TriMesh;
+use mesh_io::Format;
 
 /// Bytes that must never change, or a coordinate of a vertex of the file.
 pub enum Piece {

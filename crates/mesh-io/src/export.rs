@@ -1,6 +1,6 @@
-use super::{Format, number};
-use crate::TriMesh;
-use crate::vector::{cross, sub, unit};
+use crate::{Format, number};
+use mesh::TriMesh;
+use mesh::vector::{cross, sub, unit};
 
 /// The floating point numbers of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

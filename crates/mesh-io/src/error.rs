@@ -2,8 +2,8 @@ use std::fmt;
 use std::io;
 use std::path::PathBuf;
 
-use super::Format;
-use crate::MeshError;
+use crate::Format;
+use mesh::MeshError;
 
 /// Why a mesh file was not read, or not written.
 ///
@@ -188,15 +188,15 @@ fn reason_and_remedy(error: &io::Error, done: &str) -> String {
     format!("cannot be {done} ({error}): {remedy}")
 }
 
-/// What a reader of one format reports; [`Asset`](super::Asset) adds the path.
+/// What a reader of one format reports; [`Asset`](crate::Asset) adds the path.
 #[derive(Debug)]
-pub(super) struct Fault {
-    pub(super) place: Place,
-    pub(super) problem: String,
+pub(crate) struct Fault {
+    pub(crate) place: Place,
+    pub(crate) problem: String,
 }
 
 impl Fault {
-    pub(super) fn in_file(problem: impl Into<String>) -> Self {
+    pub(crate) fn in_file(problem: impl Into<String>) -> Self {
         Self {
             place: Place::File,
             problem: problem.into(),
@@ -204,14 +204,14 @@ impl Fault {
     }
 
     /// A fault in a text file: the line of byte `at`, counted only now.
-    pub(super) fn at_line(bytes: &[u8], at: usize, problem: impl Into<String>) -> Self {
+    pub(crate) fn at_line(bytes: &[u8], at: usize, problem: impl Into<String>) -> Self {
         Self {
             place: Place::Line(line_number(bytes, at)),
             problem: problem.into(),
         }
     }
 
-    pub(super) fn at_byte(offset: usize, what: impl Into<String>, problem: impl Into<String>) -> Self {
+    pub(crate) fn at_byte(offset: usize, what: impl Into<String>, problem: impl Into<String>) -> Self {
         Self {
             place: Place::Byte {
                 offset,

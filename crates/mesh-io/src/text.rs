@@ -1,13 +1,13 @@
-use super::error::Fault;
-use super::scalar::Scalar;
-use super::slots::Slots;
-use super::{Geometry, number};
+use crate::error::Fault;
+use crate::scalar::Scalar;
+use crate::slots::Slots;
+use crate::{asset::Geometry, number};
 
 /// Walks over the words of a text, line by line, without copying them.
 ///
 /// Lines end with LF, CR LF or CR; `#` begins a comment that lasts to the end of its line.
 #[derive(Clone)]
-pub(super) struct Words<'a> {
+pub(crate) struct Words<'a> {
     bytes: &'a [u8],
     at: usize,
     /// Whether a backslash at the end of a line joins the next one to it (OBJ).
@@ -16,13 +16,13 @@ pub(super) struct Words<'a> {
 
 /// A word and where it begins.
 #[derive(Clone, Copy)]
-pub(super) struct Word<'a> {
-    pub(super) start: usize,
-    pub(super) text: &'a [u8],
+pub(crate) struct Word<'a> {
+    pub(crate) start: usize,
+    pub(crate) text: &'a [u8],
 }
 
 impl<'a> Words<'a> {
-    pub(super) fn new(bytes: &'a [u8], at: usize) -> Self {
+    pub(crate) fn new(bytes: &'a [u8], at: usize) -> Self {
         Self {
             bytes,
             at,
@@ -30,7 +30,7 @@ impl<'a> Words<'a> {
         }
     }
 
-    pub(super) fn with_continued_lines(bytes: &'a [u8], at: usize) -> Self {
+    pub(crate) fn with_continued_lines(bytes: &'a [u8], at: usize) -> Self {
         Self {
             bytes,
             at,
@@ -39,25 +39,25 @@ impl<'a> Words<'a> {
     }
 
     /// Where the next word is sought.
-    pub(super) fn position(&self) -> usize {
+    pub(crate) fn position(&self) -> usize {
         self.at
     }
 
     /// Lets the next word be `word` once more.
-    pub(super) fn go_back_to(&mut self, word: Word<'_>) {
+    pub(crate) fn go_back_to(&mut self, word: Word<'_>) {
         self.at = word.start;
     }
 
-    pub(super) fn fault(&self, problem: impl Into<String>) -> Fault {
+    pub(crate) fn fault(&self, problem: impl Into<String>) -> Fault {
         Fault::at_line(self.bytes, self.at, problem)
     }
 
-    pub(super) fn fault_at(&self, word: Word<'_>, problem: impl Into<String>) -> Fault {
+    pub(crate) fn fault_at(&self, word: Word<'_>, problem: impl Into<String>) -> Fault {
         Fault::at_line(self.bytes, word.start, problem)
     }
 
     /// The next word of this line.
-    pub(super) fn next_in_line(&mut self) -> Option<Word<'a>> {
+    pub(crate) fn next_in_line(&mut self) -> Option<Word<'a>> {
         loop {
             match *self.bytes.get(self.at)? {
                 b'\n' | b'\r' | b'#' => return None,
@@ -80,7 +80,7 @@ impl<'a> Words<'a> {
     }
 
     /// The first word of this line or of the first later line that has one; `None` at the end of the file.
-    pub(super) fn next_anywhere(&mut self) -> Option<Word<'a>> {
+    pub(crate) fn next_anywhere(&mut self) -> Option<Word<'a>> {
         loop {
             if let Some(word) = self.next_in_line() {
                 return Some(word);
@@ -93,7 +93,7 @@ impl<'a> Words<'a> {
     }
 
     /// To the beginning of the next line.
-    pub(super) fn skip_line(&mut self) {
+    pub(crate) fn skip_line(&mut self) {
         while let Some(&b) = self.bytes.get(self.at) {
             match b {
                 b'#' => return self.skip_to_line_end(),
@@ -141,7 +141,7 @@ fn ends_word(b: u8) -> bool {
 }
 
 /// The number at `start`, which a reader has accepted before.
-pub(super) fn number_at(bytes: &[u8], start: usize) -> &[u8] {
+pub(crate) fn number_at(bytes: &[u8], start: usize) -> &[u8] {
     let rest = &bytes[start..];
     let length = rest
         .iter()
@@ -152,20 +152,20 @@ pub(super) fn number_at(bytes: &[u8], start: usize) -> &[u8] {
 
 impl Word<'_> {
     /// The word as a message shows it.
-    pub(super) fn shown(&self) -> String {
+    pub(crate) fn shown(&self) -> String {
         const LONGEST: usize = 40;
         let head = &self.text[..self.text.len().min(LONGEST)];
         let dots = if self.text.len() > LONGEST { "…" } else { "" };
         format!("\"{}{dots}\"", head.escape_ascii())
     }
 
-    pub(super) fn integer(&self) -> Option<i64> {
+    pub(crate) fn integer(&self) -> Option<i64> {
         std::str::from_utf8(self.text).ok()?.parse().ok()
     }
 }
 
 /// Gathers the vertices and triangles of a text file.
-pub(super) struct TextGeometry {
+pub(crate) struct TextGeometry {
     positions: Vec<[f64; 3]>,
     starts: Vec<[usize; 3]>,
     triangles: Vec<[u32; 3]>,
@@ -173,7 +173,7 @@ pub(super) struct TextGeometry {
 }
 
 impl TextGeometry {
-    pub(super) fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self {
             positions: Vec::new(),
             starts: Vec::new(),
@@ -182,12 +182,12 @@ impl TextGeometry {
         }
     }
 
-    pub(super) fn vertex_count(&self) -> usize {
+    pub(crate) fn vertex_count(&self) -> usize {
         self.positions.len()
     }
 
     /// Takes a vertex's coordinates, x, y, z.
-    pub(super) fn push_vertex(&mut self, words: &Words<'_>, xyz: [Word<'_>; 3]) -> Result<(), Fault> {
+    pub(crate) fn push_vertex(&mut self, words: &Words<'_>, xyz: [Word<'_>; 3]) -> Result<(), Fault> {
         let mut position = [0.0; 3];
         for (value, word) in position.iter_mut().zip(xyz) {
             *value = number::parse(word.text).ok_or_else(|| not_a_number(words, word))?;
@@ -199,7 +199,7 @@ impl TextGeometry {
     }
 
     /// Takes the next three words of the line as a vertex.
-    pub(super) fn read_vertex(&mut self, words: &mut Words<'_>) -> Result<(), Fault> {
+    pub(crate) fn read_vertex(&mut self, words: &mut Words<'_>) -> Result<(), Fault> {
         let mut next = || words.next_in_line();
         match (next(), next(), next()) {
             (Some(x), Some(y), Some(z)) => self.push_vertex(words, [x, y, z]),
@@ -211,18 +211,18 @@ impl TextGeometry {
     }
 
     /// Takes a polygon of at least three corners, as triangles that share its first one.
-    pub(super) fn push_polygon(&mut self, corners: &[u32]) {
+    pub(crate) fn push_polygon(&mut self, corners: &[u32]) {
         fan(corners, &mut self.triangles);
     }
 
     /// The geometry, in the precision that the digits show.
-    pub(super) fn finish(self) -> Geometry {
+    pub(crate) fn finish(self) -> Geometry {
         let precision = if self.single { Scalar::F32 } else { Scalar::F64 };
         self.finish_as([precision; 3])
     }
 
     /// The geometry, in declared types.
-    pub(super) fn finish_as(self, types: [Scalar; 3]) -> Geometry {
+    pub(crate) fn finish_as(self, types: [Scalar; 3]) -> Geometry {
         let slots = Slots::text(self.starts, types);
         Geometry {
             positions: self.positions,
@@ -233,9 +233,9 @@ impl TextGeometry {
 }
 
 /// What to think of a file that lacks something.
-pub(super) const CUT_SHORT: &str = ": the file is damaged or cut short, fetch or export it again";
+pub(crate) const CUT_SHORT: &str = ": the file is damaged or cut short, fetch or export it again";
 
-pub(super) fn not_a_number(words: &Words<'_>, word: Word<'_>) -> Fault {
+pub(crate) fn not_a_number(words: &Words<'_>, word: Word<'_>) -> Fault {
     words.fault_at(
         word,
         format!(
@@ -246,7 +246,7 @@ pub(super) fn not_a_number(words: &Words<'_>, word: Word<'_>) -> Fault {
 }
 
 /// Cuts a polygon into triangles around its first corner.
-pub(super) fn fan(corners: &[u32], triangles: &mut Vec<[u32; 3]>) {
+pub(crate) fn fan(corners: &[u32], triangles: &mut Vec<[u32; 3]>) {
     if let [first, rest @ ..] = corners {
         triangles.extend(rest.windows(2).map(|edge| [*first, edge[0], edge[1]]));
     }

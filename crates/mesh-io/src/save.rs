@@ -2,7 +2,7 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use super::AssetError;
+use crate::AssetError;
 
 /// Writes `bytes` beside `path`, then renames: whoever looks sees the old file or the new one, whole.
 ///

@@ -1,10 +1,10 @@
-use super::error::{Fault, Place};
-use super::scalar::{Endian, Scalar};
-use super::{number, text};
+use crate::error::{Fault, Place};
+use crate::scalar::{Endian, Scalar};
+use crate::{number, text};
 
 /// Where in a file's bytes the coordinates of its vertices lie, and how they are written.
 #[derive(Clone, Debug)]
-pub(super) struct Slots {
+pub(crate) struct Slots {
     /// First bytes of x, y and z of each file vertex; vertices ascend, axes may stand in any order.
     starts: Vec<[usize; 3]>,
     /// The precision of x, y and z: in text too, numbers have a type that they are rounded to.
@@ -19,17 +19,17 @@ enum Encoding {
 }
 
 /// A coordinate that a file cannot hold.
-pub(super) struct Refusal {
-    pub(super) file_vertex: usize,
-    pub(super) value: f64,
-    pub(super) problem: &'static str,
+pub(crate) struct Refusal {
+    pub(crate) file_vertex: usize,
+    pub(crate) value: f64,
+    pub(crate) problem: &'static str,
 }
 
 const OVERFLOW: &str = "the file holds 32-bit floating point numbers, up to 3.4e38: scale the model down";
 const INTEGERS: &str = "the file holds its coordinates as integers: convert them to float or double first";
 
 impl Slots {
-    pub(super) fn text(starts: Vec<[usize; 3]>, types: [Scalar; 3]) -> Self {
+    pub(crate) fn text(starts: Vec<[usize; 3]>, types: [Scalar; 3]) -> Self {
         Self {
             starts,
             types,
@@ -37,7 +37,7 @@ impl Slots {
         }
     }
 
-    pub(super) fn binary(starts: Vec<[usize; 3]>, types: [Scalar; 3], endian: Endian) -> Self {
+    pub(crate) fn binary(starts: Vec<[usize; 3]>, types: [Scalar; 3], endian: Endian) -> Self {
         Self {
             starts,
             types,
@@ -46,12 +46,12 @@ impl Slots {
     }
 
     /// How many vertices the file has.
-    pub(super) fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.starts.len()
     }
 
     /// The coordinates that the bytes hold.
-    pub(super) fn position(&self, bytes: &[u8], vertex: usize) -> [f64; 3] {
+    pub(crate) fn position(&self, bytes: &[u8], vertex: usize) -> [f64; 3] {
         std::array::from_fn(|axis| self.coordinate(bytes, vertex, axis))
     }
 
@@ -65,7 +65,7 @@ impl Slots {
     }
 
     /// Where a coordinate lies, for messages.
-    pub(super) fn place(&self, bytes: &[u8], vertex: usize, axis: usize) -> Place {
+    pub(crate) fn place(&self, bytes: &[u8], vertex: usize, axis: usize) -> Place {
         let start = self.starts[vertex][axis];
         match self.encoding {
             Encoding::Text => Fault::at_line(bytes, start, "").place,
@@ -76,7 +76,7 @@ impl Slots {
     }
 
     /// The bytes with new coordinates where `target` gives some, and where they lie then; `None` if no byte changes.
-    pub(super) fn rewrite(
+    pub(crate) fn rewrite(
         &self,
         bytes: &[u8],
         target: impl Fn(usize) -> Option<[f64; 3]>,

@@ -16,12 +16,12 @@ pub enum Format {
 }
 
 /// How binary STL begins: a free header, then the number of facets in 32 bits; and the size of a facet.
-pub(super) const STL_HEADER: usize = 84;
-pub(super) const STL_FACET: usize = 50;
+pub(crate) const STL_HEADER: usize = 84;
+pub(crate) const STL_FACET: usize = 50;
 
 impl Format {
     /// The formats, as a message lists them.
-    pub(super) const LIST: &str = "OBJ, PLY, STL and OFF";
+    pub(crate) const LIST: &str = "OBJ, PLY, STL and OFF";
     const ALL: [Self; 4] = [Self::Obj, Self::Ply, Self::Stl, Self::Off];
 
     /// The usual end of a file name, without the dot.
@@ -49,7 +49,7 @@ impl Format {
     }
 
     /// The format that a mark in the content proves; such a mark may contradict a file's name.
-    pub(super) fn marked(bytes: &[u8]) -> Option<Self> {
+    pub(crate) fn marked(bytes: &[u8]) -> Option<Self> {
         let bytes = without_bom(bytes);
         let first = bytes
             .split(u8::is_ascii_whitespace)
@@ -75,7 +75,7 @@ impl fmt::Display for Format {
 }
 
 /// The extension in lower case, after a final `.gz` is taken off.
-pub(super) fn extension_before_gz(path: &Path) -> Option<String> {
+pub(crate) fn extension_before_gz(path: &Path) -> Option<String> {
     let lower = |path: &Path| path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
     match lower(path) {
         Some(gz) if gz == "gz" => lower(Path::new(path.file_stem()?)),
@@ -84,17 +84,17 @@ pub(super) fn extension_before_gz(path: &Path) -> Option<String> {
 }
 
 /// Whether a name says that the file is gzipped.
-pub(super) fn ends_in_gz(path: &Path) -> bool {
+pub(crate) fn ends_in_gz(path: &Path) -> bool {
     path.extension().is_some_and(|e| e.eq_ignore_ascii_case("gz"))
 }
 
 /// Text files from Windows may begin with a byte-order mark.
-pub(super) fn without_bom(bytes: &[u8]) -> &[u8] {
+pub(crate) fn without_bom(bytes: &[u8]) -> &[u8] {
     bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes)
 }
 
 /// Whether the size is the one that the count of facets demands: also true of headers that begin with `solid`.
-pub(super) fn is_binary_stl(bytes: &[u8]) -> bool {
+pub(crate) fn is_binary_stl(bytes: &[u8]) -> bool {
     let count = bytes
         .get(STL_HEADER - 4..STL_HEADER)
         .and_then(|c| c.try_into().ok())

@@ -3,7 +3,8 @@
 mod files_common;
 
 use files_common::{Fixture, fixtures, gzip};
-use mesh::{Asset, Format, Precision, TriMesh, shapes, write_mesh};
+use mesh::{TriMesh, shapes};
+use mesh_io::{Asset, Format, Precision, write_mesh};
 use proptest::prelude::*;
 
 fn sample() -> TriMesh {

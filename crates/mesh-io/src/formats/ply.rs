@@ -1,12 +1,12 @@
 //! Stanford PLY: a header that declares elements and their properties, then their values as text or binary numbers.
 
-use super::Geometry;
-use super::error::Fault;
-use super::scalar::{Endian, Scalar};
-use super::slots::Slots;
-use super::text::{CUT_SHORT, TextGeometry, Word, Words, fan, not_a_number};
+use crate::asset::Geometry;
+use crate::error::Fault;
+use crate::scalar::{Endian, Scalar};
+use crate::slots::Slots;
+use crate::text::{CUT_SHORT, TextGeometry, Word, Words, fan, not_a_number};
 
-pub(super) fn read(bytes: &[u8]) -> Result<Geometry, Fault> {
+pub(crate) fn read(bytes: &[u8]) -> Result<Geometry, Fault> {
     let header = Header::read(bytes)?;
     let vertex = header.elements.iter().position(|e| e.name == b"vertex");
     let vertex = vertex

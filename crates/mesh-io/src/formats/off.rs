@@ -1,10 +1,10 @@
 //! Geomview OFF, its variants with colours (C), normals (N) and texture coordinates (ST) included.
 
-use super::error::Fault;
-use super::text::{CUT_SHORT, TextGeometry, Word, Words};
-use super::{Geometry, format};
+use crate::error::Fault;
+use crate::text::{CUT_SHORT, TextGeometry, Word, Words};
+use crate::{asset::Geometry, format};
 
-pub(super) fn read(bytes: &[u8]) -> Result<Geometry, Fault> {
+pub(crate) fn read(bytes: &[u8]) -> Result<Geometry, Fault> {
     let mut words = Words::new(bytes, bytes.len() - format::without_bom(bytes).len());
     let counts_on_header_line = read_keyword(&mut words)?;
     let [vertices, faces] = read_counts(&mut words, counts_on_header_line, bytes.len())?;

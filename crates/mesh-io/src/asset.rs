@@ -1,34 +1,15 @@
-//! Mesh files that are written back with new positions and nothing else changed.
-
-mod error;
-mod export;
-mod format;
-mod gzip;
-mod number;
-mod obj;
-mod off;
-mod ply;
-mod save;
-mod scalar;
-mod slots;
-mod stl;
-mod text;
-
 use std::borrow::Cow;
 use std::fmt;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use crate::{MeshError, TriMesh, Welded};
-pub use error::{AssetError, Place};
-pub use export::{Precision, write_coloured_ply, write_mesh};
-pub use format::Format;
-pub use save::{write_file, write_private_file};
+use mesh::{MeshError, TriMesh, Welded};
 
-use error::Fault;
-use gzip::Gzip;
-use slots::Slots;
+use crate::error::{AssetError, Fault};
+use crate::gzip::Gzip;
+use crate::slots::Slots;
+use crate::{Format, format, formats, gzip, save::write_file};
 
 /// A mesh file that keeps all its bytes: its geometry is seen as a welded [`TriMesh`], and positions can be replaced.
 ///
@@ -50,12 +31,12 @@ use slots::Slots;
 ///
 /// ```
 /// let tetrahedron = "v 0 0 0\nv 1 0 0\nv 0 1 0 # top\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";
-/// let asset = mesh::Asset::from_bytes(tetrahedron, mesh::Format::Obj)?;
+/// let asset = mesh_io::Asset::from_bytes(tetrahedron, mesh_io::Format::Obj)?;
 /// let mut positions = asset.mesh().positions().to_vec();
 /// positions[2][1] += 0.25;
 /// let moved = asset.with_positions(&positions)?;
 /// assert_eq!(*moved.to_bytes(), *tetrahedron.replace("0 1 0 # top", "0 1.25 0 # top").as_bytes());
-/// # Ok::<(), mesh::AssetError>(())
+/// # Ok::<(), mesh_io::AssetError>(())
 /// ```
 #[derive(Clone)]
 pub struct Asset {
@@ -69,10 +50,10 @@ pub struct Asset {
 }
 
 /// What the reader of one format finds in a file.
-struct Geometry {
-    positions: Vec<[f64; 3]>,
-    triangles: Vec<[u32; 3]>,
-    slots: Slots,
+pub(crate) struct Geometry {
+    pub(crate) positions: Vec<[f64; 3]>,
+    pub(crate) triangles: Vec<[u32; 3]>,
+    pub(crate) slots: Slots,
 }
 
 impl Asset {
@@ -125,7 +106,7 @@ impl Asset {
             positions,
             triangles,
             slots,
-        } = parse(format, &bytes).map_err(|Fault { place, problem }| AssetError::Malformed {
+        } = formats::read(format, &bytes).map_err(|Fault { place, problem }| AssetError::Malformed {
             path: path.clone(),
             place,
             problem,
@@ -287,15 +268,6 @@ impl fmt::Debug for Asset {
         shown
             .field("weld", &self.welded.summary())
             .finish_non_exhaustive()
-    }
-}
-
-fn parse(format: Format, bytes: &[u8]) -> Result<Geometry, Fault> {
-    match format {
-        Format::Obj => obj::read(bytes),
-        Format::Ply => ply::read(bytes),
-        Format::Stl => stl::read(bytes),
-        Format::Off => off::read(bytes),
     }
 }
 

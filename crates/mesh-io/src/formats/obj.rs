@@ -1,10 +1,10 @@
 //! Wavefront OBJ: `v` and `f` lines, in any order; all other lines are kept and not looked at.
 
-use super::error::Fault;
-use super::text::{TextGeometry, Word, Words};
-use super::{Geometry, format};
+use crate::error::Fault;
+use crate::text::{TextGeometry, Word, Words};
+use crate::{asset::Geometry, format};
 
-pub(super) fn read(bytes: &[u8]) -> Result<Geometry, Fault> {
+pub(crate) fn read(bytes: &[u8]) -> Result<Geometry, Fault> {
     let mut words = Words::with_continued_lines(bytes, bytes.len() - format::without_bom(bytes).len());
     let mut geometry = TextGeometry::new();
     let mut corners = Vec::new();
@@ -42,7 +42,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Geometry, Fault> {
                 "the face refers to {}, but the file has {count} vertices (counted from 1)",
                 word.shown()
             );
-            Err(words.fault_at(word, problem + super::text::CUT_SHORT))
+            Err(words.fault_at(word, problem + crate::text::CUT_SHORT))
         }
         _ => Ok(geometry.finish()),
     }
