@@ -151,7 +151,7 @@ fn divide(problem: &Problem, parts: usize, rounds: usize, python: Option<&Python
         ..Default::default()
     };
     let options = with(Effort::Default);
-    let divided = |options, threads| partition(&problem.graph, options, &Job::new(threads));
+    let divided = |options: &Options, threads| partition(&problem.graph, options, &Job::new(threads));
     let (mut metis, mut one, mut two) = (Vec::new(), Vec::new(), Vec::new());
     for _ in 0..rounds {
         metis.push(gpmetis(&problem.file, parts)?);
