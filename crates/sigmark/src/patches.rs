@@ -1,3 +1,4 @@
+use job::Job;
 use mesh::{Components, Edges, TriMesh, components};
 use partition::{Graph, Options, partition};
 
@@ -230,11 +231,10 @@ fn label(
                     parts,
                     imbalance: IMBALANCE,
                     contiguous: true,
-                    threads,
                     ..Options::default()
                 };
                 let graph = Graph::from_edges(size, edges)?;
-                partition(&graph, &options)?
+                partition(&graph, &options, &Job::new(threads))?
                     .part_of
                     .iter()
                     .map(|part| first + part)
