@@ -1,7 +1,6 @@
 //! Distances between surfaces (eq. 21).
 
-use mesh::TriMesh;
-use registration::Surface;
+use mesh::{Surface, TriMesh};
 use serde::Serialize;
 
 use crate::sampling::{Samples, sample};

@@ -88,12 +88,9 @@ mod guesses;
 mod icp;
 mod observer;
 mod overlap;
-mod quads;
 mod resample;
 mod sampled;
 mod search;
-mod surface;
-mod swarm;
 mod threads;
 mod umeyama;
 mod vector;
@@ -108,5 +105,4 @@ pub use connectivity::{
 pub use error::RegistrationError;
 pub use observer::{Observer, Stage};
 pub use resample::{ResampleOptions, Resampled, resample, resample_observed, resample_on};
-pub use surface::{Hit, Nearest, Surface};
 pub use umeyama::{Fit, Handedness, fit_similarity, umeyama};

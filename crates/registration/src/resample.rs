@@ -2,10 +2,9 @@
 
 use crate::RegistrationError;
 use crate::observer::{Observer, go_on};
-use crate::surface::{Hit, Surface, triangle_normals};
 use crate::threads;
 use crate::vector::{Vec3, add, dot, scaled};
-use mesh::{Similarity, TriMesh};
+use mesh::{Hit, Similarity, Surface, TriMesh};
 
 /// How far and at what angle a vertex looks for the suspect's surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -122,7 +121,7 @@ pub fn resample_observed(
         origins: original.positions(),
         directions: original.vertex_normals(),
         surface,
-        normals: triangle_normals(suspect),
+        normals: suspect.triangle_normals(),
         to_original: *transform,
         to_suspect: transform.inverse(),
         reach: options.reach * original.bounding_box().diagonal(),

@@ -1,8 +1,7 @@
 use crate::RegistrationError;
 use crate::field::Field;
-use crate::surface::{Surface, triangle_normals};
 use crate::vector::{Mat3, Vec3, add, cross, norm, scaled, sub};
-use mesh::TriMesh;
+use mesh::{Surface, TriMesh};
 use std::sync::OnceLock;
 
 /// A mesh prepared for alignment: its surface for queries, and points spread evenly over it.
@@ -41,7 +40,7 @@ impl Sampled {
         let vertices = corners.iter().step_by((corners.len() / count).max(1));
         let vertices = vertices.map(|&v| mesh.positions()[v as usize]).collect();
         let diagonal = mesh.bounding_box().diagonal();
-        let (surface, normals) = (Surface::new(mesh), triangle_normals(mesh));
+        let (surface, normals) = (Surface::new(mesh), mesh.triangle_normals());
         Ok(Self {
             surface,
             normals,

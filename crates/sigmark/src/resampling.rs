@@ -7,11 +7,12 @@
 
 use std::sync::OnceLock;
 
+use job::Job;
 use mesh::{
-    BoundingBox, Similarity, TriMesh,
+    BoundingBox, Similarity, Surface, TriMesh,
     vector::{add, cross, dot, scaled, sub},
 };
-use registration::{Correspondence, ResampleOptions, Resampled, Surface, resample_observed};
+use registration::{Correspondence, ResampleOptions, Resampled, resample_observed};
 
 use crate::{
     Original, PatchBasis, Registered, SigmarkError, SoftBits, Stage, Work,
@@ -191,7 +192,9 @@ impl<'a> Sampler<'a> {
         let surface = self.original_surface.get_or_init(|| Surface::new(self.original));
         let positions = self.suspect.positions().iter();
         let placed: Vec<[f64; 3]> = positions.map(|&p| transform.apply(p)).collect();
-        let nearest = surface.nearest_of(&placed, threads)?;
+        let nearest = surface
+            .nearest_of(&placed, &Job::new(threads))
+            .map_err(|_| SigmarkError::Cancelled)?;
         let facet = |v: usize| {
             let (along, seen) = (registered.along[v]?, registered.positions[v]?);
             let corners = self.suspect.triangles()[sampled.triangles[v]? as usize].map(|w| w as usize);

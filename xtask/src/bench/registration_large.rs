@@ -4,9 +4,9 @@ use std::{path::PathBuf, thread};
 
 use anyhow::Result;
 use bench_harness::name_of;
-use mesh::{TriMesh, shapes};
+use mesh::{Surface, TriMesh, shapes};
 use mesh_io::Asset;
-use registration::{AlignOptions, ResampleOptions, Surface, align_observed, resample_on};
+use registration::{AlignOptions, ResampleOptions, align_observed, resample_on};
 
 use super::{
     measure::timed,

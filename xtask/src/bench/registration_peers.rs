@@ -7,9 +7,9 @@ use std::{
 
 use anyhow::{Context, Result};
 use bench_harness::name_of;
-use mesh::{Similarity, TriMesh, shapes};
+use mesh::{Similarity, Surface, TriMesh, shapes};
 use mesh_io::{Asset, Format, Precision, write_mesh};
-use registration::{AlignOptions, PointPair, ResampleOptions, Surface, align_points, resample_on};
+use registration::{AlignOptions, PointPair, ResampleOptions, align_points, resample_on};
 use serde_json::Value;
 
 use super::{

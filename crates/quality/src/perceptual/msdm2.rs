@@ -1,7 +1,6 @@
 //! MSDM2 (Lavoué, *A multiscale metric for 3D mesh visual quality assessment*, SGP 2011).
 
-use mesh::TriMesh;
-use registration::Surface;
+use mesh::{Surface, TriMesh};
 use serde::Serialize;
 
 use super::curvature::Bending;
