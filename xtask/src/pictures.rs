@@ -7,6 +7,7 @@ use std::{
 
 use anyhow::{Context, Result, ensure};
 use bench_harness::{edge_graph, mesh_files, name_of};
+use job::Job;
 use mesh::{Similarity, TriMesh, Welded, shapes};
 use mesh_io::Asset;
 use partition::{Options, partition};
@@ -145,7 +146,7 @@ fn colours(mesh: &TriMesh, parts: usize) -> Result<Vec<Colour>> {
         contiguous: true,
         ..Default::default()
     };
-    let part_of = partition(&edge_graph(mesh)?, &options)?.part_of;
+    let part_of = partition(&edge_graph(mesh)?, &options, &Job::default())?.part_of;
     let corners = || {
         mesh.triangles()
             .iter()

@@ -152,6 +152,16 @@ pub enum MarkError {
     Job(#[from] job::JobError),
 }
 
+impl From<partition::PartitionError> for MarkError {
+    /// A job that could not be done is always [`MarkError::Job`].
+    fn from(error: partition::PartitionError) -> Self {
+        match error {
+            partition::PartitionError::Job(error) => Self::Job(error),
+            error => Self::Partition(error),
+        }
+    }
+}
+
 impl From<registration::RegistrationError> for MarkError {
     /// A job that could not be done is always [`MarkError::Job`].
     fn from(error: registration::RegistrationError) -> Self {

@@ -215,12 +215,10 @@ fn label(mesh: &TriMesh, components: &Components, parts: &[usize], job: &Job) ->
                     parts,
                     imbalance: IMBALANCE,
                     contiguous: true,
-                    threads: job.threads(),
                     ..Options::default()
                 };
-                let graph = Graph::from_edges(size, edges).map_err(MarkError::Partition)?;
-                partition(&graph, &options)
-                    .map_err(MarkError::Partition)?
+                let graph = Graph::from_edges(size, edges)?;
+                partition(&graph, &options, &job.quiet())?
                     .part_of
                     .iter()
                     .map(|part| first + part)

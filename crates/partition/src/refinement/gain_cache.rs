@@ -1,20 +1,20 @@
-//! What each boundary vertex is tied to, kept up to date while vertices move and restored exactly when moves are taken
-//! back, so that a local search seldom has to look at neighbours of neighbours.
+//! The gain entry of each boundary vertex (where its edges lead), kept up to date while vertices move and restored exactly
+//! when moves are taken back, so that a local search seldom has to look at neighbours of neighbours.
 
-use crate::kway::KWay;
+use super::kway::KWay;
 
 /// No part.
-pub(crate) const NONE: u32 = u32::MAX;
+pub(super) const NONE: u32 = u32::MAX;
 
-/// Edge weights from a vertex to its own part and to the part, of the others, that it is tied to most.
+/// Edge weights from a vertex to its own part, and to the one other part that they are greatest to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Ties {
-    pub(crate) internal: i32,
-    pub(crate) external: i32,
+pub(super) struct GainEntry {
+    pub(super) internal: i32,
+    pub(super) external: i32,
     /// The part of `external`, or [`NONE`] inside a part.
-    pub(crate) to: u32,
+    pub(super) to: u32,
     state: State,
-    /// Counts how often all was forgotten before.
+    /// The age of the cache in which the entry was made.
     age: u16,
 }
 
@@ -23,31 +23,67 @@ enum State {
     /// Never asked for; no neighbour has moved in the present search.
     #[default]
     Unknown,
-    /// Lost by a move.
+    /// A move has made another part the best, and which is not known.
     Stale,
-    /// Tied to at most one other part.
+    /// At most one other part has an edge to the vertex.
     Single,
-    /// Perhaps tied to several other parts.
+    /// Several other parts may have.
     Several,
 }
 
-impl Ties {
-    pub(crate) fn new(internal: i32, external: i32, to: u32, parts: usize) -> Self {
+impl GainEntry {
+    const STALE: Self = Self {
+        internal: 0,
+        external: 0,
+        to: NONE,
+        state: State::Stale,
+        age: 0,
+    };
+
+    /// Reads the edges of a vertex. Most vertices touch one other part at most, which needs no sums by part.
+    pub(super) fn of(state: &mut KWay<'_>, vertex: usize) -> Self {
+        let own = state.part[vertex];
+        let (mut internal, mut external, mut to) = (0, 0, NONE);
+        for (u, weight) in state.graph.edges(vertex) {
+            let part = state.part[u];
+            if part == own {
+                internal += weight;
+            } else if state.movable.contains(&part) {
+                if part != to && to != NONE {
+                    return Self::among_several(state, vertex);
+                }
+                to = part;
+                external += weight;
+            }
+        }
         Self {
             internal,
             external,
             to,
-            state: if parts > 1 { State::Several } else { State::Single },
+            state: State::Single,
             age: 0,
         }
     }
 
-    pub(crate) fn gain(&self) -> i32 {
+    fn among_several(state: &mut KWay<'_>, vertex: usize) -> Self {
+        let connections = state.connections(vertex, |_, _| true);
+        let (external, to) = connections.best.unwrap_or((0, NONE));
+        let several = connections.other_parts > 1;
+        Self {
+            internal: connections.internal,
+            external,
+            to,
+            state: if several { State::Several } else { State::Single },
+            age: 0,
+        }
+    }
+
+    pub(super) fn gain(&self) -> i32 {
         self.external - self.internal
     }
 
-    /// The ties of a vertex of part `own` after a neighbour at weight `w` went from part `a` to part `b`.
-    /// They are lost where another part may have become the strongest.
+    /// The entry of a vertex of part `own` after a neighbour at weight `w` went from part `a` to part `b`; stale where
+    /// another part may be the best now.
     fn after(mut self, own: u32, a: u32, b: u32, w: i32) -> Self {
         let several = self.state == State::Several;
         if own == a {
@@ -71,88 +107,81 @@ impl Ties {
         }
         self
     }
-
-    const STALE: Self = Self {
-        internal: 0,
-        external: 0,
-        to: NONE,
-        state: State::Stale,
-        age: 0,
-    };
 }
 
-/// The ties of all vertices that were asked for, with a journal of changes.
-pub(crate) struct GainCache {
-    ties: Vec<Ties>,
+/// The entries of all vertices that were asked for, with a journal of changes.
+pub(super) struct GainCache {
+    entries: Vec<GainEntry>,
+    /// Entries of another age count as unknown.
     age: u16,
-    journal: Vec<(u32, Ties)>,
+    journal: Vec<(u32, GainEntry)>,
 }
 
 impl GainCache {
-    pub(crate) fn new(count: usize) -> Self {
+    pub(super) fn new(count: usize) -> Self {
         Self {
-            ties: vec![Ties::default(); count],
+            entries: vec![GainEntry::default(); count],
             age: 0,
             journal: Vec::new(),
         }
     }
 
-    /// Forgets all ties, as the division has changed without the cache.
-    pub(crate) fn forget(&mut self) {
+    /// Forgets all entries, as the division has changed without the cache.
+    pub(super) fn forget(&mut self) {
         self.age = self.age.checked_add(1).unwrap_or_else(|| {
-            self.ties.fill(Ties::default());
+            self.entries.fill(GainEntry::default());
             0
         });
     }
 
     /// A point to which [`GainCache::restore`] can go back.
-    pub(crate) fn now(&self) -> usize {
+    pub(super) fn now(&self) -> usize {
         self.journal.len()
     }
 
     /// Forgets how to go back.
-    pub(crate) fn commit(&mut self) {
+    pub(super) fn commit(&mut self) {
         self.journal.clear();
     }
 
     /// Takes back all changes since `time`; the caller has taken back the moves.
-    pub(crate) fn restore(&mut self, time: usize) {
-        for (vertex, ties) in self.journal.drain(time..).rev() {
-            self.ties[vertex as usize] = ties;
+    pub(super) fn restore(&mut self, time: usize) {
+        for (vertex, entry) in self.journal.drain(time..).rev() {
+            self.entries[vertex as usize] = entry;
         }
     }
 
-    pub(crate) fn of(&mut self, state: &mut KWay<'_>, vertex: usize) -> Ties {
+    pub(super) fn entry(&mut self, state: &mut KWay<'_>, vertex: usize) -> GainEntry {
         match self.known(vertex) {
             State::Unknown => self.find_out(state, vertex),
             State::Stale => {
-                let ties = state.ties(vertex);
-                self.set(vertex, ties);
+                let entry = GainEntry::of(state, vertex);
+                self.set(vertex, entry);
             }
             State::Single | State::Several => {}
         }
-        self.ties[vertex]
+        self.entries[vertex]
     }
 
     fn known(&self, vertex: usize) -> State {
-        let ties = &self.ties[vertex];
-        if ties.age == self.age {
-            ties.state
+        let entry = &self.entries[vertex];
+        if entry.age == self.age {
+            entry.state
         } else {
             State::Unknown
         }
     }
 
     fn find_out(&mut self, state: &mut KWay<'_>, vertex: usize) {
-        self.ties[vertex] = Ties {
+        self.entries[vertex] = GainEntry {
             age: self.age,
-            ..state.ties(vertex)
+            ..GainEntry::of(state, vertex)
         };
     }
 
-    /// Moves a vertex and updates what its neighbours are tied to. What was unknown is found out before the move: it
-    /// then outlives the taking back of the move.
-    pub(crate) fn apply(&mut self, state: &mut KWay<'_>, vertex: usize, to: u32) {
+    /// Moves a vertex and updates the entries of its neighbours. Unknown entries are found out before the move: they
+    /// then outlive the taking back of the move.
+    pub(super) fn apply(&mut self, state: &mut KWay<'_>, vertex: usize, to: u32) {
         let (graph, from) = (state.graph, state.part[vertex]);
         for (u, weight) in graph.edges(vertex) {
             if !state.may_move(u) {
@@ -161,22 +190,22 @@ impl GainCache {
             if self.known(u) == State::Unknown {
                 self.find_out(state, u);
             }
-            if self.ties[u].state != State::Stale {
-                let ties = self.ties[u].after(state.part[u], from, to, weight);
-                self.set(u, ties);
+            if self.entries[u].state != State::Stale {
+                let entry = self.entries[u].after(state.part[u], from, to, weight);
+                self.set(u, entry);
             }
         }
         state.apply(vertex, to);
-        self.set(vertex, Ties::STALE);
+        self.set(vertex, GainEntry::STALE);
     }
 
-    fn set(&mut self, vertex: usize, ties: Ties) {
-        let ties = Ties {
+    fn set(&mut self, vertex: usize, entry: GainEntry) {
+        let entry = GainEntry {
             age: self.age,
-            ..ties
+            ..entry
         };
-        self.journal
-            .push((vertex as u32, std::mem::replace(&mut self.ties[vertex], ties)));
+        let before = std::mem::replace(&mut self.entries[vertex], entry);
+        self.journal.push((vertex as u32, before));
     }
 }
 
@@ -200,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn ties_kept_up_to_date_equal_ties_found_afresh_also_after_moves_are_taken_back() {
+    fn entries_kept_up_to_date_equal_entries_found_afresh_also_after_moves_are_taken_back() {
         let mut rng = Rng::new(3);
         for _ in 0..200 {
             let graph = random_graph(&mut rng);
@@ -210,13 +239,13 @@ mod tests {
             let mut cache = GainCache::new(30);
             let check = |cache: &mut GainCache, state: &mut KWay<'_>| {
                 for v in 0..30 {
-                    let (kept, fresh) = (cache.of(state, v), state.ties(v));
+                    let (kept, fresh) = (cache.entry(state, v), GainEntry::of(state, v));
                     assert_eq!((kept.internal, kept.external), (fresh.internal, fresh.external));
                     assert_eq!(kept.to == NONE, fresh.to == NONE);
                 }
             };
             for _ in 0..15 {
-                cache.of(&mut state, rng.below(30));
+                cache.entry(&mut state, rng.below(30));
             }
             let (time, before) = (cache.now(), state.part.clone());
             let mut journal = Vec::new();

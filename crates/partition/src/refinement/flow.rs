@@ -4,46 +4,63 @@
 //! lighter side takes in vertices beside it and the flow is augmented again, until the cut is balanced or no shorter than
 //! the border that stands (Hamann and Strasser, "Graph bisection with Pareto optimization", 2018).
 
-use crate::kway::KWay;
-use crate::max_flow::{Network, SINK, SOURCE};
-use crate::team::Team;
+use job::{Job, JobError};
+
+use super::kway::KWay;
+use super::max_flow::{Network, SINK, SOURCE};
 
 /// Bounds of a search.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FlowSearch {
-    /// Rounds over the pairs of parts of which one has changed; 0 to search not at all.
+    /// Rounds over the pairs of parts of which one has changed.
     pub(crate) rounds: usize,
     /// Layers of vertices on either side of a border that a corridor is wide.
     pub(crate) depth: u32,
 }
 
-/// Share of a part's weight that a corridor may take of it.
+impl FlowSearch {
+    /// No search.
+    pub(crate) const NONE: Self = Self { rounds: 0, depth: 0 };
+}
+
+/// Share of a part's weight that a corridor may take of it: with less than all of it, source and sink are never empty.
 const MAX_SHARE: f64 = 0.5;
-/// Steps towards balance after which a pair is left as it is.
+/// Steps towards balance after which a pair is left as it is. The steps bound the time of a pair, of which few need many.
 const MAX_STEPS: usize = 60;
+/// Steps in which the lighter side takes in one vertex; in the next so many it takes in two at a
+/// time, and so on: the way to balance gets shorter where it is long.
+const STEPS_BEFORE_MORE: usize = 4;
 const NONE: u32 = u32::MAX;
 
 /// Lowers the cut between pairs of parts that are within their limits; they stay so. `boundary` must hold all boundary
 /// vertices, and does so again afterwards. Pairs without a common part are dealt with at the same time.
-pub(crate) fn refine(state: &mut KWay<'_>, boundary: &mut Vec<u32>, search: FlowSearch, team: &Team) {
+pub(crate) fn refine(
+    state: &mut KWay<'_>,
+    boundary: &mut Vec<u32>,
+    search: FlowSearch,
+    job: &Job,
+) -> Result<(), JobError> {
     let mut corridors = Vec::new();
     let mut active = vec![true; state.limits.len()];
     for _ in 0..search.rounds {
         let mut borders = borders(state, boundary, &active);
-        let workers = team.size().min(borders.len());
+        let workers = job.threads().min(borders.len());
         corridors.resize_with(workers.max(corridors.len()), || {
-            Corridors::new(state.graph.vertex_count())
+            Corridor::new(state.graph.vertex_count())
         });
         active.fill(false);
         let mut moved = Vec::new();
         while !borders.is_empty() {
             let batch = take_disjoint(&mut borders, active.len());
             let here = &*state;
-            team.for_chunks(&mut corridors[..workers], 1, |i, own| {
+            job.for_chunks(&mut corridors[..workers], 1, |i, own| {
                 for border in batch.iter().skip(i).step_by(workers) {
-                    own[0].improve(here, border, search.depth);
+                    if !job.is_cancelled() {
+                        own[0].improve(here, border, search.depth);
+                    }
                 }
-            });
+            })?;
+            job.go_on()?;
             for (v, to) in corridors.iter_mut().flat_map(|own| own.moves.drain(..)) {
                 active[state.part[v as usize] as usize] = true;
                 active[to as usize] = true;
@@ -52,16 +69,11 @@ pub(crate) fn refine(state: &mut KWay<'_>, boundary: &mut Vec<u32>, search: Flow
             }
         }
         if moved.is_empty() {
-            return;
+            break;
         }
-        for v in moved {
-            boundary.push(v);
-            boundary.extend(state.graph.neighbours(v as usize));
-        }
-        boundary.sort_unstable();
-        boundary.dedup();
-        boundary.retain(|&v| state.on_boundary(v as usize));
+        state.update_boundary(boundary, &moved);
     }
+    Ok(())
 }
 
 /// Two neighbouring parts and the vertices along their border.
@@ -106,8 +118,8 @@ fn borders(state: &KWay<'_>, boundary: &[u32], active: &[bool]) -> Vec<Border> {
         .collect()
 }
 
-/// Room for one corridor after the other.
-struct Corridors {
+/// Workspace for the corridor along one border after the other.
+struct Corridor {
     /// Position of each vertex in `vertices`, or [`NONE`].
     place: Vec<u32>,
     /// First those of one part, then those of the other.
@@ -119,7 +131,7 @@ struct Corridors {
     moves: Vec<(u32, u32)>,
 }
 
-impl Corridors {
+impl Corridor {
     fn new(count: usize) -> Self {
         Self {
             place: vec![NONE; count],
@@ -179,13 +191,13 @@ impl Corridors {
         let most = (MAX_SHARE * state.weight[own as usize] as f64) as i64;
         let first = self.vertices.len();
         let mut weight = 0;
-        let mut take = |corridors: &mut Self, v: u32, layer: u32| {
+        let mut take = |corridor: &mut Self, v: u32, layer: u32| {
             let heavier = weight + i64::from(state.graph.vertex_weights[v as usize]);
-            if corridors.place[v as usize] == NONE && heavier <= most {
+            if corridor.place[v as usize] == NONE && heavier <= most {
                 weight = heavier;
-                corridors.place[v as usize] = corridors.vertices.len() as u32;
-                corridors.vertices.push(v);
-                corridors.depth.push(layer);
+                corridor.place[v as usize] = corridor.vertices.len() as u32;
+                corridor.vertices.push(v);
+                corridor.depth.push(layer);
             }
         };
         for &v in seeds {
@@ -287,7 +299,7 @@ impl Corridors {
             }
             let relative = |side: usize| weights[side] as f64 / problem.limits[side].max(1) as f64;
             let lighter = usize::from(relative(1) < relative(0));
-            let taken = self.beside(lighter, problem.first_of_second, 1 + step / 4);
+            let taken = self.beside(lighter, problem.first_of_second, 1 + step / STEPS_BEFORE_MORE);
             if taken.is_empty() {
                 return None;
             }

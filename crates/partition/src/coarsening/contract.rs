@@ -1,7 +1,8 @@
 //! Contraction of a matching: pairs become vertices, parallel edges become one with the sum of their weights.
 
+use job::{Job, JobError};
+
 use crate::Graph;
-use crate::team::Team;
 
 /// Coarse vertex of each vertex, numbered in the order of the first of each pair: neighbours stay close in memory.
 pub(crate) fn number_pairs(partner: &[u32]) -> (Vec<u32>, usize) {
@@ -25,21 +26,21 @@ pub(crate) fn contract(
     partner: &[u32],
     coarse_of: &[u32],
     count: usize,
-    team: &Team,
-) -> Graph {
+    job: &Job,
+) -> Result<Graph, JobError> {
     let ranges = if graph.vertex_count() < PARALLEL {
         1
     } else {
-        team.size()
+        job.threads()
     };
-    let bound = |i: u64| graph.vertex_count() * i as usize / ranges;
-    let rows = team.map(ranges as u64, |i| {
+    let bound = |i: usize| graph.vertex_count() * i / ranges;
+    let rows = job.map(ranges, 1, |i| {
         contract_rows(graph, partner, coarse_of, count, bound(i)..bound(i + 1))
-    });
-    join_rows(rows)
+    })?;
+    Ok(join_rows(rows))
 }
 
-/// Smaller graphs are not worth joining.
+/// Vertices below which the rows of one thread are not worth joining with another's; no result depends on it.
 const PARALLEL: usize = 5_000;
 
 /// The rows of the pairs whose first vertex lies in `range`. A marker per coarse vertex says where its entry stands in

@@ -1,14 +1,18 @@
 //! Multilevel bisection and, by halving halves, recursive bisection.
 
+mod growth;
+mod two_way;
+
+use job::{Job, JobError};
+
 use crate::Graph;
-use crate::coarsen::{coarsen, prolong};
-use crate::fm2::{Bisection, TwoWay};
-use crate::initial::best_grown;
+use crate::coarsening::Hierarchy;
 use crate::options::Balance;
 use crate::rng::Rng;
-use crate::team::Team;
+use growth::best_grown;
+use two_way::{Bisection, TwoWay};
 
-/// Size of the graph on which first bisections are grown.
+/// Size of the graph on which first bisections are grown, as in METIS (`ometis.c` bisects from 100 at most).
 const COARSEST: usize = 100;
 
 /// How hard bisections are searched.
@@ -17,26 +21,30 @@ pub(crate) struct BisectionSearch {
     /// Grown bisections on the coarsest graph.
     pub(crate) tries: usize,
     /// Whole multilevel cycles, the best kept.
-    pub(crate) cycles: u64,
+    pub(crate) cycles: usize,
     /// Passes of two-way refinement on every level.
     pub(crate) passes: usize,
 }
 
 /// Two sides of weights near `targets` and within `limits` if that can be had: the best of several cycles.
-pub(crate) fn bisect(
+fn bisect(
     graph: &Graph,
     targets: [f64; 2],
     limits: [i64; 2],
     search: &BisectionSearch,
-    team: &Team,
+    job: &Job,
     rng: &Rng,
-) -> Bisection {
-    let cycle = |i: u64| bisect_once(graph, targets, limits, search, team, &mut rng.fork(1000 + i));
-    let cycles = team.map(search.cycles.max(1), cycle);
+) -> Result<Bisection, JobError> {
+    let cycle = |i: usize| {
+        let rng = &mut rng.fork(1000 + i as u64);
+        bisect_once(graph, targets, limits, search, job, rng)
+    };
+    let cycles = job.map(search.cycles.max(1), 1, cycle)?;
+    let cycles: Vec<Bisection> = cycles.into_iter().collect::<Result<_, _>>()?;
     let best = cycles
         .into_iter()
         .min_by_key(|state| (state.excess(limits), state.cut));
-    best.unwrap_or_else(|| Bisection::one_sided(graph))
+    Ok(best.unwrap_or_else(|| Bisection::one_sided(graph)))
 }
 
 fn bisect_once(
@@ -44,26 +52,22 @@ fn bisect_once(
     targets: [f64; 2],
     limits: [i64; 2],
     search: &BisectionSearch,
-    team: &Team,
+    job: &Job,
     rng: &mut Rng,
-) -> Bisection {
-    let levels = coarsen(graph, COARSEST, &[], team, rng);
-    let coarsest = levels.last().map_or(graph, |level| &level.graph);
-    let mut state = best_grown(coarsest, targets[0], limits, search.tries, rng);
-    for depth in (0..levels.len()).rev() {
-        let fine = if depth == 0 {
-            graph
-        } else {
-            &levels[depth - 1].graph
-        };
-        state.side = prolong(&state.side, &levels[depth].coarse_of);
+) -> Result<Bisection, JobError> {
+    let hierarchy = Hierarchy::of(graph, COARSEST, &[], job, rng)?;
+    let mut state = best_grown(hierarchy.coarsest(), targets[0], limits, search.tries, rng);
+    for depth in (0..hierarchy.depth()).rev() {
+        job.go_on()?;
+        let fine = hierarchy.graph(depth);
+        state.side = hierarchy.prolong(&state.side, depth);
         TwoWay::new(fine).refine(&mut state, limits, search.passes, patience(fine), rng);
     }
-    state
+    Ok(state)
 }
 
-/// Moves without success after which a pass of two-way refinement ends.
-pub(crate) fn patience(graph: &Graph) -> usize {
+/// Moves without success after which a pass of two-way refinement ends (METIS, `fm.c`, where vertices have several weights).
+fn patience(graph: &Graph) -> usize {
     (graph.vertex_count() / 100).clamp(25, 150)
 }
 
@@ -72,35 +76,33 @@ pub(crate) fn recursive_bisection(
     graph: &Graph,
     balance: &Balance,
     search: &BisectionSearch,
-    team: &Team,
+    job: &Job,
     rng: &Rng,
-) -> Vec<u32> {
+) -> Result<Vec<u32>, JobError> {
     let parts = balance.parts();
     if parts == 1 {
-        return vec![0; graph.vertex_count()];
+        return Ok(vec![0; graph.vertex_count()]);
     }
     let half = parts / 2;
     let (targets, limits) = halves(graph, balance, half);
-    let state = bisect(graph, targets, limits, search, team, rng);
+    let state = bisect(graph, targets, limits, search, job, rng)?;
     let side = |s: u8, parts: std::ops::Range<usize>| {
         let part = Balance {
             targets: balance.targets[parts.clone()].to_vec(),
             limits: balance.limits[parts].to_vec(),
         };
         let (subgraph, vertices) = induced(graph, &state.side, s);
-        (
-            recursive_bisection(&subgraph, &part, search, team, &rng.fork(1 + u64::from(s))),
-            vertices,
-        )
+        let rng = rng.fork(1 + u64::from(s));
+        recursive_bisection(&subgraph, &part, search, job, &rng).map(|parts| (parts, vertices))
     };
-    let (left, right) = team.join(|| side(0, 0..half), || side(1, half..parts));
+    let (left, right) = job.join(|| side(0, 0..half), || side(1, half..parts))?;
     let mut part_of = vec![0; graph.vertex_count()];
-    for ((parts, vertices), first) in [(left, 0), (right, half as u32)] {
+    for ((parts, vertices), first) in [(left?, 0), (right?, half as u32)] {
         for (part, v) in parts.into_iter().zip(vertices) {
             part_of[v as usize] = first + part;
         }
     }
-    part_of
+    Ok(part_of)
 }
 
 /// Targets and limits of a bisection after which the slack that is left still suffices for the bisections below:
@@ -118,7 +120,7 @@ fn halves(graph: &Graph, balance: &Balance, half: usize) -> ([f64; 2], [i64; 2])
 }
 
 /// The subgraph of one side and the vertices it was made of.
-pub(crate) fn induced(graph: &Graph, side: &[u8], wanted: u8) -> (Graph, Vec<u32>) {
+fn induced(graph: &Graph, side: &[u8], wanted: u8) -> (Graph, Vec<u32>) {
     let vertices: Vec<u32> = (0..side.len() as u32)
         .filter(|&v| side[v as usize] == wanted)
         .collect();

@@ -1,10 +1,13 @@
 //! Connected parts: stray pieces join a neighbouring part, and later moves never cut a part in two.
 
 use std::cmp::Reverse;
+use std::collections::BinaryHeap;
 
-use crate::kway::KWay;
+use job::{Job, JobError};
+
+use super::{greedy, kway::KWay, rebalance};
+use crate::Graph;
 use crate::rng::Rng;
-use crate::{Graph, greedy, rebalance};
 
 /// Makes every part connected within each component of the graph, whatever becomes of the balance: stray pieces join a
 /// neighbouring part.
@@ -16,7 +19,7 @@ pub(crate) fn join_stray_pieces(state: &mut KWay<'_>) {
 }
 
 /// Joins stray pieces, then restores balance and shortens the border by moves that keep parts connected.
-pub(crate) fn make_contiguous(state: &mut KWay<'_>, rng: &mut Rng) {
+pub(crate) fn make_contiguous(state: &mut KWay<'_>, rng: &mut Rng, job: &Job) -> Result<(), JobError> {
     join_stray_pieces(state);
     let mut guard = Guard::new(state.graph.vertex_count());
     for _ in 0..MAX_ROUNDS {
@@ -24,19 +27,18 @@ pub(crate) fn make_contiguous(state: &mut KWay<'_>, rng: &mut Rng) {
         if before == 0 {
             break;
         }
-        rebalance::flow_to_neighbours(state, &mut |state, v| guard.may_leave(state, v));
+        rebalance::pass_on(state, &mut |state, v| guard.may_leave(state, v), job)?;
         if state.excess() >= before {
             break;
         }
     }
-    let mut boundary: Vec<u32> = (0..state.graph.vertex_count() as u32)
-        .filter(|&v| state.on_boundary(v as usize))
-        .collect();
-    greedy::refine(state, &mut boundary, MAX_ROUNDS, rng, &mut |state, v| {
-        guard.may_leave(state, v)
-    });
+    let mut boundary = state.boundary();
+    let mut may_leave = |state: &KWay<'_>, v| guard.may_leave(state, v);
+    greedy::refine(state, &mut boundary, MAX_ROUNDS, rng, &mut may_leave, job)
 }
 
+/// Rounds after which balance or a shorter border is given up: each round costs one run over the boundary, and a round
+/// that gains nothing is the last anyway.
 const MAX_ROUNDS: usize = 8;
 const NONE: u32 = u32::MAX;
 
@@ -112,7 +114,8 @@ fn components(graph: &Graph) -> Vec<u32> {
     component
 }
 
-/// Gives each piece that is not its part's main one to the main piece that it is tied to most, or of those with room.
+/// Gives each piece that is not its part's main one to the main piece that its edges weigh most to, of those with room
+/// if there are any.
 /// Pieces enclosed by other strays follow in later rounds.
 fn join_strays(state: &mut KWay<'_>, pieces: Pieces) {
     let mut members = vec![Vec::new(); pieces.weight.len()];
@@ -128,11 +131,11 @@ fn join_strays(state: &mut KWay<'_>, pieces: Pieces) {
     }
     let mut waiting: Vec<usize> = (0..settled.len()).filter(|&piece| !settled[piece]).collect();
     waiting.sort_by_key(|&piece| (pieces.weight[piece], piece));
-    let mut ties = vec![0i64; state.limits.len()];
+    let mut connection = vec![0i64; state.limits.len()];
     loop {
         let before = waiting.len();
         waiting.retain(|&piece| {
-            match strongest_neighbour(state, &pieces, &settled, &members[piece], &mut ties) {
+            match strongest_neighbour(state, &pieces, &settled, &members[piece], &mut connection) {
                 None => true,
                 Some(to) => {
                     members[piece].iter().for_each(|&v| state.apply(v, to));
@@ -152,7 +155,7 @@ fn strongest_neighbour(
     pieces: &Pieces,
     settled: &[bool],
     members: &[usize],
-    ties: &mut [i64],
+    connection: &mut [i64],
 ) -> Option<u32> {
     let weight: i64 = members
         .iter()
@@ -163,10 +166,10 @@ fn strongest_neighbour(
         for (u, w) in state.graph.edges(v) {
             if settled[pieces.of[u] as usize] {
                 let part = state.part[u];
-                if ties[part as usize] == 0 {
+                if connection[part as usize] == 0 {
                     parts.push(part);
                 }
-                ties[part as usize] += i64::from(w);
+                connection[part as usize] += i64::from(w);
             }
         }
     }
@@ -174,8 +177,8 @@ fn strongest_neighbour(
     let best = parts
         .iter()
         .copied()
-        .max_by_key(|&p| (fits(p), ties[p as usize], std::cmp::Reverse(p)));
-    parts.iter().for_each(|&part| ties[part as usize] = 0);
+        .max_by_key(|&p| (fits(p), connection[p as usize], Reverse(p)));
+    parts.iter().for_each(|&part| connection[part as usize] = 0);
     best
 }
 
@@ -186,7 +189,8 @@ struct Guard {
     reached: Vec<u32>,
 }
 
-/// Vertices that are looked at before a vertex counts as indispensable.
+/// Vertices that are looked at before a vertex counts as indispensable. On a mesh the neighbours of a vertex that may leave
+/// are connected within a few steps; the bound is for vertices that may not, whose whole part would be searched.
 const SEARCH_LIMIT: usize = 200;
 
 impl Guard {
@@ -240,7 +244,7 @@ pub(crate) fn fill_empty_parts(state: &mut KWay<'_>) {
         return;
     }
     let mut members = breadth_first_members(state);
-    let mut donors: std::collections::BinaryHeap<(usize, u32)> = sizes
+    let mut donors: BinaryHeap<(usize, u32)> = sizes
         .iter()
         .enumerate()
         .map(|(part, &size)| (size, part as u32))

@@ -3,7 +3,6 @@
 use std::ops::Range;
 
 use crate::Graph;
-use crate::gain_cache::{NONE, Ties};
 
 /// A division of a graph into k parts under refinement.
 pub(crate) struct KWay<'a> {
@@ -24,6 +23,15 @@ pub(crate) struct KWay<'a> {
 pub(crate) struct Move {
     pub(crate) gain: i32,
     pub(crate) to: u32,
+}
+
+/// Edge weights from a vertex to parts.
+pub(super) struct Connections {
+    /// To its own part.
+    pub(super) internal: i32,
+    /// The greatest to another part that was admissible, and this part.
+    pub(super) best: Option<(i32, u32)>,
+    pub(super) other_parts: usize,
 }
 
 impl<'a> KWay<'a> {
@@ -83,6 +91,23 @@ impl<'a> KWay<'a> {
             .any(|&u| self.part[u as usize] != own)
     }
 
+    /// All vertices with a neighbour in another part, ascending.
+    pub(crate) fn boundary(&self) -> Vec<u32> {
+        let vertices = 0..self.graph.vertex_count() as u32;
+        vertices.filter(|&v| self.on_boundary(v as usize)).collect()
+    }
+
+    /// Brings the list of all boundary vertices up to date after some have moved.
+    pub(crate) fn update_boundary(&self, boundary: &mut Vec<u32>, moved: &[u32]) {
+        for &v in moved {
+            boundary.push(v);
+            boundary.extend(self.graph.neighbours(v as usize));
+        }
+        boundary.sort_unstable();
+        boundary.dedup();
+        boundary.retain(|&v| self.on_boundary(v as usize));
+    }
+
     /// The neighbouring part of greatest gain that has room; of equals the one with most room.
     pub(crate) fn best_move(&mut self, vertex: usize) -> Option<Move> {
         self.best_move_where(vertex, |state, to| state.has_room(to, vertex))
@@ -94,47 +119,25 @@ impl<'a> KWay<'a> {
         self.weight[part as usize] + weight <= self.limits[part as usize]
     }
 
-    /// What the vertex is tied to among the movable parts; of equal ties the part with most room counts.
-    pub(crate) fn ties(&mut self, vertex: usize) -> Ties {
-        let own = self.part[vertex];
-        let (mut internal, mut external, mut to) = (0, 0, NONE);
-        for (u, weight) in self.graph.edges(vertex) {
-            let part = self.part[u];
-            if part == own {
-                internal += weight;
-            } else if self.movable.contains(&part) {
-                if part != to && to != NONE {
-                    let (internal, best, parts) = self.strongest_tie(vertex, |_, _| true);
-                    let (external, to) = best.unwrap_or((0, NONE));
-                    return Ties::new(internal, external, to, parts);
-                }
-                to = part;
-                external += weight;
-            }
-        }
-        Ties::new(internal, external, to, 1)
-    }
-
     /// The neighbouring part of greatest gain among those that `admissible` lets pass.
     pub(crate) fn best_move_where(
         &mut self,
         vertex: usize,
         admissible: impl Fn(&Self, u32) -> bool,
     ) -> Option<Move> {
-        let (internal, best, _) = self.strongest_tie(vertex, admissible);
+        let Connections { internal, best, .. } = self.connections(vertex, admissible);
         best.map(|(external, to)| Move {
             gain: external - internal,
             to,
         })
     }
 
-    /// Edge weight to the own part, greatest edge weight to an admissible other part, and the number of other parts; all
-    /// among the movable ones.
-    fn strongest_tie(
+    /// The edges from a vertex to the movable parts; of equal parts the one with most room is the best.
+    pub(super) fn connections(
         &mut self,
         vertex: usize,
         admissible: impl Fn(&Self, u32) -> bool,
-    ) -> (i32, Option<(i32, u32)>, usize) {
+    ) -> Connections {
         let own = self.part[vertex];
         let mut internal = 0;
         for (u, weight) in self.graph.edges(vertex) {
@@ -158,9 +161,13 @@ impl<'a> KWay<'a> {
                 best = Some((connection, room, to));
             }
         }
-        let parts = self.touched.len();
+        let other_parts = self.touched.len();
         self.touched.clear();
-        (internal, best.map(|(connection, _, to)| (connection, to)), parts)
+        Connections {
+            internal,
+            best: best.map(|(connection, _, to)| (connection, to)),
+            other_parts,
+        }
     }
 
     pub(crate) fn apply(&mut self, vertex: usize, to: u32) {

@@ -5,8 +5,17 @@ use std::collections::VecDeque;
 
 use crate::Graph;
 use crate::buckets::GainBuckets;
-use crate::fm2::{Bisection, TwoWay};
 use crate::rng::Rng;
+
+use super::two_way::{Bisection, TwoWay};
+
+/// Bounds of the moves without success after which a pass of refinement ends (METIS, `fm.c`).
+const LEAST_PATIENCE: usize = 15;
+const MOST_PATIENCE: usize = 100;
+/// Every so many attempts one side grows by breadth.
+const BREADTH_EVERY: usize = 4;
+/// Passes over a grown bisection. Most end earlier, when one finds nothing.
+const PASSES: usize = 4;
 
 /// The best of `tries` grown and refined bisections: least excess weight, then least cut.
 pub(crate) fn best_grown(
@@ -16,19 +25,19 @@ pub(crate) fn best_grown(
     tries: usize,
     rng: &mut Rng,
 ) -> Bisection {
-    let patience = graph.vertex_count().clamp(15, 100);
+    let patience = graph.vertex_count().clamp(LEAST_PATIENCE, MOST_PATIENCE);
     let mut two_way = TwoWay::new(graph);
     let mut growth = Growth::new(graph);
     let mut best: Option<Bisection> = None;
     for attempt in 0..tries.max(1) {
         let mut state = Bisection::one_sided(graph);
         let seed = rng.below(graph.vertex_count());
-        if attempt % 4 == 3 {
+        if attempt % BREADTH_EVERY == BREADTH_EVERY - 1 {
             grow_by_breadth(graph, &mut state, target, seed);
         } else {
             growth.by_gain(&mut state, target, seed);
         }
-        two_way.refine(&mut state, limits, 4, patience, rng);
+        two_way.refine(&mut state, limits, PASSES, patience, rng);
         let key = |b: &Bisection| (b.excess(limits), b.cut);
         if best.as_ref().is_none_or(|best| key(&state) < key(best)) {
             best = Some(state);
@@ -37,7 +46,7 @@ pub(crate) fn best_grown(
     best.unwrap_or_else(|| Bisection::one_sided(graph))
 }
 
-/// Room for growing sides of one graph.
+/// Workspace for growing sides of one graph.
 struct Growth<'a> {
     graph: &'a Graph,
     queue: GainBuckets,

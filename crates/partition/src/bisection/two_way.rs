@@ -58,7 +58,7 @@ impl Bisection {
 /// What is compared when the best prefix is sought: excess weight, then cut, then distance from balance.
 type Standing = (i64, i64, i64);
 
-/// Room for the refinement of one graph's bisections, one after the other.
+/// Workspace for the refinement of one graph's bisections, one after the other.
 pub(crate) struct TwoWay<'a> {
     graph: &'a Graph,
     queues: [GainBuckets; 2],
@@ -95,8 +95,13 @@ impl<'a> TwoWay<'a> {
             .collect();
         for pass in 1..=passes {
             rng.shuffle(&mut boundary);
-            let room = &mut *self;
-            let better = Pass { room, state, limits }.run(&boundary, patience);
+            let workspace = &mut *self;
+            let better = Pass {
+                workspace,
+                state,
+                limits,
+            }
+            .run(&boundary, patience);
             if !better || pass == passes {
                 return;
             }
@@ -113,19 +118,19 @@ impl<'a> TwoWay<'a> {
 
 /// The state of one pass.
 struct Pass<'r, 'a> {
-    room: &'r mut TwoWay<'a>,
+    workspace: &'r mut TwoWay<'a>,
     state: &'r mut Bisection,
     limits: [i64; 2],
 }
 
 impl Pass<'_, '_> {
-    /// Whether anything got better; the moves that were kept stay in `room.moves`.
+    /// Whether anything got better; the moves that were kept stay in `workspace.moves`.
     fn run(&mut self, boundary: &[u32], patience: usize) -> bool {
-        let graph = self.room.graph;
+        let graph = self.workspace.graph;
         let start = self.standing();
         let mut best = start;
         let mut best_len = 0;
-        self.room.moves.clear();
+        self.workspace.moves.clear();
         if self.state.excess(self.limits) > 0 && boundary.is_empty() {
             self.enqueue_all();
         }
@@ -133,12 +138,12 @@ impl Pass<'_, '_> {
             self.enqueue(v as usize);
         }
         while let Some(v) = self.next_move() {
-            let gain = self.room.gain[v];
+            let gain = self.workspace.gain[v];
             self.state.flip(v, graph.vertex_weights[v], gain);
-            self.room.moved[v] = true;
-            self.room.moves.push(v as u32);
+            self.workspace.moved[v] = true;
+            self.workspace.moves.push(v as u32);
             self.update_neighbours(v);
-            let (standing, made) = (self.standing(), self.room.moves.len());
+            let (standing, made) = (self.standing(), self.workspace.moves.len());
             if standing < best {
                 best = standing;
                 best_len = made;
@@ -146,11 +151,11 @@ impl Pass<'_, '_> {
                 break;
             }
         }
-        self.room.queues.iter_mut().for_each(GainBuckets::clear);
-        for &v in &self.room.moves {
-            self.room.moved[v as usize] = false;
+        self.workspace.queues.iter_mut().for_each(GainBuckets::clear);
+        for &v in &self.workspace.moves {
+            self.workspace.moved[v as usize] = false;
         }
-        for v in self.room.moves.drain(best_len..).rev() {
+        for v in self.workspace.moves.drain(best_len..).rev() {
             let v = v as usize;
             let gain = self.state.gain(graph, v);
             self.state.flip(v, graph.vertex_weights[v], gain);
@@ -168,13 +173,13 @@ impl Pass<'_, '_> {
     }
 
     fn enqueue(&mut self, v: usize) {
-        let gain = self.state.gain(self.room.graph, v);
-        self.room.gain[v] = gain;
-        self.room.queues[usize::from(self.state.side[v])].set(v, gain);
+        let gain = self.state.gain(self.workspace.graph, v);
+        self.workspace.gain[v] = gain;
+        self.workspace.queues[usize::from(self.state.side[v])].set(v, gain);
     }
 
     fn enqueue_all(&mut self) {
-        for v in 0..self.room.graph.vertex_count() {
+        for v in 0..self.workspace.graph.vertex_count() {
             self.enqueue(v);
         }
     }
@@ -182,37 +187,37 @@ impl Pass<'_, '_> {
     /// Takes the feasible vertex of greatest gain, or the best of the overweight side.
     fn next_move(&mut self) -> Option<usize> {
         loop {
-            let heads = [self.room.queues[0].peek(), self.room.queues[1].peek()];
+            let heads = [self.workspace.queues[0].peek(), self.workspace.queues[1].peek()];
             let overweight = (0..2).find(|&s| self.state.weight[s] > self.limits[s]);
             let from = match (overweight, heads) {
                 (Some(side), _) => side,
-                (None, [Some(a), Some(b)]) if self.room.gain[a] == self.room.gain[b] => {
-                    usize::from(self.room(1) < self.room(0))
+                (None, [Some(a), Some(b)]) if self.workspace.gain[a] == self.workspace.gain[b] => {
+                    usize::from(self.slack(1) < self.slack(0))
                 }
-                (None, [Some(a), Some(b)]) => usize::from(self.room.gain[b] > self.room.gain[a]),
+                (None, [Some(a), Some(b)]) => usize::from(self.workspace.gain[b] > self.workspace.gain[a]),
                 (None, [Some(_), None]) => 0,
                 (None, [None, _]) => 1,
             };
-            let v = self.room.queues[from].pop()?;
-            let fits = i64::from(self.room.graph.vertex_weights[v]) <= self.room(1 - from);
+            let v = self.workspace.queues[from].pop()?;
+            let fits = i64::from(self.workspace.graph.vertex_weights[v]) <= self.slack(1 - from);
             if fits || overweight.is_some() {
                 return Some(v);
             }
         }
     }
 
-    fn room(&self, side: usize) -> i64 {
+    fn slack(&self, side: usize) -> i64 {
         self.limits[side] - self.state.weight[side]
     }
 
     fn update_neighbours(&mut self, v: usize) {
         let side = self.state.side[v];
-        let graph = self.room.graph;
+        let graph = self.workspace.graph;
         for (u, weight) in graph.edges(v) {
-            if self.room.moved[u] {
+            if self.workspace.moved[u] {
                 continue;
             }
-            let queue = &mut self.room.queues[usize::from(self.state.side[u])];
+            let queue = &mut self.workspace.queues[usize::from(self.state.side[u])];
             if queue.contains(u) {
                 let change = if self.state.side[u] == side {
                     -weight
@@ -220,9 +225,9 @@ impl Pass<'_, '_> {
                     weight
                 };
                 // In two steps: twice a weight may not fit, gains always do.
-                self.room.gain[u] += change;
-                self.room.gain[u] += change;
-                queue.set(u, self.room.gain[u]);
+                self.workspace.gain[u] += change;
+                self.workspace.gain[u] += change;
+                queue.set(u, self.workspace.gain[u]);
             } else if self.state.side[u] != side {
                 self.enqueue(u);
             }

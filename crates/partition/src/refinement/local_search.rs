@@ -8,15 +8,16 @@
 //! Two threads search at the same time where that pays, each in half of the parts; recursive bisection numbers them so that
 //! the halves have a short border with each other. The work is divided so on any number of threads.
 
+use job::{Job, JobError};
+
+use super::gain_cache::{GainCache, NONE};
+use super::kway::{KWay, Move};
 use crate::Graph;
 use crate::buckets::GainBuckets;
-use crate::gain_cache::{GainCache, NONE};
-use crate::kway::{KWay, Move};
 use crate::rng::Rng;
-use crate::team::Team;
 
-/// Vertices with more neighbours are left to [`greedy`](crate::greedy): here they would be looked at once per move of
-/// a neighbour.
+/// Vertices with more neighbours, as in stars, are no use to a local search: each is looked at anew whenever one of its
+/// neighbours moves, which costs time of the order of its degree squared.
 const MAX_DEGREE: usize = 200;
 
 /// Bounds of a search.
@@ -31,25 +32,25 @@ pub(crate) struct LocalSearch {
     /// A search gives up before it loses so many times the average edge weight since its best state: few of those that do
     /// come back.
     pub(crate) max_loss: f64,
-    /// A seed may be tied to its own part at most so many times as much as to another.
-    pub(crate) max_hold: f64,
+    /// No search starts from a vertex whose edges weigh more than so many times as much to its own part as to another.
+    pub(crate) max_internal: f64,
 }
 
-/// Room for the searches on a graph and all that it was coarsened to.
+/// Workspaces for the searches on a graph and all that it was coarsened to.
 pub(crate) struct Searches<'a> {
-    first: Room,
+    first: Workspace,
     /// Of the other thread, once there is work for it.
-    second: Option<Room>,
-    team: &'a Team,
+    second: Option<Workspace>,
+    job: &'a Job,
 }
 
 impl<'a> Searches<'a> {
     /// For graphs of at most `count` vertices.
-    pub(crate) fn new(count: usize, team: &'a Team) -> Self {
+    pub(crate) fn new(count: usize, job: &'a Job) -> Self {
         Self {
-            first: Room::new(count),
+            first: Workspace::new(count),
             second: None,
-            team,
+            job,
         }
     }
 
@@ -61,27 +62,33 @@ impl<'a> Searches<'a> {
         boundary: &mut Vec<u32>,
         search: LocalSearch,
         rng: &mut Rng,
-    ) {
+    ) -> Result<(), JobError> {
         let bounds = Bounds::of(state.graph, &search);
         let mut seeds = boundary.clone();
         for _ in 0..search.rounds {
             rng.shuffle(&mut seeds);
             // Where nothing changed the next round would find nothing either.
-            seeds = self.round(state, &seeds, &bounds, rng);
+            seeds = self.round(state, &seeds, &bounds, rng)?;
             boundary.extend_from_slice(&seeds);
             seeds.retain(|&v| state.on_boundary(v as usize));
             if seeds.is_empty() {
                 break;
             }
         }
-        tidy(boundary);
-        boundary.retain(|&v| state.on_boundary(v as usize));
+        state.update_boundary(boundary, &[]);
+        Ok(())
     }
 
     /// One search from every few seeds; answers with the vertices that moved and their neighbours.
-    fn round(&mut self, state: &mut KWay<'_>, seeds: &[u32], bounds: &Bounds, rng: &mut Rng) -> Vec<u32> {
+    fn round(
+        &mut self,
+        state: &mut KWay<'_>,
+        seeds: &[u32],
+        bounds: &Bounds,
+        rng: &mut Rng,
+    ) -> Result<Vec<u32>, JobError> {
         if state.limits.len() < MANY_PARTS || seeds.len() < MANY_SEEDS {
-            self.first.search_all(state, seeds, bounds)
+            self.first.search_all(state, seeds, bounds, self.job)
         } else {
             self.round_by_halves(state, seeds, bounds, rng)
         }
@@ -95,19 +102,20 @@ impl<'a> Searches<'a> {
         seeds: &[u32],
         bounds: &Bounds,
         rng: &mut Rng,
-    ) -> Vec<u32> {
-        let Self { first, second, team } = self;
-        let second = second.get_or_insert_with(|| Room::new(first.mark.len()));
+    ) -> Result<Vec<u32>, JobError> {
+        let Self { first, second, job } = self;
+        let second = second.get_or_insert_with(|| Workspace::new(first.mark.len()));
         let parts = state.limits.len() as u32;
         let half = parts / 2;
         let is_low = |state: &KWay<'_>, v: u32| state.part[v as usize] < half;
         let (low, high): (Vec<u32>, Vec<u32>) = seeds.iter().partition(|&&v| is_low(state, v));
         let mut above = state.among(half..parts);
         state.movable = 0..half;
-        let (mut changed, changed_above) = team.join(
-            || first.search_all(state, &low, bounds),
-            || second.search_all(&mut above, &high, bounds),
-        );
+        let (changed, changed_above) = job.join(
+            || first.search_all(state, &low, bounds, job),
+            || second.search_all(&mut above, &high, bounds, job),
+        )?;
+        let (mut changed, changed_above) = (changed?, changed_above?);
         state.movable = 0..parts;
         for v in changed_above.iter().map(|&v| v as usize) {
             if above.may_move(v) && above.part[v] != state.part[v] {
@@ -122,15 +130,15 @@ impl<'a> Searches<'a> {
         let mut seeds: Vec<u32> = seeds.iter().chain(&changed).filter(between).copied().collect();
         tidy(&mut seeds);
         rng.shuffle(&mut seeds);
-        changed.extend(first.search_all(state, &seeds, bounds));
+        changed.extend(first.search_all(state, &seeds, bounds, job)?);
         tidy(&mut changed);
-        changed
+        Ok(changed)
     }
 }
 
-/// Fewer seeds are not worth another thread.
+/// From so many seeds and parts on, the halves are searched by themselves. Fewer seeds are done before another thread
+/// has begun, and of two or three parts nearly all borders lie between the halves.
 const MANY_SEEDS: usize = 300;
-/// Fewer parts have too much of their borders between the halves.
 const MANY_PARTS: usize = 4;
 
 fn tidy(vertices: &mut Vec<u32>) {
@@ -138,8 +146,8 @@ fn tidy(vertices: &mut Vec<u32>) {
     vertices.dedup();
 }
 
-/// Room for the searches of one thread.
-struct Room {
+/// Workspace for the searches of one thread.
+struct Workspace {
     queue: GainBuckets,
     cache: GainCache,
     /// Number of the run in which a vertex was moved for good, or is being moved.
@@ -159,33 +167,39 @@ struct Step {
     time: usize,
 }
 
+/// Degree for which patience is given, and the degree below which it does not rise any more.
+const MESH_DEGREE: f64 = 6.0;
+const LEAST_DEGREE: f64 = 4.0;
+/// Dense graphs have at least this patience.
+const LEAST_PATIENCE: usize = 3;
+
 /// A search's bounds on one graph.
 struct Bounds {
     seeds: usize,
     patience: usize,
     max_loss: i64,
-    max_hold: f64,
+    max_internal: f64,
     max_gain: i32,
 }
 
 impl Bounds {
-    /// Dense graphs get less patience, as their moves cost more; the nominal one is for the six neighbours of a mesh.
+    /// The nominal patience is for the six neighbours of a mesh's vertex; dense graphs, whose moves cost more, get less.
     fn of(graph: &Graph, search: &LocalSearch) -> Self {
         let entries = graph.neighbours.len().max(1) as f64;
         let degree = entries / graph.vertex_count().max(1) as f64;
-        let ratio = 6.0 / degree.max(4.0);
+        let ratio = MESH_DEGREE / degree.max(LEAST_DEGREE);
         let average = 2.0 * graph.total_edge_weight() as f64 / entries;
         Self {
             seeds: search.seeds,
-            patience: ((search.patience as f64 * ratio * ratio).ceil() as usize).max(3),
+            patience: ((search.patience as f64 * ratio * ratio).ceil() as usize).max(LEAST_PATIENCE),
             max_loss: (search.max_loss * average).round() as i64,
-            max_hold: search.max_hold,
+            max_internal: search.max_internal,
             max_gain: graph.max_weighted_degree(),
         }
     }
 }
 
-impl Room {
+impl Workspace {
     fn new(count: usize) -> Self {
         Self {
             queue: GainBuckets::new(count, 0),
@@ -198,11 +212,18 @@ impl Room {
     }
 
     /// A search from every few seeds, in their order; answers with the vertices that moved and their neighbours, ascending.
-    fn search_all(&mut self, state: &mut KWay<'_>, seeds: &[u32], bounds: &Bounds) -> Vec<u32> {
+    fn search_all(
+        &mut self,
+        state: &mut KWay<'_>,
+        seeds: &[u32],
+        bounds: &Bounds,
+        job: &Job,
+    ) -> Result<Vec<u32>, JobError> {
         self.run += 1;
         self.cache.forget();
         self.queue.set_max_gain(bounds.max_gain);
         for group in seeds.chunks(bounds.seeds) {
+            job.go_on()?;
             for &v in group {
                 self.enqueue_seed(state, v as usize, bounds);
             }
@@ -210,13 +231,13 @@ impl Room {
         }
         let mut changed = std::mem::take(&mut self.changed);
         tidy(&mut changed);
-        changed
+        Ok(changed)
     }
 
-    /// Queues a seed unless it is tied so much to its own part that a search from it is hopeless.
+    /// Queues a seed unless so much of its edges' weight leads into its own part that a search from it is hopeless.
     fn enqueue_seed(&mut self, state: &mut KWay<'_>, vertex: usize, bounds: &Bounds) {
-        let ties = self.cache.of(state, vertex);
-        if f64::from(ties.internal) <= bounds.max_hold * f64::from(ties.external) {
+        let entry = self.cache.entry(state, vertex);
+        if f64::from(entry.internal) <= bounds.max_internal * f64::from(entry.external) {
             self.enqueue(state, vertex);
         }
     }
@@ -283,13 +304,13 @@ impl Room {
 
     /// The best move into a part with room.
     fn best_move(&mut self, state: &mut KWay<'_>, vertex: usize) -> Option<Move> {
-        let ties = self.cache.of(state, vertex);
-        if ties.to == NONE {
+        let entry = self.cache.entry(state, vertex);
+        if entry.to == NONE {
             None
-        } else if state.has_room(ties.to, vertex) {
+        } else if state.has_room(entry.to, vertex) {
             Some(Move {
-                gain: ties.gain(),
-                to: ties.to,
+                gain: entry.gain(),
+                to: entry.to,
             })
         } else {
             state.best_move(vertex)
@@ -300,7 +321,7 @@ impl Room {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::kway::cut;
+    use crate::refinement::kway::cut;
 
     /// A square grid in four quarters with frayed borders.
     fn ragged_quarters(side: usize, rng: &mut Rng) -> (Graph, Vec<u32>) {
@@ -330,21 +351,22 @@ mod tests {
             patience: 15,
             seeds: 3,
             max_loss: 3.0,
-            max_hold: 1.5,
+            max_internal: 1.5,
         };
         let mut results = Vec::new();
         for threads in [1, 2, 3] {
-            let team = Team::new(threads).unwrap();
+            let job = Job::new(threads);
             let mut state = KWay::new(&graph, part.clone(), &limits);
             assert_eq!(state.excess(), 0);
-            let mut boundary: Vec<u32> = (0..14400).filter(|&v| state.on_boundary(v as usize)).collect();
+            let mut boundary = state.boundary();
             assert!(boundary.len() > MANY_SEEDS);
-            Searches::new(14400, &team).refine(&mut state, &mut boundary, search, &mut Rng::new(1));
+            let searched =
+                Searches::new(14400, &job).refine(&mut state, &mut boundary, search, &mut Rng::new(1));
+            assert_eq!(searched, Ok(()));
             assert_eq!(state.excess(), 0);
             let fresh = KWay::new(&graph, state.part.clone(), &limits);
             assert_eq!(state.weight, fresh.weight);
-            let all: Vec<u32> = (0..14400).filter(|&v| fresh.on_boundary(v as usize)).collect();
-            assert_eq!(boundary, all);
+            assert_eq!(boundary, fresh.boundary());
             assert!(cut(&graph, &state.part) < cut(&graph, &part) * 3 / 4);
             results.push(state.part);
         }
@@ -361,11 +383,13 @@ mod tests {
             seeds: 3,
             patience: 15,
             max_loss: 3,
-            max_hold: 1.5,
+            max_internal: 1.5,
             max_gain: graph.max_weighted_degree(),
         };
         let seeds: Vec<u32> = (0..3600).filter(|&v| part[v as usize] < 2).collect();
-        Room::new(3600).search_all(&mut state, &seeds, &bounds);
+        Workspace::new(3600)
+            .search_all(&mut state, &seeds, &bounds, &Job::default())
+            .unwrap();
         assert_ne!(state.part, part);
         for (before, after) in part.iter().zip(&state.part) {
             assert!(before == after || (*before < 2 && *after < 2));

@@ -1,43 +1,53 @@
 //! Bringing overweight parts back under their limits at the least cost in cut.
 
+use job::{Job, JobError};
+
+use super::kway::{KWay, Move};
 use crate::buckets::GainBuckets;
-use crate::kway::KWay;
 
 /// Moves vertices out of overweight parts, best gain first: to neighbouring parts with room, then through neighbours
 /// that are less overloaded, and last to any part with room.
-pub(crate) fn rebalance(state: &mut KWay<'_>) {
+pub(crate) fn rebalance(state: &mut KWay<'_>, job: &Job) -> Result<(), JobError> {
     if state.excess() > 0 {
-        flow_to_neighbours(state, &mut |_, _| true);
+        pass_on(state, &mut |_, _| true, job)?;
     }
     if state.excess() > 0 {
         send_anywhere(state);
     }
+    Ok(())
 }
 
-/// Each vertex moves at most `MAX_MOVES` times, and full parts are opened a bounded number of times: both bound the cascade.
+/// Times that a vertex moves at most, and times per part that a full part is opened to pass weight on. Both bound a
+/// cascade that might go round in a circle; they are no figures of merit.
 const MAX_MOVES: u8 = 3;
+const MAX_OPENED: usize = 4;
 
 /// The first two of these steps, for vertices that `may_leave` their part.
-pub(crate) fn flow_to_neighbours(state: &mut KWay<'_>, may_leave: &mut impl FnMut(&KWay<'_>, usize) -> bool) {
+pub(super) fn pass_on(
+    state: &mut KWay<'_>,
+    may_leave: &mut impl FnMut(&KWay<'_>, usize) -> bool,
+    job: &Job,
+) -> Result<(), JobError> {
     let graph = state.graph;
     let count = graph.vertex_count();
     let mut queue = GainBuckets::new(count, graph.max_weighted_degree());
     let mut moves = vec![0u8; count];
-    let mut searches = 4 * state.limits.len();
+    let mut to_open = MAX_OPENED * state.limits.len();
     for v in 0..count {
         if state.is_overweight(state.part[v]) {
             enqueue(state, &mut queue, v);
         }
     }
     while let Some(v) = queue.pop() {
+        job.go_on()?;
         if !state.is_overweight(state.part[v]) || moves[v] == MAX_MOVES || !may_leave(state, v) {
             continue;
         }
         let Some(step) = relief(state, v) else { continue };
         state.apply(v, step.to);
         moves[v] += 1;
-        if state.is_overweight(step.to) && searches > 0 {
-            searches -= 1;
+        if state.is_overweight(step.to) && to_open > 0 {
+            to_open -= 1;
             let members: Vec<usize> = (0..count).filter(|&u| state.part[u] == step.to).collect();
             members.into_iter().for_each(|u| enqueue(state, &mut queue, u));
         }
@@ -47,6 +57,7 @@ pub(crate) fn flow_to_neighbours(state: &mut KWay<'_>, may_leave: &mut impl FnMu
             }
         }
     }
+    Ok(())
 }
 
 fn enqueue(state: &mut KWay<'_>, queue: &mut GainBuckets, vertex: usize) {
@@ -57,7 +68,7 @@ fn enqueue(state: &mut KWay<'_>, queue: &mut GainBuckets, vertex: usize) {
 }
 
 /// The best move that lowers the load of the heavier of the two parts.
-fn relief(state: &mut KWay<'_>, vertex: usize) -> Option<crate::kway::Move> {
+fn relief(state: &mut KWay<'_>, vertex: usize) -> Option<Move> {
     let weight = i64::from(state.graph.vertex_weights[vertex]);
     if weight == 0 {
         return None;

@@ -2,16 +2,16 @@
 //! while flow is there: it then only grows.
 
 /// What a vertex is to the flow.
-pub(crate) const INNER: u8 = 0;
-pub(crate) const SOURCE: u8 = 1;
-pub(crate) const SINK: u8 = 2;
+pub(super) const INNER: u8 = 0;
+pub(super) const SOURCE: u8 = 1;
+pub(super) const SINK: u8 = 2;
 
 const ENDS: [u8; 2] = [SOURCE, SINK];
 const UNREACHED: u32 = u32::MAX;
 
 /// A network under construction and its flow. Two vertices after those of the caller stand for all that lies outside.
 #[derive(Default)]
-pub(crate) struct Network {
+pub(super) struct Network {
     count: usize,
     /// (end, end, capacity both ways) until built.
     edges: Vec<(u32, u32, u32)>,
@@ -42,7 +42,7 @@ struct Arc {
 
 impl Network {
     /// Begins anew with `count` vertices and no edges.
-    pub(crate) fn clear(&mut self, count: usize) {
+    pub(super) fn clear(&mut self, count: usize) {
         self.count = count;
         self.edges.clear();
         self.kind.clear();
@@ -54,19 +54,19 @@ impl Network {
         self.roots.push(count as u32);
     }
 
-    pub(crate) fn add_edge(&mut self, a: usize, b: usize, capacity: i32) {
+    pub(super) fn add_edge(&mut self, a: usize, b: usize, capacity: i32) {
         self.edges.push((a as u32, b as u32, capacity.unsigned_abs()));
     }
 
     /// Joins a vertex to the source or the sink outside.
-    pub(crate) fn add_terminal(&mut self, vertex: usize, end: u8, capacity: i32) {
+    pub(super) fn add_terminal(&mut self, vertex: usize, end: u8, capacity: i32) {
         let outside = self.count + usize::from(end == SINK);
         self.edges
             .push((vertex as u32, outside as u32, capacity.unsigned_abs()));
     }
 
     /// Makes the arcs of all edges added.
-    pub(crate) fn build(&mut self) {
+    pub(super) fn build(&mut self) {
         let count = self.count + 2;
         self.first.clear();
         self.first.resize(count + 1, 0);
@@ -103,7 +103,7 @@ impl Network {
     /// the ends reach is known then.
     ///
     /// Paths are sought from what is new at one end: what was there before has sent all that it could.
-    pub(crate) fn augment(&mut self, enough: i64) -> i64 {
+    pub(super) fn augment(&mut self, enough: i64) -> i64 {
         while self.flow <= enough {
             if !self.find_levels() {
                 self.find_reached();
@@ -251,12 +251,12 @@ impl Network {
     }
 
     /// For each of the caller's vertices whether the source (side 0) reaches it, or it the sink.
-    pub(crate) fn reached(&self, side: usize) -> &[bool] {
+    pub(super) fn reached(&self, side: usize) -> &[bool] {
         &self.reached[side][..self.count]
     }
 
     /// The vertices next to what the end of a side reaches that are not at the other end.
-    pub(crate) fn beside(&self, side: usize) -> impl Iterator<Item = usize> + '_ {
+    pub(super) fn beside(&self, side: usize) -> impl Iterator<Item = usize> + '_ {
         let (reached, other) = (&self.reached[side], ENDS[1 - side]);
         (0..self.count).filter(move |&v| {
             !reached[v]
@@ -268,7 +268,7 @@ impl Network {
     }
 
     /// Makes an end of all that it reaches and of more vertices. Whether more flow can pass then.
-    pub(crate) fn widen(&mut self, side: usize, vertices: impl Iterator<Item = usize>) -> bool {
+    pub(super) fn widen(&mut self, side: usize, vertices: impl Iterator<Item = usize>) -> bool {
         for v in 0..self.count {
             if self.reached[side][v] {
                 self.kind[v] = ENDS[side];

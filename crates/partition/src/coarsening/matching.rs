@@ -4,15 +4,16 @@
 //! takes the free neighbour of greatest w²/c (edge weight w, partner's vertex weight c), which keeps coarse vertices
 //! of similar weight. The order is random only inside windows of consecutive vertices: as good, and kind to the cache.
 
+use job::{Job, JobError};
+
 use crate::Graph;
 use crate::rng::Rng;
-use crate::team::Team;
 
-/// Vertices that are matched by one thread.
+/// Vertices that one thread matches at a time: about 1 MB of a mesh's rows. Few edges of a mesh leave such a block.
 const BLOCK: usize = 1 << 14;
-/// Vertices of one window of the random order.
+/// Vertices of one window of the random order: about 250 kB of a mesh's rows, which stay in a core's cache.
 const WINDOW: usize = 4096;
-/// Two-hop matching starts when more than one in `STALL` vertices stays alone.
+/// Two-hop matching starts when more than one in `STALL` vertices stays alone (METIS, `coarsen.c`).
 const STALL: usize = 10;
 const NONE: u32 = u32::MAX;
 
@@ -25,9 +26,9 @@ pub(crate) fn heavy_edge_matching(
     graph: &Graph,
     max_weight: i64,
     kept: &[Vec<u32>],
-    team: &Team,
+    job: &Job,
     rng: &mut Rng,
-) -> Vec<u32> {
+) -> Result<Vec<u32>, JobError> {
     let count = graph.vertex_count();
     let mut partner = vec![NONE; count];
     let uniform = is_uniform(graph);
@@ -37,12 +38,16 @@ pub(crate) fn heavy_edge_matching(
     };
     if count > BLOCK {
         let source = rng.fork(0);
-        team.for_chunks(&mut partner, BLOCK, |i, block| {
+        job.for_chunks(&mut partner, BLOCK, |i, block| {
+            if job.is_cancelled() {
+                return;
+            }
             let first = i * BLOCK;
             let vertices = (first as u32..(first + block.len()) as u32).collect();
             let order = visiting_order(graph, vertices, &mut source.fork(i as u64));
             match_heaviest(graph, &order, first, block, uniform, &fits);
-        });
+        })?;
+        job.go_on()?;
     }
     let left = (0..count as u32)
         .filter(|&v| partner[v as usize] == NONE)
@@ -68,7 +73,7 @@ pub(crate) fn heavy_edge_matching(
             partner[v as usize] = v;
         }
     }
-    partner
+    Ok(partner)
 }
 
 /// Whether any free neighbour is as good as any other.

@@ -1,19 +1,23 @@
-//! Greedy k-way refinement: boundary vertices move to the part that they are tied to most, while that shortens the
+//! Greedy k-way refinement: boundary vertices move to the part that their edges weigh most to, while that shortens the
 //! border or, at the same length, evens out the weights (Karypis and Kumar 1998b).
 
-use crate::kway::KWay;
+use job::{Job, JobError};
+
+use super::kway::KWay;
 use crate::rng::Rng;
 
 /// At most `passes` sweeps over the boundary, in random order, with vertices that `may_leave` their part; `boundary` is
 /// kept up to date.
-pub(crate) fn refine(
+pub(super) fn refine(
     state: &mut KWay<'_>,
     boundary: &mut Vec<u32>,
     passes: usize,
     rng: &mut Rng,
     may_leave: &mut impl FnMut(&KWay<'_>, usize) -> bool,
-) {
+    job: &Job,
+) -> Result<(), JobError> {
     for _ in 0..passes {
+        job.go_on()?;
         rng.shuffle(boundary);
         let mut moved = Vec::new();
         for i in 0..boundary.len() {
@@ -27,15 +31,11 @@ pub(crate) fn refine(
             }
         }
         if moved.is_empty() {
-            return;
+            break;
         }
-        for v in moved {
-            boundary.extend(state.graph.neighbours(v as usize));
-        }
-        boundary.sort_unstable();
-        boundary.dedup();
-        boundary.retain(|&v| state.on_boundary(v as usize));
+        state.update_boundary(boundary, &moved);
     }
+    Ok(())
 }
 
 /// Whether the target keeps more room after the move than the source had before it.
