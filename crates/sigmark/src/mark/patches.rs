@@ -1,6 +1,6 @@
 use job::Job;
 use mesh::{Components, Edges, TriMesh, components};
-use partition::{Graph, Options, partition};
+use partition::{Graph, Options, PartitionStage, partition};
 
 use super::MarkError;
 
@@ -218,7 +218,7 @@ fn label(mesh: &TriMesh, components: &Components, parts: &[usize], job: &Job) ->
                     ..Options::default()
                 };
                 let graph = Graph::from_edges(size, edges)?;
-                partition(&graph, &options, &job.quiet())?
+                partition(&graph, &options, &job.within(PartitionStage::Refinement))?
                     .part_of
                     .iter()
                     .map(|part| first + part)
