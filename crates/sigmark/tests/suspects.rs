@@ -60,7 +60,7 @@ fn cropped(mesh: &TriMesh, share: f64) -> TriMesh {
     let mut heights: Vec<f64> = mesh.positions().iter().map(height).collect();
     heights.sort_by(f64::total_cmp);
     let bound = heights[(share * heights.len() as f64) as usize];
-    let kept = (0..mesh.triangle_count()).filter(|&t| mesh.corners(t).iter().all(|p| height(p) < bound));
+    let kept = (0..mesh.triangle_count()).filter(|&t| mesh.corners(t).iter().all(|p| height(&p.0) < bound));
     let kept: Vec<[u32; 3]> = kept.map(|t| mesh.triangles()[t]).collect();
     Welded::new(mesh.positions(), &kept).unwrap().into_mesh()
 }
