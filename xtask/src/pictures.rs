@@ -14,10 +14,7 @@ use partition::{Options, partition};
 use quality::picture::{Colour, Paint, Picture, View, linear};
 use rand_chacha::{ChaCha20Rng, rand_core::SeedableRng};
 use registration::{align, resample};
-use sigmark::{
-    Embedder,
-    signature::{Curve, SigningKey},
-};
+use sigmark::{Curve, Embedder, SigningKey};
 
 use crate::process::root;
 
@@ -101,7 +98,9 @@ fn cropped(files: &[PathBuf], meshes: &Path, picture: &Path) -> Result<()> {
     let asset = Asset::open(file)?;
     let original = asset.mesh();
     let key = SigningKey::generate(Curve::P256, &mut ChaCha20Rng::seed_from_u64(2012));
-    let signed = Embedder::new(&key).chip_rate(1).embed(original)?;
+    let signed = Embedder::new(&key)
+        .chip_rate(1)
+        .embed(original, &job::Job::default())?;
     let away = Similarity {
         scale: 0.1,
         ..Similarity::from_quaternion([1.0, 0.08, 0.2, -0.14])
