@@ -146,7 +146,7 @@ impl<'a> Sampler<'a> {
             }
         }
         if registered.along.iter().any(Option::is_some) {
-            registered.facets = self.facets(&registered, &sampled, transform, job.threads())?;
+            registered.facets = self.facets(&registered, &sampled, transform, job)?;
         }
         Ok(registered)
     }
@@ -157,14 +157,12 @@ impl<'a> Sampler<'a> {
         registered: &Registered,
         sampled: &Resampled,
         transform: &Similarity,
-        threads: usize,
+        job: &Job,
     ) -> Result<Vec<f64>, MarkError> {
         let surface = self.original_surface.get_or_init(|| Surface::new(self.original));
         let positions = self.suspect.positions().iter();
         let placed: Vec<[f64; 3]> = positions.map(|&p| transform.apply(p)).collect();
-        let nearest = surface
-            .nearest_of(&placed, &Job::new(threads))
-            .map_err(|_| SigmarkError::Cancelled)?;
+        let nearest = surface.nearest_of(&placed, &job.quiet())?;
         let facet = |v: usize| {
             let (along, seen) = (registered.along[v]?, registered.positions[v]?);
             let corners = self.suspect.triangles()[sampled.triangles[v]? as usize].map(|w| w as usize);
