@@ -84,7 +84,8 @@ impl Progress {
 
     /// The work is over: the bar goes away; the answer is how many seconds each stage took, in the order in which they first
     /// began. A stage that came twice counts together.
-    pub(crate) fn finish(self) -> Vec<(&'static str, f64)> {
+    pub(crate) fn finish(&self) -> Vec<(&'static str, f64)> {
+        self.bar.finish_and_clear();
         let stages = self.stages.lock().unwrap_or_else(PoisonError::into_inner);
         let ends = stages
             .iter()
@@ -131,16 +132,20 @@ impl Observer for Progress {
     }
 }
 
-impl registration::Observer for Progress {
-    fn stage(&self, stage: registration::Stage) {
-        use registration::Stage;
-        match stage {
-            Stage::Guesses { done, total } if done > 0 => self.done(done as f64 / total.max(1) as f64),
-            Stage::Connectivity => self.begin("connectivity", "looking for vertices"),
-            Stage::Preparation => self.begin("preparation", "sampling surfaces"),
-            Stage::Refinement => self.begin("refinement", "aligning finely"),
-            _ => self.begin("guesses", "trying positions"),
-        }
+impl job::Observer for Progress {
+    fn stage(&self, stage: &dyn job::Stage) {
+        let doing = match stage.name() {
+            "connectivity" => "looking for vertices",
+            "preparation" => "sampling surfaces",
+            "guesses" => "trying positions",
+            "refinement" => "aligning finely",
+            other => other,
+        };
+        self.begin(stage.name(), doing);
+    }
+
+    fn fraction(&self, done: f64) {
+        self.done(done);
     }
 
     fn cancelled(&self) -> bool {

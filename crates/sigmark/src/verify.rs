@@ -3,19 +3,20 @@ use std::{
     sync::{Arc, OnceLock},
 };
 
+use job::Job;
 use mesh::{
     Similarity, TriMesh,
     vector::{norm, sub},
 };
 use registration::{
-    AlignOptions, Alignment, Basis, Correspondence, Difference, RegistrationError, align_observed,
-    match_candidates_observed,
+    AlignOptions, Alignment, Correspondence, Difference, MatchedBy, RegistrationError, align,
+    match_candidates,
 };
 
 use crate::{
     Certificate, ChipLayout, CoefficientDetector, Detector, GeometryDigest, Observer, Original, PatchBasis,
     PatchRecord, Patches, Registered, SigmarkError, SoftBits, Stage, Work,
-    align::{Aligned, align},
+    align::{Aligned, align as align_vertices},
     least_squares::Equations,
     resampling::Sampler,
     signature::{PublicKey, Scheme, Signature},
@@ -56,7 +57,7 @@ pub struct Verdict {
     /// Bits read wrong; `None` if the suspect does not fit.
     pub bit_errors: Option<usize>,
     /// How the suspect was laid onto the original: by its vertices, or by its surface.
-    pub basis: Basis,
+    pub basis: MatchedBy,
     /// In how many ways it could lie there; above 1 for symmetric shapes.
     pub poses: usize,
     /// Share of the suspect's surface that lies on the original, from 0 to 1; measured where it does not fit, too.
@@ -178,9 +179,9 @@ impl<'a> Verifier<'a> {
             observer,
         };
         observer.stage(Stage::Registration);
-        match match_candidates_observed(self.mesh, suspect, MOST_MAPS, &Watching(observer)) {
+        match match_candidates(self.mesh, suspect, MOST_MAPS, &Job::new(self.threads)) {
             Ok(maps) => self.by_vertices(suspect, &maps, work),
-            Err(Difference::Stopped) => Err(SigmarkError::Cancelled),
+            Err(Difference::Job(error)) => Err(RegistrationError::Job(error).into()),
             Err(_) => self.by_surface(suspect, work),
         }
     }
@@ -197,7 +198,7 @@ impl<'a> Verifier<'a> {
         let detector = self.detector.unwrap_or(&CoefficientDetector);
         let readings = maps.iter().map(|map| {
             let check = |i: usize, basis: &PatchBasis| self.check_basis(i, basis);
-            let aligned = align(original, &alphas, suspect, map, work, check)?;
+            let aligned = align_vertices(original, &alphas, suspect, map, work, check)?;
             self.read(aligned, detector, work)
         });
         let mut reading = self.best(readings)?;
@@ -219,7 +220,7 @@ impl<'a> Verifier<'a> {
         let options = AlignOptions::default();
         let overlap = self.in_place(&reading.aligned.registered, &options);
         let fit = Fit {
-            basis: Basis::Connectivity,
+            basis: MatchedBy::Connectivity,
             poses: maps.len(),
             overlap,
             coverage: overlap,
@@ -245,12 +246,8 @@ impl<'a> Verifier<'a> {
 
     /// Judges a suspect by its surface.
     fn by_surface(&self, suspect: &TriMesh, work: Work<'_>) -> Result<Verdict, SigmarkError> {
-        let options = AlignOptions {
-            threads: self.threads,
-            ..AlignOptions::default()
-        };
-        let watching = Watching(work.observer);
-        let alignment = align_observed(self.mesh, suspect, &options, &watching).map_err(stopped)?;
+        let options = AlignOptions::default();
+        let alignment = align(self.mesh, suspect, &options, &Job::new(self.threads))?;
         let fit = Fit::of(&alignment);
         if !alignment.aligned {
             return Ok(self.does_not_align(fit, &options));
@@ -445,7 +442,7 @@ impl<'a> Verifier<'a> {
 /// How a suspect and the original cover each other.
 #[derive(Clone, Copy)]
 struct Fit {
-    basis: Basis,
+    basis: MatchedBy,
     /// In how many ways.
     poses: usize,
     overlap: f64,
@@ -455,7 +452,7 @@ struct Fit {
 impl Fit {
     fn of(alignment: &Alignment) -> Self {
         Self {
-            basis: alignment.basis,
+            basis: alignment.matched_by,
             poses: 1 + alignment.alternatives.len(),
             overlap: alignment.overlap,
             coverage: alignment.coverage,
@@ -468,29 +465,6 @@ struct Reading {
     aligned: Aligned,
     soft: SoftBits,
     tries: usize,
-}
-
-/// The error of a registration that may have been stopped.
-pub(crate) fn stopped(error: RegistrationError) -> SigmarkError {
-    match error {
-        RegistrationError::Stopped => SigmarkError::Cancelled,
-        other => other.into(),
-    }
-}
-
-/// Passes on to an observer how far the alignment is.
-pub(crate) struct Watching<'a>(pub(crate) &'a dyn Observer);
-
-impl registration::Observer for Watching<'_> {
-    fn stage(&self, stage: registration::Stage) {
-        if let registration::Stage::Guesses { done, total } = stage {
-            self.0.fraction(done as f64 / total.max(1) as f64);
-        }
-    }
-
-    fn cancelled(&self) -> bool {
-        self.0.cancelled()
-    }
 }
 
 fn check_digest(certificate: &Certificate, original: &TriMesh) -> Result<(), SigmarkError> {

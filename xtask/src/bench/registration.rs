@@ -8,10 +8,11 @@ use std::{
 
 use anyhow::{Context, Result, bail};
 use bench_harness::{mesh_files, name_of};
+use job::Job;
 use mesh::{Similarity, TriMesh, shapes};
 use mesh_io::{Asset, Format, Precision, write_mesh};
 use rand_chacha::{ChaCha20Rng, rand_core::SeedableRng};
-use registration::{AlignOptions, Aligner, Alignment, Basis};
+use registration::{AlignOptions, Aligner, Alignment, MatchedBy};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use sigmark::{
@@ -275,13 +276,13 @@ struct Bench<'a> {
     stranger: &'a Path,
     attacks: &'a Python,
     folder: PathBuf,
-    prepared: Option<Prepared<'a>>,
+    prepared: Option<Prepared>,
     may_begin: &'a dyn Fn() -> bool,
 }
 
 /// What all draws of a mesh share.
-struct Prepared<'a> {
-    aligner: Aligner<'a>,
+struct Prepared {
+    aligner: Aligner,
     signed: Signed,
     readings: Vec<Reading>,
 }
@@ -293,7 +294,7 @@ struct Reading {
     rates: Rates,
 }
 
-impl<'a> Bench<'a> {
+impl Bench<'_> {
     /// The draws of all trials, in rounds.
     fn cells(&mut self, trials: &[Trial], draws: u64) -> Result<Vec<Cell>> {
         let mut cells: Vec<Cell> = trials
@@ -338,7 +339,7 @@ impl<'a> Bench<'a> {
         peers::cell(&folder, &name, || self.draw(trial, number)).map(Some)
     }
 
-    fn prepared(&mut self) -> Result<&mut Prepared<'a>> {
+    fn prepared(&mut self) -> Result<&mut Prepared> {
         if self.prepared.is_none() {
             let aligner = Aligner::new(self.original, &AlignOptions::default())?;
             let key = SigningKey::generate(Curve::P256, &mut ChaCha20Rng::seed_from_u64(2012));
@@ -373,7 +374,7 @@ impl<'a> Bench<'a> {
         let (found, cost) = timed(|| {
             self.prepared()?
                 .aligner
-                .align(&there, &())
+                .align(&there, &Job::default())
                 .map_err(anyhow::Error::from)
         });
         let found = found?;
@@ -391,7 +392,7 @@ impl<'a> Bench<'a> {
             "exact_error": self.exact_error(trial, number, &moved)?,
             "hand_recognised": found.mirrored() == mirrored,
             "rates": rates,
-            "basis": found.basis,
+            "basis": found.matched_by,
             "overlap": found.overlap,
             "coverage": found.coverage,
             "residual": found.residual,
@@ -410,7 +411,7 @@ impl<'a> Bench<'a> {
         let (script, strength) = attack.script;
         let suspect = attacked(self.attacks, self.original, &self.name, script, strength, seed)?;
         let there = shapes::moved(&suspect, moved);
-        let found = self.prepared()?.aligner.align(&there, &())?;
+        let found = self.prepared()?.aligner.align(&there, &Job::default())?;
         let error = misfit(&suspect, &moved.then(&found.transform));
         Ok(Some(error / self.original.bounding_box().diagonal()))
     }
@@ -471,7 +472,9 @@ fn read(
         let by = |detector: &dyn Detector| detector.detect(original, &alphas, registered, work).map(rate);
         anyhow::Ok([by(&LeastSquaresDetector)?, by(&CoefficientDetector)?])
     };
-    let (read, truth) = if let (Basis::Connectivity, Some(map)) = (found.basis, &found.correspondence) {
+    let (read, truth) = if let (MatchedBy::Connectivity, Some(map)) =
+        (found.matched_by, &found.correspondence)
+    {
         // The verifier fits corresponding vertices anew, from no first guess.
         let certificate = signed.certificate();
         let verifier = Verifier::new(original.mesh(), certificate, certificate.public_key())?;

@@ -201,7 +201,7 @@ fn msdm2(arguments: &Compare, pair: &Pair, progress: &Progress) -> Result<Msdm2>
 }
 
 fn dame(arguments: &Compare, pair: &Pair) -> Result<Dame> {
-    let matched = match_connectivity(&pair.reference, &pair.distorted)
+    let matched = match_connectivity(&pair.reference, &pair.distorted, &job::Job::default())
         .with_context(|| arguments.distorted.display().to_string())?;
     let carried = matched.carry(&pair.distorted);
     let positions: Option<Vec<[f64; 3]>> = carried.into_iter().collect();
