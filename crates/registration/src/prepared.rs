@@ -81,6 +81,12 @@ impl From<TriMesh> for PreparedMesh {
     }
 }
 
+impl From<&Arc<TriMesh>> for PreparedMesh {
+    fn from(mesh: &Arc<TriMesh>) -> Self {
+        Self::new(Arc::clone(mesh))
+    }
+}
+
 /// Copies the mesh.
 impl From<&TriMesh> for PreparedMesh {
     fn from(mesh: &TriMesh) -> Self {
