@@ -1,7 +1,6 @@
-use std::ops::ControlFlow;
-
+use job::Job;
 use mesh::{Edges, TriMesh};
-use mhb_core::{Laplacian, Phase, Spectrum, SpectrumError};
+use mhb_core::{Laplacian, Spectrum, SpectrumOptions};
 use sigmark::{Patch, SigmarkError, Work};
 use sprs::{CsMat, TriMat};
 
@@ -32,27 +31,19 @@ pub(crate) fn laplacian_basis(
     functions: usize,
     work: Work<'_>,
 ) -> Result<Spectrum, BaselineError> {
-    let watch = |_: Phase, _: f64| {
-        if work.observer.cancelled() {
-            ControlFlow::Break(())
-        } else {
-            ControlFlow::Continue(())
-        }
+    let options = SpectrumOptions {
+        count: functions,
+        tolerance: TOLERANCE,
+        ..Default::default()
     };
     let unit_masses = vec![1.0; patch.vertices().len()];
-    Laplacian::new(kirchhoff(patch.mesh()), unit_masses)
-        .and_then(|laplacian| {
-            Spectrum::builder()
-                .count(functions)
-                .tolerance(TOLERANCE)
-                .threads(work.threads)
-                .observer(&watch)
-                .compute_of(&laplacian)
-        })
-        .map_err(|source| match source {
-            SpectrumError::Cancelled => SigmarkError::Cancelled.into(),
-            source => BaselineError::Spectrum { patch: index, source },
-        })
+    let spectrum = Laplacian::new(kirchhoff(patch.mesh()), unit_masses)
+        .and_then(|laplacian| Spectrum::of_laplacian(&laplacian, &options, &Job::new(work.threads)))
+        .map_err(|source| BaselineError::Spectrum { patch: index, source })?;
+    if work.observer.cancelled() {
+        return Err(SigmarkError::Cancelled.into());
+    }
+    Ok(spectrum)
 }
 
 #[cfg(test)]

@@ -1,13 +1,11 @@
-use std::{
-    ops::ControlFlow,
-    sync::{
-        Mutex, OnceLock, PoisonError,
-        atomic::{AtomicUsize, Ordering},
-    },
+use std::sync::{
+    Mutex, OnceLock, PoisonError,
+    atomic::{AtomicUsize, Ordering},
 };
 
+use job::Job;
 use mesh::TriMesh;
-use mhb_core::{LaplacianKind, Phase, Spectrum, SpectrumError};
+use mhb_core::{LaplacianKind, Spectrum, SpectrumOptions};
 
 use crate::{ChipLayout, Observer, Patch, PatchBasis, PatchCount, Patches, SigmarkError, Stage};
 
@@ -220,27 +218,17 @@ impl Original {
         if patch.mesh().area() == 0.0 {
             return Err(SigmarkError::NoArea { patch: index });
         }
-        let alone = self.patches.len() == 1;
-        let watch = |phase: Phase, fraction: f64| {
-            if alone && phase == Phase::Solving {
-                work.observer.fraction(fraction);
-            }
-            if work.observer.cancelled() {
-                ControlFlow::Break(())
-            } else {
-                ControlFlow::Continue(())
-            }
+        let threads = if self.patches.len() == 1 { work.threads } else { 1 };
+        let options = SpectrumOptions {
+            count: self.layout.functions(),
+            laplacian: self.laplacian,
+            ..Default::default()
         };
-        let spectrum = Spectrum::builder()
-            .count(self.layout.functions())
-            .laplacian(self.laplacian)
-            .threads(if alone { work.threads.max(1) } else { 1 })
-            .observer(&watch)
-            .compute(patch.mesh())
-            .map_err(|source| match source {
-                SpectrumError::Cancelled => SigmarkError::Cancelled,
-                source => SigmarkError::Spectrum { patch: index, source },
-            })?;
+        let spectrum = Spectrum::compute(patch.mesh(), &options, &Job::new(threads))
+            .map_err(|source| SigmarkError::Spectrum { patch: index, source })?;
+        if work.observer.cancelled() {
+            return Err(SigmarkError::Cancelled);
+        }
         Ok(PatchBasis::new(patch, spectrum))
     }
 

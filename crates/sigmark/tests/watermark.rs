@@ -92,7 +92,7 @@ proptest! {
 
         least.map_bases(Work::default(), |_, patch, basis| {
             let options = SpectrumOptions { count: layout.functions() + more, ..SpectrumOptions::default() };
-            let spectrum = Spectrum::compute(patch.mesh(), &options).unwrap();
+            let spectrum = Spectrum::compute(patch.mesh(), &options, &job::Job::default()).unwrap();
             let positions = patch.mesh().positions();
             let difference = spectrum.reconstruction_difference(positions);
             let mut coefficients = spectrum.transform_positions(positions);
@@ -179,7 +179,7 @@ fn the_mark_does_not_depend_on_the_solver_s_settings() {
                 ..SpectrumOptions::default()
             };
             let others = original.map_bases(Work::default(), |_, patch, basis| {
-                let spectrum = Spectrum::compute(patch.mesh(), &settings).unwrap();
+                let spectrum = Spectrum::compute(patch.mesh(), &settings, &job::Job::default()).unwrap();
                 let unit = basis.area().sqrt();
                 let coefficients: Vec<[f64; 3]> = basis.modulation(&layout, &bits, 1e-4);
                 let other = spectrum.inverse_transform_positions(&coefficients);
