@@ -1,7 +1,7 @@
 use job::Job;
 use mesh::{Edges, TriMesh};
-use mhb_core::{Laplacian, Spectrum, SpectrumOptions};
-use sigmark::{Patch, SigmarkError, Work};
+use mhb_core::{Laplacian, Spectrum, SpectrumError, SpectrumOptions, SpectrumStage};
+use sigmark::mark::Patch;
 use sprs::{CsMat, TriMat};
 
 use crate::BaselineError;
@@ -29,7 +29,7 @@ pub(crate) fn laplacian_basis(
     index: usize,
     patch: &Patch,
     functions: usize,
-    work: Work<'_>,
+    job: &Job,
 ) -> Result<Spectrum, BaselineError> {
     let options = SpectrumOptions {
         count: functions,
@@ -37,13 +37,14 @@ pub(crate) fn laplacian_basis(
         ..Default::default()
     };
     let unit_masses = vec![1.0; patch.vertices().len()];
-    let spectrum = Laplacian::new(kirchhoff(patch.mesh()), unit_masses)
-        .and_then(|laplacian| Spectrum::of_laplacian(&laplacian, &options, &Job::new(work.threads)))
-        .map_err(|source| BaselineError::Spectrum { patch: index, source })?;
-    if work.observer.cancelled() {
-        return Err(SigmarkError::Cancelled.into());
-    }
-    Ok(spectrum)
+    Laplacian::new(kirchhoff(patch.mesh()), unit_masses)
+        .and_then(|laplacian| {
+            Spectrum::of_laplacian(&laplacian, &options, &job.within(SpectrumStage::Solving))
+        })
+        .map_err(|source| match source {
+            SpectrumError::Job(error) => error.into(),
+            source => BaselineError::Spectrum { patch: index, source },
+        })
 }
 
 #[cfg(test)]

@@ -12,7 +12,6 @@ use std::{
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use job::Job;
-use sigmark::{Observer, Stage};
 
 /// Watches a computation: what it is doing goes to the terminal (if standard error is one), how long each stage took is kept.
 ///
@@ -133,6 +132,11 @@ impl job::Observer for Progress {
 /// What people read of a stage.
 fn doing(stage: &'static str) -> &'static str {
     match stage {
+        "patches" => "cutting into patches",
+        "harmonics" => "manifold harmonics",
+        "embedding" => "signing",
+        "registration" => "aligning",
+        "detection" => "reading the bits",
         "assembly" => "assembling the matrices",
         "slicing" => "counting eigenvalues",
         "finishing" => "joining",
@@ -142,28 +146,6 @@ fn doing(stage: &'static str) -> &'static str {
         "dame" => "comparing angles",
         "heatmap" => "painting",
         other => other,
-    }
-}
-
-impl Observer for Progress {
-    fn stage(&self, stage: Stage) {
-        let doing = match stage {
-            Stage::Patches => "cutting into patches",
-            Stage::Harmonics => "manifold harmonics",
-            Stage::Embedding => "signing",
-            Stage::Registration => "aligning",
-            Stage::Resampling => "resampling",
-            Stage::Detection => "reading the bits",
-        };
-        self.begin(stage.name(), doing);
-    }
-
-    fn fraction(&self, done: f64) {
-        self.done(done);
-    }
-
-    fn cancelled(&self) -> bool {
-        self.is_late()
     }
 }
 

@@ -15,9 +15,8 @@ use quality::{
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use sigmark::{
-    PatchCount, Patches, Work,
-    signature::{PublicKey, Scheme, Signature},
-    statistics::extraction_rate,
+    PatchCount, PublicKey, Scheme, Signature,
+    mark::{Patches, extraction_rate},
 };
 
 use super::{
@@ -224,7 +223,7 @@ impl<'a> Study<'a> {
                 patches: &self.scene.patches,
                 bits: SCHEME.bits(),
             };
-            let prepared = self.algorithm.prepare(&subject, self.work())?;
+            let prepared = self.algorithm.prepare(&subject, &self.job())?;
             let preparation = Preparation {
                 patches: prepared.patches(),
                 functions: prepared.functions(),
@@ -245,11 +244,8 @@ impl<'a> Study<'a> {
         self.prepared().map(drop)
     }
 
-    fn work(&self) -> Work<'static> {
-        Work {
-            threads: self.bench().threads,
-            observer: &(),
-        }
+    fn job(&self) -> Job {
+        Job::new(self.bench().threads)
     }
 
     fn job(&self) -> Job {
@@ -268,7 +264,7 @@ impl<'a> Study<'a> {
     fn positions(&self, signature: usize, alpha: f64) -> Result<Vec<[f64; 3]>> {
         Ok(self
             .prepared()?
-            .embed(&self.bits(signature), alpha, self.work())?)
+            .embed(&self.bits(signature), alpha, &self.job())?)
     }
 
     /// The mesh with a signature.
@@ -614,7 +610,7 @@ impl<'a> Scene<'a> {
         Ok(Self {
             bench,
             standin,
-            patches: Patches::cut(&standin.mesh, functions, count, bench.threads)?,
+            patches: Patches::cut(&standin.mesh, functions, count, &Job::new(bench.threads))?,
             shape_dna: OnceLock::new(),
         })
     }
