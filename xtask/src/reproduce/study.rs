@@ -248,10 +248,6 @@ impl<'a> Study<'a> {
         Job::new(self.bench().threads)
     }
 
-    fn job(&self) -> Job {
-        Job::new(self.bench().threads)
-    }
-
     pub(crate) fn preparation(&self) -> Result<Preparation> {
         if let Some(kept) = self.bench().store.get("preparation", &self.inputs()) {
             return Ok(kept);
