@@ -1,4 +1,4 @@
-//! Cuts and orderings of the same graphs by ours, METIS and KaFFPa-strong.
+//! Divisions of the same graphs by ours, METIS and KaFFPa-strong.
 
 use std::{
     fs,
@@ -9,11 +9,9 @@ use std::{
 use anyhow::{Context, Result, bail};
 use clap::Args;
 use evaluation::inputs::{edge_graph, graph_files, mesh_files, name_of, read_graph};
+use job::Job;
 use mesh_io::Asset;
-use partition::{
-    Effort, Graph, Options, Ordering, OrderingOptions, Partition, column_counts, nested_dissection,
-    partition, write_metis,
-};
+use partition::{Effort, Graph, Options, Partition, partition, write_metis};
 use serde_json::{Value, json};
 
 use crate::{
@@ -73,15 +71,6 @@ struct Memory {
     ours: Option<u64>,
 }
 
-/// One ordering.
-struct Fill {
-    graph: String,
-    metis: u64,
-    ours: u64,
-    metis_seconds: f64,
-    seconds: f64,
-}
-
 pub fn run(graphs: &Path, meshes: &Path, rounds: usize, with_kaffpa: bool) -> Result<()> {
     output(Command::new("gpmetis").arg("-help"))
         .context("METIS is not there: install it (Debian: apt-get install metis)")?;
@@ -92,7 +81,7 @@ pub fn run(graphs: &Path, meshes: &Path, rounds: usize, with_kaffpa: bool) -> Re
             eprintln!("No KaFFPa: {missing:#}.");
             None
         });
-    let (mut cases, mut fills) = (Vec::new(), Vec::new());
+    let mut cases = Vec::new();
     for problem in problems(graphs, meshes)? {
         for &parts in problem.parts {
             let case = divide(&problem, parts, rounds, python.as_ref())?;
@@ -109,11 +98,8 @@ pub fn run(graphs: &Path, meshes: &Path, rounds: usize, with_kaffpa: bool) -> Re
             );
             cases.push(case);
         }
-        let fill = order(&problem, rounds)?;
-        println!("{} ordered: METIS {}, ours {}", fill.graph, fill.metis, fill.ours);
-        fills.push(fill);
     }
-    write(&cases, &fills, rounds)
+    write(&cases, rounds)
 }
 
 fn problems(graphs: &Path, meshes: &Path) -> Result<Vec<Problem>> {
@@ -158,23 +144,24 @@ impl Case {
 }
 
 fn divide(problem: &Problem, parts: usize, rounds: usize, python: Option<&Python>) -> Result<Case> {
-    let options = |threads, effort| Options {
+    let with = |effort| Options {
         parts,
         imbalance: IMBALANCE,
-        threads,
         effort,
         ..Default::default()
     };
+    let options = with(Effort::Default);
+    let divided = |options: &Options, threads| partition(&problem.graph, options, &Job::new(threads));
     let (mut metis, mut one, mut two) = (Vec::new(), Vec::new(), Vec::new());
     for _ in 0..rounds {
         metis.push(gpmetis(&problem.file, parts)?);
-        one.push(timed(|| partition(&problem.graph, &options(1, Effort::Default))).1);
-        two.push(timed(|| partition(&problem.graph, &options(2, Effort::Default))).1);
+        one.push(timed(|| divided(&options, 1)).1);
+        two.push(timed(|| divided(&options, 2)).1);
     }
-    let high = timed(|| partition(&problem.graph, &options(1, Effort::High)));
-    let ours = partition(&problem.graph, &options(1, Effort::Default));
-    let divided = PathBuf::from(format!("{}.part.{parts}", problem.file.display()));
-    let by_metis = fs::read_to_string(&divided).with_context(|| divided.display().to_string())?;
+    let high = timed(|| divided(&with(Effort::High), 1));
+    let ours = divided(&options, 1);
+    let by_metis = PathBuf::from(format!("{}.part.{parts}", problem.file.display()));
+    let by_metis = fs::read_to_string(&by_metis).with_context(|| by_metis.display().to_string())?;
     let seconds = |costs: &[Cost], of: fn(&Cost) -> f64| median(costs.iter().map(of));
     let both = |costs: &[Cost]| Cost {
         cpu: seconds(costs, |cost| cost.cpu),
@@ -183,7 +170,7 @@ fn divide(problem: &Problem, parts: usize, rounds: usize, python: Option<&Python
     Ok(Case {
         graph: problem.name.clone(),
         parts,
-        metis: judged(problem, &by_metis, &options(1, Effort::Default))?,
+        metis: judged(problem, &by_metis, &options)?,
         ours: ours?,
         high: high.0?,
         kaffpa: python
@@ -215,7 +202,7 @@ pub fn divide_alone(alone: &Alone) -> Result<()> {
         imbalance: IMBALANCE,
         ..Default::default()
     };
-    let divided = partition(&graph, &options)?;
+    let divided = partition(&graph, &options, &Job::default())?;
     println!("{}", json!({"peak": machine::peak_memory(), "cut": divided.cut}));
     Ok(())
 }
@@ -253,7 +240,12 @@ fn judged(problem: &Problem, part_of: &str, options: &Options) -> Result<Partiti
         .split_ascii_whitespace()
         .map(str::parse)
         .collect::<Result<Vec<u32>, _>>()?;
-    Ok(Partition::evaluate(&problem.graph, part_of, options)?)
+    Ok(Partition::evaluate(
+        &problem.graph,
+        part_of,
+        options,
+        &Job::default(),
+    )?)
 }
 
 /// The cut of KaFFPa-strong, once; it takes long, so that finished cells are kept.
@@ -285,67 +277,34 @@ fn kaffpa(problem: &Problem, parts: usize, python: &Python) -> Result<i64> {
     cell["cut"].as_i64().context("a cell of KaFFPa without a cut")
 }
 
-fn order(problem: &Problem, rounds: usize) -> Result<Fill> {
-    let mut metis_seconds = Vec::new();
-    let mut seconds = Vec::new();
-    let options = OrderingOptions::default();
-    let mut ours = None;
-    for _ in 0..rounds {
-        let report = output(Command::new("ndmetis").arg(&problem.file))?;
-        metis_seconds.push(figure(&report, "Ordering:")?);
-        let (ordering, cost) = timed(|| nested_dissection(&problem.graph, &options));
-        seconds.push(cost.cpu);
-        ours = Some(ordering?);
-    }
-    let file = PathBuf::from(format!("{}.iperm", problem.file.display()));
-    let positions = fs::read_to_string(&file).with_context(|| file.display().to_string())?;
-    let positions = positions
-        .split_ascii_whitespace()
-        .map(str::parse)
-        .collect::<Result<Vec<u32>, _>>()?;
-    let by_metis = Ordering::from_order(positions)
-        .and_then(|inverse| Ordering::from_order(inverse.position))
-        .context("ndmetis wrote no permutation")?;
-    let fill = |ordering: &Ordering| column_counts(&problem.graph, ordering).iter().sum();
-    Ok(Fill {
-        graph: problem.name.clone(),
-        metis: fill(&by_metis),
-        ours: ours.as_ref().map_or(0, fill),
-        metis_seconds: median(metis_seconds),
-        seconds: median(seconds),
-    })
-}
-
-fn write(cases: &[Case], fills: &[Fill], rounds: usize) -> Result<()> {
+fn write(cases: &[Case], rounds: usize) -> Result<()> {
     let results = root().join("results");
     fs::create_dir_all(&results).with_context(|| results.display().to_string())?;
-    let (cuts, orderings) = (cut_table(cases), fill_table(fills));
+    let cuts = cut_table(cases);
     cuts.write_csv(&results.join("partition.csv"))?;
     let page = format!(
-        "# The partitioner beside METIS\n\nWritten by `cargo xtask bench partition`: METIS 5.1 (`gpmetis`, `ndmetis`, defaults, one run) and ours, default effort and seed 0, on the same graphs, \
+        "# The partitioner beside METIS\n\nWritten by `cargo xtask bench partition`: METIS 5.1 (`gpmetis`, defaults, one run) and ours, default effort and seed 0, on the same graphs, \
          at 3 % imbalance. Everyone's parts are judged by the same code. METIS' seconds are those that it reports for the partitioning alone; ours are CPU seconds on one thread and \
          wall seconds on two; medians of {rounds} round(s). Memory is the most that a process held which divides on one thread: of METIS' from its start, of ours since it has read the graph. \"Pieces\" counts connected components of all parts.\n\n\
-         {}\n{}\n{}\n{}; {}.\n",
-        summary(cases, fills),
+         {}\n{}\n{}; {}.\n",
+        summary(cases),
         cuts.markdown(),
-        orderings.markdown(),
         machine::description(),
         machine::load(),
     );
     let path = results.join("partition.md");
     fs::write(&path, page).with_context(|| path.display().to_string())?;
-    println!("\n{}written: {}", summary(cases, fills), path.display());
+    println!("\n{}written: {}", summary(cases), path.display());
     Ok(())
 }
 
-fn summary(cases: &[Case], fills: &[Fill]) -> String {
+fn summary(cases: &[Case]) -> String {
     let ratios = || cases.iter().map(Case::ratio);
     let to_kaffpa = || cases.iter().filter_map(Case::ratio_to_kaffpa);
     let metis_to_kaffpa = cases
         .iter()
         .filter_map(|case| Some(case.metis.cut as f64 / case.kaffpa? as f64));
     let timed = || cases.iter().filter(|case| case.metis_seconds >= LEAST_SECONDS);
-    let fill_ratio = || fills.iter().map(|fill| fill.ours as f64 / fill.metis as f64);
     let mut text = format!(
         "- cut / METIS' cut: {:.3} (geometric mean of {}), worst {:.3}\n\
          - CPU time / METIS' on one thread: {:.2}; wall time on two: {:.2} (geometric means of the cases in which METIS needs {LEAST_SECONDS} s or more)\n\
@@ -381,12 +340,7 @@ fn summary(cases: &[Case], fills: &[Fill]) -> String {
             geometric_mean(metis_to_kaffpa),
         );
     }
-    text + &format!(
-        "- nested dissection: nnz(L) / METIS' {:.3} (geometric mean of {}), worst {:.3}\n",
-        geometric_mean(fill_ratio()),
-        fills.len(),
-        greatest(fill_ratio()),
-    )
+    text
 }
 
 fn cut_table(cases: &[Case]) -> Table {
@@ -441,27 +395,4 @@ fn cut_table(cases: &[Case]) -> Table {
 
 fn megabytes(bytes: Option<u64>) -> String {
     bytes.map_or_else(String::new, |bytes| format!("{:.1}", bytes as f64 / 1e6))
-}
-
-fn fill_table(fills: &[Fill]) -> Table {
-    let header = [
-        "graph",
-        "METIS nnz(L)",
-        "our nnz(L)",
-        "ratio",
-        "METIS (s)",
-        "ours (s)",
-    ];
-    let mut table = Table::new("Orderings by nested dissection", &header);
-    for fill in fills {
-        table.row([
-            fill.graph.clone(),
-            fill.metis.to_string(),
-            fill.ours.to_string(),
-            format!("{:.3}", fill.ours as f64 / fill.metis as f64),
-            format!("{:.3}", fill.metis_seconds),
-            format!("{:.3}", fill.seconds),
-        ]);
-    }
-    table
 }

@@ -8,6 +8,7 @@ use std::{
 
 use anyhow::{Context, Result, bail};
 use evaluation::inputs::{mesh_files, name_of};
+use job::Job;
 use mesh::{Similarity, TriMesh, shapes};
 use mesh_io::{Asset, Format, Precision, write_mesh};
 use rand_chacha::{ChaCha20Rng, rand_core::SeedableRng};
@@ -15,10 +16,10 @@ use registration::{AlignOptions, Aligner, Alignment, Basis};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use sigmark::{
-    CoefficientDetector, Detector, Embedder, LeastSquaresDetector, Registered, Sampler, Signed, SoftBits,
-    Verifier, Work,
-    signature::{Curve, SigningKey},
-    statistics::extraction_rate,
+    Curve, Embedder, Signed, SigningKey, Verifier,
+    mark::{
+        CoefficientDetector, Detector, LeastSquaresDetector, Registered, Sampler, SoftBits, extraction_rate,
+    },
 };
 
 use crate::{measure::timed, peers, registration_large, registration_peers, registration_tables as tables};
@@ -342,8 +343,8 @@ impl<'a> Bench<'a> {
         if self.prepared.is_none() {
             let aligner = Aligner::new(self.original, &AlignOptions::default())?;
             let key = SigningKey::generate(Curve::P256, &mut ChaCha20Rng::seed_from_u64(2012));
-            let signed = Embedder::new(&key).embed(self.original)?;
-            signed.original().keep_bases(Work::default())?;
+            let signed = Embedder::new(&key).embed(self.original, &Job::default())?;
+            signed.original().keep_bases(&Job::default())?;
             self.prepared = Some(Prepared {
                 aligner,
                 signed,
@@ -463,19 +464,19 @@ fn read(
     found: &Alignment,
     known: Option<Rates>,
 ) -> Result<Rates> {
-    let (original, work) = (signed.original(), Work::default());
+    let (original, job) = (signed.original(), &Job::default());
     let records = &signed.certificate().mark().patches;
     let alphas: Vec<f64> = records.iter().map(|patch| patch.alpha).collect();
     let rate = |bits: SoftBits| extraction_rate(&signed.signature().bits(), &bits.hard());
     let both = |registered: &Registered| {
-        let by = |detector: &dyn Detector| detector.detect(original, &alphas, registered, work).map(rate);
+        let by = |detector: &dyn Detector| detector.detect(original, &alphas, registered, job).map(rate);
         anyhow::Ok([by(&LeastSquaresDetector)?, by(&CoefficientDetector)?])
     };
     let (read, truth) = if let (Basis::Connectivity, Some(map)) = (found.basis, &found.correspondence) {
         // The verifier fits corresponding vertices anew, from no first guess.
         let certificate = signed.certificate();
-        let verifier = Verifier::new(original.mesh(), certificate, certificate.public_key())?;
-        let verdict = verifier.original(original)?.verify(suspect)?;
+        let verifier = Verifier::with_original(original, certificate, certificate.public_key())?;
+        let verdict = verifier.verify(suspect, job)?;
         let fitted = verdict.transform.context("the verifier read nothing")?;
         let seen = map.carry(suspect);
         let placed = seen.iter().map(|seen| seen.map(|p| fitted.apply(p)));
@@ -486,12 +487,12 @@ fn read(
         if let Some(survivors) = &found.correspondence {
             sampler = sampler.survivors(survivors);
         }
-        let (bits, _) = sampler.read(original, &alphas, place, work)?;
-        let better = sampler.refine(original, &alphas, place, work)?;
-        let paper = CoefficientDetector.detect(original, &alphas, &sampler.sample(&better, work)?, work)?;
+        let (_, bits, _) = sampler.read(original, &alphas, place, job)?;
+        let better = sampler.refine(original, &alphas, place, job)?;
+        let paper = CoefficientDetector.detect(original, &alphas, &sampler.sample(&better, job)?, job)?;
         (
             [rate(bits), rate(paper)],
-            sampler.sample(&Similarity::IDENTITY, work)?,
+            sampler.sample(&Similarity::IDENTITY, job)?,
         )
     };
     let truth = match known {

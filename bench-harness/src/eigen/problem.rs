@@ -5,10 +5,11 @@ use std::path::{Path, PathBuf};
 use crate::{fingerprint, write_matrices};
 use anyhow::{Context, Result, bail};
 use evaluation::inputs::{mesh_files, name_of};
+use job::Job;
 use mesh::TriMesh;
 use mesh_io::Asset;
 use mhb_core::Laplacian;
-use sigmark::{LARGEST_PATCH, PatchCount, Patches};
+use sigmark::mark::{LARGEST_PATCH, PatchCount, Patches};
 
 /// A surface whose matrices lie in a folder.
 pub(crate) struct Problem {
@@ -58,7 +59,7 @@ pub(crate) const HARMONICS: usize = 325;
 
 /// The patches of a mesh, the largest first.
 pub(crate) fn cut(mesh: &TriMesh, count: PatchCount) -> Result<Vec<TriMesh>> {
-    let mut patches: Vec<TriMesh> = Patches::cut(mesh, HARMONICS, count, 2)?
+    let mut patches: Vec<TriMesh> = Patches::cut(mesh, HARMONICS, count, &Job::new(2))?
         .iter()
         .map(|patch| patch.mesh().clone())
         .collect();

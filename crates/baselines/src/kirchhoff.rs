@@ -1,8 +1,9 @@
 use std::ops::ControlFlow;
 
+use job::{Job, JobError};
 use mesh::{Edges, TriMesh};
 use mhb_core::{Laplacian, Phase, Spectrum, SpectrumError};
-use sigmark::{Patch, SigmarkError, Work};
+use sigmark::mark::Patch;
 use sprs::{CsMat, TriMat};
 
 use crate::BaselineError;
@@ -30,10 +31,10 @@ pub(crate) fn laplacian_basis(
     index: usize,
     patch: &Patch,
     functions: usize,
-    work: Work<'_>,
+    job: &Job,
 ) -> Result<Spectrum, BaselineError> {
     let watch = |_: Phase, _: f64| {
-        if work.observer.cancelled() {
+        if job.is_cancelled() {
             ControlFlow::Break(())
         } else {
             ControlFlow::Continue(())
@@ -45,12 +46,12 @@ pub(crate) fn laplacian_basis(
             Spectrum::builder()
                 .count(functions)
                 .tolerance(TOLERANCE)
-                .threads(work.threads)
+                .threads(job.threads())
                 .observer(&watch)
                 .compute_of(&laplacian)
         })
         .map_err(|source| match source {
-            SpectrumError::Cancelled => SigmarkError::Cancelled.into(),
+            SpectrumError::Cancelled => JobError::Cancelled.into(),
             source => BaselineError::Spectrum { patch: index, source },
         })
 }

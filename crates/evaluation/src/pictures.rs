@@ -7,16 +7,14 @@ use std::{
 
 use crate::inputs::{edge_graph, mesh_files, name_of};
 use anyhow::{Context, Result, ensure};
+use job::Job;
 use mesh::{Similarity, TriMesh, Welded, shapes};
 use mesh_io::Asset;
 use partition::{Options, partition};
 use quality::picture::{Colour, Paint, Picture, View, linear};
 use rand_chacha::{ChaCha20Rng, rand_core::SeedableRng};
 use registration::{align, resample};
-use sigmark::{
-    Embedder,
-    signature::{Curve, SigningKey},
-};
+use sigmark::{Curve, Embedder, SigningKey};
 
 use crate::process::root;
 
@@ -100,7 +98,9 @@ fn cropped(files: &[PathBuf], meshes: &Path, picture: &Path) -> Result<()> {
     let asset = Asset::open(file)?;
     let original = asset.mesh();
     let key = SigningKey::generate(Curve::P256, &mut ChaCha20Rng::seed_from_u64(2012));
-    let signed = Embedder::new(&key).chip_rate(1).embed(original)?;
+    let signed = Embedder::new(&key)
+        .chip_rate(1)
+        .embed(original, &job::Job::default())?;
     let away = Similarity {
         scale: 0.1,
         ..Similarity::from_quaternion([1.0, 0.08, 0.2, -0.14])
@@ -146,7 +146,7 @@ fn colours(mesh: &TriMesh, parts: usize) -> Result<Vec<Colour>> {
         contiguous: true,
         ..Default::default()
     };
-    let part_of = partition(&edge_graph(mesh)?, &options)?.part_of;
+    let part_of = partition(&edge_graph(mesh)?, &options, &Job::default())?.part_of;
     let corners = || {
         mesh.triangles()
             .iter()

@@ -4,9 +4,10 @@ use std::time::Instant;
 
 use anyhow::Result;
 use baselines::{Prepared, Reading};
+use job::Job;
 use mesh::{Similarity, TriMesh};
 use registration::{AlignOptions, Aligner, Basis, Correspondence};
-use sigmark::{Registered, Sampler, Work};
+use sigmark::mark::{Registered, Sampler};
 
 /// A suspect as it was found to lie on the reference.
 pub(crate) struct Found {
@@ -92,13 +93,13 @@ impl<'a> Reader<'a> {
     pub(crate) fn read(&self, prepared: &dyn Prepared, alpha: f64, transform: &Similarity) -> Result<Read> {
         let begun = Instant::now();
         let registered = match &self.seen {
-            Seen::Surface(sampler) => sampler.sample(transform, Work::default())?,
+            Seen::Surface(sampler) => sampler.sample(transform, &Job::default())?,
             Seen::Vertices(places) => {
                 let placed = places.iter().map(|place| place.map(|p| transform.apply(p)));
                 Registered::by_vertices(placed.collect())
             }
         };
-        let readings = prepared.extract(&registered, alpha, Work::default())?;
+        let readings = prepared.extract(&registered, alpha, &Job::default())?;
         Ok(Read {
             readings,
             missing: registered.missing(),

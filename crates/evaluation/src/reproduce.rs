@@ -17,7 +17,7 @@ use std::{
 
 use anyhow::{Context, Result};
 use rand_chacha::{ChaCha20Rng, rand_core::SeedableRng};
-use sigmark::signature::{Curve, SigningKey};
+use sigmark::{Curve, SigningKey};
 
 use crate::{
     audit, bare,
@@ -126,7 +126,7 @@ fn locked(folder: &Path) -> Result<File> {
     Ok(file)
 }
 
-fn failed(failures: &mut Vec<String>, what: String) {
+pub(crate) fn failed(failures: &mut Vec<String>, what: String) {
     eprintln!("{what}");
     failures.push(what);
 }

@@ -4,6 +4,7 @@ use std::{borrow::Cow, fs, ops::ControlFlow, path::Path, sync::OnceLock, time::I
 
 use anyhow::{Context, Result, bail, ensure};
 use baselines::{Algorithm, Prepared, Reference, Subject};
+use job::Job;
 use mesh::{Similarity, TriMesh, shapes};
 use mesh_io::{Asset, Format, Precision, write_mesh};
 use quality::{
@@ -14,9 +15,8 @@ use quality::{
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use sigmark::{
-    PatchCount, Patches, Work,
-    signature::{PublicKey, Scheme, Signature},
-    statistics::extraction_rate,
+    PatchCount, PublicKey, Scheme, Signature,
+    mark::{Patches, extraction_rate},
 };
 
 use crate::{meshes::random_similarity, python::Python};
@@ -223,7 +223,7 @@ impl<'a> Study<'a> {
                 patches: &self.scene.patches,
                 bits: SCHEME.bits(),
             };
-            let prepared = self.algorithm.prepare(&subject, self.work())?;
+            let prepared = self.algorithm.prepare(&subject, &self.job())?;
             let preparation = Preparation {
                 patches: prepared.patches(),
                 functions: prepared.functions(),
@@ -244,11 +244,8 @@ impl<'a> Study<'a> {
         self.prepared().map(drop)
     }
 
-    fn work(&self) -> Work<'static> {
-        Work {
-            threads: self.bench().threads,
-            observer: &(),
-        }
+    fn job(&self) -> Job {
+        Job::new(self.bench().threads)
     }
 
     pub(crate) fn preparation(&self) -> Result<Preparation> {
@@ -263,7 +260,7 @@ impl<'a> Study<'a> {
     fn positions(&self, signature: usize, alpha: f64) -> Result<Vec<[f64; 3]>> {
         Ok(self
             .prepared()?
-            .embed(&self.bits(signature), alpha, self.work())?)
+            .embed(&self.bits(signature), alpha, &self.job())?)
     }
 
     /// The mesh with a signature.
@@ -618,7 +615,7 @@ impl<'a> Scene<'a> {
         Ok(Self {
             bench,
             standin,
-            patches: Patches::cut(&standin.mesh, functions, count, bench.threads)?,
+            patches: Patches::cut(&standin.mesh, functions, count, &Job::new(bench.threads))?,
             shape_dna: OnceLock::new(),
         })
     }

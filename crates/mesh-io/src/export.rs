@@ -1,6 +1,5 @@
 use crate::{Format, number};
 use mesh::TriMesh;
-use mesh::vector::{cross, sub, unit};
 
 /// The floating point numbers of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,7 +17,7 @@ pub enum Precision {
 ///
 /// ```
 /// let mesh = mesh::TriMesh::new(vec![[0., 0., 0.], [1., 0., 0.], [0., 0.5, 0.]], vec![[0, 1, 2]])?;
-/// let obj = mesh::write_mesh(&mesh, mesh::Format::Obj, mesh::Precision::Double);
+/// let obj = mesh_io::write_mesh(&mesh, mesh_io::Format::Obj, mesh_io::Precision::Double);
 /// assert_eq!(obj, b"v 0 0 0\nv 1 0 0\nv 0 0.5 0\nf 1 2 3\n");
 /// # Ok::<(), mesh::MeshError>(())
 /// ```
@@ -132,9 +131,9 @@ fn stl(mesh: &TriMesh) -> Vec<u8> {
     out.extend((mesh.triangle_count() as u32).to_le_bytes());
     for triangle in 0..mesh.triangle_count() {
         let [a, b, c] = mesh.corners(triangle);
-        let normal = unit(cross(sub(b, a), sub(c, a)));
+        let normal = (b - a).cross(c - a).unit();
         for point in [normal, a, b, c] {
-            out.extend(point.iter().flat_map(|&x| (x as f32).to_le_bytes()));
+            out.extend(point.0.iter().flat_map(|&x| (x as f32).to_le_bytes()));
         }
         out.extend([0, 0]);
     }

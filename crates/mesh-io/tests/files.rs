@@ -3,7 +3,7 @@
 mod files_common;
 
 use files_common::{Fixture, fixtures, gzip};
-use mesh::{TriMesh, shapes};
+use mesh::{TriMesh, Vec3, shapes};
 use mesh_io::{Asset, Format, Precision, write_mesh};
 use proptest::prelude::*;
 
@@ -303,7 +303,7 @@ fn a_mesh_survives_a_round_trip_through_every_exported_format() {
     for format in [Format::Obj, Format::Ply, Format::Off, Format::Stl] {
         let asset = opened(write_mesh(&mesh, format, Precision::Single), format);
         for t in 0..mesh.triangle_count() {
-            let single = |corners: [[f64; 3]; 3]| corners.map(|p| p.map(|x| x as f32));
+            let single = |corners: [Vec3; 3]| corners.map(|p| p.0.map(|x| x as f32));
             assert_eq!(
                 single(asset.mesh().corners(t)),
                 single(mesh.corners(t)),

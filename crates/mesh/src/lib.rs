@@ -32,6 +32,7 @@ mod similarity;
 mod topology;
 mod trimesh;
 mod union_find;
+mod vec3;
 pub mod vector;
 mod weld;
 
@@ -42,4 +43,5 @@ pub use error::MeshError;
 pub use similarity::Similarity;
 pub use topology::{DEGENERATE_AREA, Facing, TopologyReport};
 pub use trimesh::{BoundingBox, TriMesh};
+pub use vec3::Vec3;
 pub use weld::{WeldSummary, Welded};

@@ -1,28 +1,24 @@
-use crate::TriMesh;
-use crate::vector::{add, cross, dot, norm, scaled, sub, unit};
+use crate::{TriMesh, Vec3};
 
 /// See [`TriMesh::vertex_normals`].
 pub(crate) fn vertex_normals(mesh: &TriMesh) -> Vec<[f64; 3]> {
-    let mut normals = vec![[0.0; 3]; mesh.vertex_count()];
+    let mut normals = vec![Vec3::ZERO; mesh.vertex_count()];
     for (t, triangle) in mesh.triangles().iter().enumerate() {
         let p = mesh.corners(t);
-        let normal = unit(cross(sub(p[1], p[0]), sub(p[2], p[0])));
+        let normal = (p[1] - p[0]).cross(p[2] - p[0]).unit();
         for i in 0..3 {
-            let n = &mut normals[triangle[i] as usize];
-            *n = add(*n, scaled(normal, angle(p[i], p[(i + 1) % 3], p[(i + 2) % 3])));
+            normals[triangle[i] as usize] += normal * angle(p[i], p[(i + 1) % 3], p[(i + 2) % 3]);
         }
     }
     // What rounding leaves of normals that cancel is no direction.
-    normals
-        .into_iter()
-        .map(|n| if norm(n) > 1e-12 { unit(n) } else { [0.0; 3] })
-        .collect()
+    let unit = |n: Vec3| if n.norm() > 1e-12 { n.unit() } else { Vec3::ZERO };
+    normals.into_iter().map(|n| unit(n).into()).collect()
 }
 
 /// The angle at `apex` between the directions to `p` and `q`, in radians; accurate for slivers, too.
-pub(crate) fn angle(apex: [f64; 3], p: [f64; 3], q: [f64; 3]) -> f64 {
-    let (u, v) = (sub(p, apex), sub(q, apex));
-    norm(cross(u, v)).atan2(dot(u, v))
+fn angle(apex: Vec3, p: Vec3, q: Vec3) -> f64 {
+    let (u, v) = (p - apex, q - apex);
+    u.cross(v).norm().atan2(u.dot(v))
 }
 
 #[cfg(test)]
@@ -32,7 +28,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn close(a: [f64; 3], b: [f64; 3]) -> bool {
-        norm(sub(a, b)) < 1e-14
+        (Vec3(a) - Vec3(b)).norm() < 1e-14
     }
 
     proptest! {
@@ -46,7 +42,7 @@ mod tests {
             }
             let cube = TriMesh::new(cube.positions().to_vec(), triangles).unwrap();
             for (&normal, &p) in cube.vertex_normals().iter().zip(cube.positions()) {
-                prop_assert!(close(normal, unit(sub(p, [1.0; 3]))));
+                prop_assert!(close(normal, (Vec3(p) - Vec3([1.0; 3])).unit().into()));
             }
         }
     }
@@ -57,7 +53,7 @@ mod tests {
             let mesh = shapes::icosphere(level);
             let edge = 2.0 / f64::from(1 << level);
             for (&normal, &p) in mesh.vertex_normals().iter().zip(mesh.positions()) {
-                assert!(norm(sub(normal, p)) < 0.5 * edge * edge);
+                assert!((Vec3(normal) - Vec3(p)).norm() < 0.5 * edge * edge);
             }
         }
     }
@@ -80,7 +76,7 @@ mod tests {
             shapes::bumpy_torus(16, 8, 1)
                 .vertex_normals()
                 .iter()
-                .all(|&n| (norm(n) - 1.0).abs() < 1e-14)
+                .all(|&n| (Vec3(n).norm() - 1.0).abs() < 1e-14)
         );
     }
 
@@ -93,7 +89,7 @@ mod tests {
                 scaled
                     .iter()
                     .zip(mesh.vertex_normals())
-                    .all(|(&a, b)| norm(sub(a, b)) < 1e-12)
+                    .all(|(&a, b)| (Vec3(a) - Vec3(b)).norm() < 1e-12)
             );
         }
     }

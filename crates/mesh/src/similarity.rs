@@ -1,4 +1,4 @@
-use crate::vector::{add, cross, dot, scaled};
+use crate::Vec3;
 
 /// A similarity transform, p ↦ s R p + t.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,12 +54,12 @@ impl Similarity {
         }
     }
 
-    /// Where a point goes.
-    pub fn apply(&self, p: [f64; 3]) -> [f64; 3] {
-        add(
-            scaled(self.rotation.map(|row| dot(row, p)), self.scale),
-            self.translation,
-        )
+    /// Where a point goes, given as a [`Vec3`] or as an array.
+    #[inline]
+    pub fn apply<P: From<Vec3> + Into<Vec3>>(&self, p: P) -> P {
+        let p = p.into();
+        let turned = Vec3(self.rotation.map(|row| Vec3(row).dot(p)));
+        P::from(turned * self.scale + Vec3(self.translation))
     }
 
     /// Where many points go.
@@ -75,7 +75,7 @@ impl Similarity {
             translation: [0.0; 3],
         };
         Self {
-            translation: scaled(back.apply(self.translation), -1.0),
+            translation: (-back.apply(Vec3(self.translation))).into(),
             ..back
         }
     }
@@ -85,22 +85,24 @@ impl Similarity {
         let columns = transposed(self.rotation);
         Self {
             scale: next.scale * self.scale,
-            rotation: next.rotation.map(|row| columns.map(|column| dot(row, column))),
+            rotation: next
+                .rotation
+                .map(|row| columns.map(|column| Vec3(row).dot(Vec3(column)))),
             translation: next.apply(self.translation),
         }
     }
 
     /// Whether left becomes right: the determinant of R is negative.
     pub fn mirrors(&self) -> bool {
-        let [a, b, c] = self.rotation;
-        dot(a, cross(b, c)) < 0.0
+        let [a, b, c] = self.rotation.map(Vec3);
+        a.dot(b.cross(c)) < 0.0
     }
 
     /// The 4 by 4 matrix for homogeneous column vectors, row by row: s R beside t, over 0 0 0 1.
     pub fn to_matrix(&self) -> [[f64; 4]; 4] {
         let mut matrix = [[0.0, 0.0, 0.0, 1.0]; 4];
         for i in 0..3 {
-            let [x, y, z] = scaled(self.rotation[i], self.scale);
+            let [x, y, z] = self.rotation[i].map(|r| r * self.scale);
             matrix[i] = [x, y, z, self.translation[i]];
         }
         matrix
@@ -114,8 +116,11 @@ fn transposed(m: [[f64; 3]; 3]) -> [[f64; 3]; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::vector::{norm, sub};
     use proptest::prelude::*;
+
+    fn points(size: f64) -> impl Strategy<Value = Vec3> {
+        prop::array::uniform3(-size..size).prop_map(Vec3)
+    }
 
     fn similarities() -> impl Strategy<Value = Similarity> {
         let quaternion = prop::array::uniform4(-1.0..1.0)
@@ -141,38 +146,40 @@ mod tests {
 
     proptest! {
         #[test]
-        fn the_inverse_brings_every_point_back(s in similarities(), p in prop::array::uniform3(-1e2..1e2)) {
-            prop_assert!(norm(sub(s.inverse().apply(s.apply(p)), p)) < 1e-9);
-            prop_assert!(norm(sub(s.then(&s.inverse()).apply(p), p)) < 1e-9);
+        fn the_inverse_brings_every_point_back(s in similarities(), p in points(1e2)) {
+            prop_assert!((s.inverse().apply(s.apply(p)) - p).norm() < 1e-9);
+            prop_assert!((s.then(&s.inverse()).apply(p) - p).norm() < 1e-9);
         }
 
         #[test]
         fn a_chain_of_transforms_does_what_they_do_one_after_the_other(
-            s in similarities(), t in similarities(), p in prop::array::uniform3(-1e2..1e2)
+            s in similarities(), t in similarities(), p in points(1e2)
         ) {
-            let size = norm(t.apply(s.apply(p))) + t.scale * norm(s.translation) + norm(t.translation);
-            prop_assert!(norm(sub(s.then(&t).apply(p), t.apply(s.apply(p)))) < 1e-12 * size);
+            let there = t.apply(s.apply(p));
+            let size = there.norm() + t.scale * Vec3(s.translation).norm() + Vec3(t.translation).norm();
+            prop_assert!((s.then(&t).apply(p) - there).norm() < 1e-12 * size);
             prop_assert_eq!(s.then(&t).mirrors(), s.mirrors() != t.mirrors());
         }
 
         #[test]
-        fn distances_are_multiplied_by_the_scale(s in similarities(), p in prop::array::uniform3(-1.0..1.0)) {
-            let moved = norm(sub(s.apply(p), s.apply([0.0; 3])));
-            prop_assert!((moved - s.scale * norm(p)).abs() < 1e-12 * (s.scale + norm(s.translation)));
+        fn distances_are_multiplied_by_the_scale(s in similarities(), p in points(1.0)) {
+            let moved = (s.apply(p) - s.apply(Vec3::ZERO)).norm();
+            prop_assert!((moved - s.scale * p.norm()).abs() < 1e-12 * (s.scale + Vec3(s.translation).norm()));
         }
 
         #[test]
         fn the_matrix_does_what_the_transform_does(s in similarities(), [x, y, z] in prop::array::uniform3(-1.0..1.0)) {
-            let image = s.to_matrix().map(|row| row[0] * x + row[1] * y + row[2] * z + row[3]);
-            prop_assert_eq!(image[3], 1.0);
-            prop_assert!(norm(sub(s.apply([x, y, z]), [image[0], image[1], image[2]])) < 1e-12 * (s.scale + norm(s.translation)));
+            let [i, j, k, one] = s.to_matrix().map(|row| row[0] * x + row[1] * y + row[2] * z + row[3]);
+            prop_assert_eq!(one, 1.0);
+            let apart = Vec3(s.apply([x, y, z])) - Vec3([i, j, k]);
+            prop_assert!(apart.norm() < 1e-12 * (s.scale + Vec3(s.translation).norm()));
         }
     }
 
     #[test]
     fn a_quaternion_turns_counter_clockwise_about_its_axis() {
         let quarter_about_z = Similarity::from_quaternion([1.0, 0.0, 0.0, 1.0]);
-        assert!(norm(sub(quarter_about_z.apply([1.0, 0.0, 0.0]), [0.0, 1.0, 0.0])) < 1e-15);
+        assert!((quarter_about_z.apply(Vec3::X) - Vec3::Y).norm() < 1e-15);
         assert!(!quarter_about_z.mirrors());
     }
 }

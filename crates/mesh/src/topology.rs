@@ -1,6 +1,5 @@
 use crate::boundary::{runs_forward, trace_boundaries};
 use crate::union_find::UnionFind;
-use crate::vector::{norm, sub};
 use crate::{BoundingBox, Edges, TriMesh, WeldSummary, Welded, components};
 use std::fmt;
 
@@ -327,7 +326,7 @@ fn duplicated_triangles(mesh: &TriMesh) -> usize {
 
 fn is_degenerate(mesh: &TriMesh, triangle: usize) -> bool {
     let [a, b, c] = mesh.corners(triangle);
-    let longest = norm(sub(b, a)).max(norm(sub(c, b))).max(norm(sub(a, c)));
+    let longest = (b - a).norm().max((c - b).norm()).max((a - c).norm());
     mesh.triangle_area(triangle) <= DEGENERATE_AREA * longest * longest
 }
 
@@ -341,8 +340,8 @@ impl EdgeLengths {
     fn of(mesh: &TriMesh, edges: &Edges) -> Self {
         let (mut shortest, mut total, mut longest) = (f64::INFINITY, 0.0, 0.0_f64);
         for ends in edges.vertices() {
-            let [a, b] = ends.map(|v| mesh.positions()[v as usize]);
-            let length = norm(sub(b, a));
+            let [a, b] = ends.map(|v| mesh.point(v as usize));
+            let length = (b - a).norm();
             shortest = shortest.min(length);
             longest = longest.max(length);
             total += length;

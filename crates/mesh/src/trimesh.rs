@@ -1,6 +1,5 @@
 use crate::normals::vertex_normals;
-use crate::vector::{cross, dot, norm, sub};
-use crate::{Adjacency, Edges, MeshError};
+use crate::{Adjacency, Edges, MeshError, Vec3};
 
 /// A triangle mesh: #V positions in the unit of the model, and #F triangles of vertex indices from 0.
 ///
@@ -88,15 +87,22 @@ impl TriMesh {
         self.triangles.len()
     }
 
+    /// The position of a vertex.
+    #[inline]
+    pub fn point(&self, vertex: usize) -> Vec3 {
+        Vec3(self.positions[vertex])
+    }
+
     /// The positions of a triangle's three corners.
-    pub fn corners(&self, triangle: usize) -> [[f64; 3]; 3] {
-        self.triangles[triangle].map(|v| self.positions[v as usize])
+    #[inline]
+    pub fn corners(&self, triangle: usize) -> [Vec3; 3] {
+        self.triangles[triangle].map(|v| self.point(v as usize))
     }
 
     /// Area of a triangle, ½ |(b − a) × (c − a)|.
     pub fn triangle_area(&self, triangle: usize) -> f64 {
         let [a, b, c] = self.corners(triangle);
-        0.5 * norm(cross(sub(b, a), sub(c, a)))
+        0.5 * (b - a).cross(c - a).norm()
     }
 
     /// Sum of the areas of all triangles.
@@ -109,10 +115,10 @@ impl TriMesh {
     /// The enclosed volume of a closed, consistently oriented surface: positive when its triangles face outward
     /// (counter-clockwise seen from outside). Of any other surface it depends on the centre and means little.
     pub fn signed_volume(&self) -> f64 {
-        let centre = self.bounding_box().centre();
+        let centre = Vec3(self.bounding_box().centre());
         let tetrahedron = |t: usize| {
-            let [a, b, c] = self.corners(t).map(|p| sub(p, centre));
-            dot(a, cross(b, c)) / 6.0
+            let [a, b, c] = self.corners(t).map(|p| p - centre);
+            a.dot(b.cross(c)) / 6.0
         };
         (0..self.triangle_count()).map(tetrahedron).sum()
     }
@@ -169,12 +175,13 @@ pub struct BoundingBox {
 
 impl BoundingBox {
     /// The box of a set of points. Of no points: `min` is +∞ and `max` −∞.
-    pub fn of(points: &[[f64; 3]]) -> Self {
+    pub fn of<P: Copy + Into<Vec3>>(points: &[P]) -> Self {
         let mut bounds = Self {
             min: [f64::INFINITY; 3],
             max: [f64::NEG_INFINITY; 3],
         };
-        for p in points {
+        for &p in points {
+            let p: Vec3 = p.into();
             for axis in 0..3 {
                 bounds.min[axis] = bounds.min[axis].min(p[axis]);
                 bounds.max[axis] = bounds.max[axis].max(p[axis]);

@@ -1,61 +1,54 @@
-//! Arithmetic on 3-vectors. Inline, for the loops of other crates: a call in each would double their time.
+//! The arithmetic of [`Vec3`](crate::Vec3) on bare arrays.
+
+use crate::Vec3 as V;
 
 /// x, y, z.
 pub type Vec3 = [f64; 3];
 
 /// a + b.
 #[inline]
-pub fn add(a: Vec3, b: Vec3) -> Vec3 {
-    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
+pub fn add(a: impl Into<V>, b: impl Into<V>) -> Vec3 {
+    (a.into() + b.into()).0
 }
 
 /// a − b.
 #[inline]
-pub fn sub(a: Vec3, b: Vec3) -> Vec3 {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+pub fn sub(a: impl Into<V>, b: impl Into<V>) -> Vec3 {
+    (a.into() - b.into()).0
 }
 
 /// s a.
 #[inline]
-pub fn scaled(a: Vec3, s: f64) -> Vec3 {
-    a.map(|x| x * s)
+pub fn scaled(a: impl Into<V>, s: f64) -> Vec3 {
+    (a.into() * s).0
 }
 
 /// a · b.
 #[inline]
-pub fn dot(a: Vec3, b: Vec3) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+pub fn dot(a: impl Into<V>, b: impl Into<V>) -> f64 {
+    a.into().dot(b.into())
 }
 
 /// a × b.
 #[inline]
-pub fn cross(a: Vec3, b: Vec3) -> Vec3 {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
+pub fn cross(a: impl Into<V>, b: impl Into<V>) -> Vec3 {
+    a.into().cross(b.into()).0
 }
 
 /// a · a.
 #[inline]
-pub fn squared(a: Vec3) -> f64 {
-    dot(a, a)
+pub fn squared(a: impl Into<V>) -> f64 {
+    a.into().squared()
 }
 
 /// The length of a.
 #[inline]
-pub fn norm(a: Vec3) -> f64 {
-    squared(a).sqrt()
+pub fn norm(a: impl Into<V>) -> f64 {
+    a.into().norm()
 }
 
 /// The unit vector along `a`; zero for zero.
 #[inline]
-pub fn unit(a: Vec3) -> Vec3 {
-    let length = norm(a);
-    if length > 0.0 {
-        scaled(a, 1.0 / length)
-    } else {
-        [0.0; 3]
-    }
+pub fn unit(a: impl Into<V>) -> Vec3 {
+    a.into().unit().0
 }

@@ -1,6 +1,6 @@
 //! What is known about the fixtures holds, and the report says so.
 
-use mesh::{Facing, Similarity, TopologyReport, TriMesh, Welded, shapes};
+use mesh::{Facing, Similarity, TopologyReport, TriMesh, Vec3, Welded, shapes};
 use proptest::prelude::*;
 use std::f64::consts::PI;
 
@@ -112,9 +112,8 @@ fn angle_defects_of_a_closed_surface_sum_to_two_pi_times_its_euler_characteristi
 }
 
 /// By the law of cosines.
-fn angle(apex: [f64; 3], p: [f64; 3], q: [f64; 3]) -> f64 {
-    let squared = |a: [f64; 3], b: [f64; 3]| (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>();
-    let (u, v, w) = (squared(apex, p), squared(apex, q), squared(p, q));
+fn angle(apex: Vec3, p: Vec3, q: Vec3) -> f64 {
+    let (u, v, w) = ((apex - p).squared(), (apex - q).squared(), (p - q).squared());
     ((u + v - w) / (2.0 * (u * v).sqrt())).acos()
 }
 

@@ -6,7 +6,7 @@ use proptest::prelude::*;
 /// The triangles as positions, each begun at its least corner, sorted: the same for the same surface in any order.
 fn canonical(mesh: &TriMesh) -> Vec<[[u64; 3]; 3]> {
     let least_first = |t: usize| {
-        let mut corners = mesh.corners(t).map(|p| p.map(|x| (x + 0.0).to_bits()));
+        let mut corners = mesh.corners(t).map(|p| p.0.map(|x| (x + 0.0).to_bits()));
         let least = (0..3).min_by_key(|&i| corners[i]).unwrap_or(0);
         corners.rotate_left(least);
         corners

@@ -1,4 +1,4 @@
-use mesh::vector::{cross, dot, norm, sub};
+use mesh::Vec3;
 
 /// What a triangle contributes to the Laplacian: its area and the cotangents of its corners' angles.
 #[derive(Clone, Copy, Debug)]
@@ -13,14 +13,13 @@ const DEGENERATE: f64 = 1e-10;
 
 impl Triangle {
     /// cot α = u·v / |u × v| for the edges u, v that leave the corner. `None` for a degenerate triangle.
-    pub(crate) fn from_corners(corners: [[f64; 3]; 3]) -> Option<Self> {
-        let [a, b, c] = corners;
-        let [ab, bc, ca] = [sub(b, a), sub(c, b), sub(a, c)];
-        let twice_area = norm(cross(ab, bc));
-        let longest = [ab, bc, ca].map(|e| dot(e, e)).into_iter().fold(0.0, f64::max);
+    pub(crate) fn from_corners([a, b, c]: [Vec3; 3]) -> Option<Self> {
+        let [ab, bc, ca] = [b - a, c - b, a - c];
+        let twice_area = ab.cross(bc).norm();
+        let longest = [ab, bc, ca].map(Vec3::squared).into_iter().fold(0.0, f64::max);
         (twice_area > DEGENERATE * longest && twice_area.is_normal()).then(|| Self {
             area: twice_area / 2.0,
-            cotangents: [-dot(ca, ab), -dot(ab, bc), -dot(bc, ca)].map(|d| d / twice_area),
+            cotangents: [-ca.dot(ab), -ab.dot(bc), -bc.dot(ca)].map(|d| d / twice_area),
         })
     }
 
@@ -54,7 +53,7 @@ impl Triangle {
 
     /// Lengthens the edges of a degenerate triangle by the least equal amount that leaves a slack of `delta` in the
     /// triangle inequality (intrinsic mollification, Sharp and Crane 2020, section 4.5, one triangle at a time).
-    pub(crate) fn mollified(corners: [[f64; 3]; 3], delta: f64) -> Self {
+    pub(crate) fn mollified(corners: [Vec3; 3], delta: f64) -> Self {
         let lengths = edge_lengths(corners);
         let longest = lengths.into_iter().fold(0.0, f64::max);
         let shortfall = delta + 2.0 * longest - lengths.iter().sum::<f64>();
@@ -63,10 +62,10 @@ impl Triangle {
 }
 
 /// Length of the edge opposite each corner.
-pub(crate) fn edge_lengths(corners: [[f64; 3]; 3]) -> [f64; 3] {
+pub(crate) fn edge_lengths(corners: [Vec3; 3]) -> [f64; 3] {
     std::array::from_fn(|i| {
         let [p, q] = [corners[(i + 1) % 3], corners[(i + 2) % 3]];
-        norm(sub(q, p))
+        (q - p).norm()
     })
 }
 
@@ -76,7 +75,7 @@ mod tests {
 
     #[test]
     fn corners_and_lengths_give_the_same_triangle() {
-        let corners = [[0.3, 0.1, -0.2], [1.7, 0.4, 0.9], [-0.5, 2.0, 0.3]];
+        let corners = [[0.3, 0.1, -0.2], [1.7, 0.4, 0.9], [-0.5, 2.0, 0.3]].map(Vec3);
         let (a, b) = (
             Triangle::from_corners(corners).unwrap(),
             Triangle::from_lengths(edge_lengths(corners)),
@@ -89,7 +88,8 @@ mod tests {
 
     #[test]
     fn a_needle_keeps_its_cotangents() {
-        let needle = Triangle::from_corners([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1e-6, 0.0]]).unwrap();
+        let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1e-6, 0.0]].map(Vec3);
+        let needle = Triangle::from_corners(corners).unwrap();
         assert!((needle.cotangents[0] - 1e6).abs() < 1e-4);
         assert!(needle.cotangents[1].abs() < 1e-15);
         assert!((needle.cotangents[2] - 1e-6).abs() < 1e-15);
@@ -102,6 +102,7 @@ mod tests {
             [[0.0; 3], [0.0; 3], [1.0, 0.0, 0.0]],
             [[1.0; 3], [1.0; 3], [1.0; 3]],
         ] {
+            let corners = corners.map(Vec3);
             assert!(Triangle::from_corners(corners).is_none());
             let mended = Triangle::mollified(corners, 1e-5);
             assert!(

@@ -10,6 +10,7 @@
 use std::error::Error;
 use std::time::Instant;
 
+use job::Job;
 use partition::{Effort, Graph, Method, Options, partition, read_metis};
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -19,20 +20,20 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let graph = read_metis(&std::fs::read_to_string(path)?)?;
     let mut options = Options::default();
-    let mut runs = 1;
+    let (mut runs, mut threads) = (1, 1);
     for setting in settings {
         let (key, value) = setting
             .split_once('=')
             .ok_or("settings have the form key=value")?;
-        if key == "runs" {
-            runs = value.parse()?;
-        } else {
-            set(&mut options, key, value)?;
+        match key {
+            "runs" => runs = value.parse()?,
+            "threads" => threads = value.parse()?,
+            _ => set(&mut options, key, value)?,
         }
     }
     for parts in parts.split(',') {
         options.parts = parts.parse()?;
-        report(&graph, &options, runs)?;
+        report(&graph, &options, runs, &Job::new(threads))?;
     }
     Ok(())
 }
@@ -41,7 +42,6 @@ fn set(options: &mut Options, key: &str, value: &str) -> Result<(), Box<dyn Erro
     match (key, value) {
         ("imbalance", _) => options.imbalance = value.parse()?,
         ("seed", _) => options.seed = value.parse()?,
-        ("threads", _) => options.threads = value.parse()?,
         ("contiguous", _) => options.contiguous = value.parse()?,
         ("effort", "fast") => options.effort = Effort::Fast,
         ("effort", "default") => options.effort = Effort::Default,
@@ -53,12 +53,12 @@ fn set(options: &mut Options, key: &str, value: &str) -> Result<(), Box<dyn Erro
     Ok(())
 }
 
-fn report(graph: &Graph, options: &Options, runs: usize) -> Result<(), Box<dyn Error>> {
+fn report(graph: &Graph, options: &Options, runs: usize, job: &Job) -> Result<(), Box<dyn Error>> {
     let mut seconds = f64::INFINITY;
     let mut best = None;
     for _ in 0..runs.max(1) {
         let start = Instant::now();
-        let result = partition(graph, options)?;
+        let result = partition(graph, options, job)?;
         seconds = seconds.min(start.elapsed().as_secs_f64());
         best = Some(result);
     }

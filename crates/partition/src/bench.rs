@@ -1,38 +1,23 @@
 //! The phases one by one, as default effort runs them, for benchmarks alone: behind the feature `bench-internals`, and
 //! without any promise.
 
-use crate::bisect::recursive_bisection;
-use crate::coarsen::{Level, coarsen};
-use crate::contiguity::make_contiguous;
-use crate::flow;
-use crate::kway::{KWay, cut};
-use crate::local_search::Searches;
-use crate::multilevel::Plan;
+use job::{Job, JobError};
+
+use crate::bisection::recursive_bisection;
+use crate::coarsening::Hierarchy;
 use crate::options::Balance;
+use crate::plan::Plan;
+use crate::refinement::{KWay, Searches, cut, make_contiguous, refine_by_flows};
 use crate::rng::Rng;
-use crate::separator::separate;
-use crate::team::Team;
 use crate::{Effort, Graph, Options, PartitionError};
 
-/// A graph and what it was coarsened to.
-pub struct Hierarchy(Vec<Level>);
-
-impl Hierarchy {
-    /// Coarsens to about `size` vertices.
-    ///
-    /// # Errors
-    /// When the threads cannot be started.
-    pub fn new(graph: &Graph, size: usize, threads: usize) -> Result<Self, PartitionError> {
-        let team = Team::new(threads)?;
-        Ok(Self(
-            team.run(|| coarsen(graph, size, &[], &team, &mut Rng::new(0))),
-        ))
-    }
-
-    /// The smallest graph, unless none is smaller.
-    pub fn coarsest(&self) -> Option<&Graph> {
-        self.0.last().map(|level| &level.graph)
-    }
+/// The graph after coarsening to about `size` vertices.
+///
+/// # Errors
+/// When the threads cannot be started.
+pub fn coarsened(graph: &Graph, size: usize, job: &Job) -> Result<Graph, PartitionError> {
+    let hierarchy = Hierarchy::of(graph, size, &[], job, &mut Rng::new(0))?;
+    Ok(hierarchy.coarsest().clone())
 }
 
 /// One division of a graph, and what its refinement needs.
@@ -40,7 +25,7 @@ pub struct Division<'a> {
     graph: &'a Graph,
     balance: Balance,
     plan: Plan,
-    team: Team,
+    job: &'a Job,
     part: Vec<u32>,
 }
 
@@ -49,68 +34,62 @@ impl<'a> Division<'a> {
     ///
     /// # Errors
     /// See [`PartitionError`].
-    pub fn initial(graph: &'a Graph, parts: usize, threads: usize) -> Result<Self, PartitionError> {
+    pub fn initial(graph: &'a Graph, parts: usize, job: &'a Job) -> Result<Self, PartitionError> {
         let options = Options {
             parts,
             ..Options::default()
         };
-        let (balance, team) = (Balance::new(graph, &options)?, Team::new(threads)?);
+        let balance = Balance::new(graph, &options)?;
         let plan = Plan::of(Effort::Default, parts);
-        let search = &plan.bisection;
-        let part = team.run(|| recursive_bisection(graph, &balance, search, &team, &Rng::new(0)));
+        let part = recursive_bisection(graph, &balance, &plan.bisection, job, &Rng::new(0))?;
         Ok(Self {
             graph,
             balance,
             plan,
-            team,
+            job,
             part,
         })
     }
 
     /// The cut after one local search over all borders.
-    pub fn search(&self) -> i64 {
+    ///
+    /// # Errors
+    /// When the threads cannot be started.
+    pub fn search(&self) -> Result<i64, JobError> {
         let (mut state, mut boundary) = self.begin();
-        let search = self.plan.whole.finest;
-        self.team.run(|| {
-            Searches::new(self.part.len(), &self.team).refine(
-                &mut state,
-                &mut boundary,
-                search,
-                &mut Rng::new(0),
-            );
-        });
-        cut(self.graph, &state.part)
+        let mut searches = Searches::new(self.part.len(), self.job);
+        searches.refine(
+            &mut state,
+            &mut boundary,
+            self.plan.whole.finest,
+            &mut Rng::new(0),
+        )?;
+        Ok(cut(self.graph, &state.part))
     }
 
     /// The cut after flows between all pairs of parts.
-    pub fn flows(&self) -> i64 {
+    ///
+    /// # Errors
+    /// When the threads cannot be started.
+    pub fn flows(&self) -> Result<i64, JobError> {
         let (mut state, mut boundary) = self.begin();
-        let search = self.plan.whole.finest_flow;
-        self.team
-            .run(|| flow::refine(&mut state, &mut boundary, search, &self.team));
-        cut(self.graph, &state.part)
+        refine_by_flows(&mut state, &mut boundary, self.plan.whole.finest_flow, self.job)?;
+        Ok(cut(self.graph, &state.part))
     }
 
     /// The cut after stray pieces were joined.
-    pub fn connect(&self) -> i64 {
+    ///
+    /// # Errors
+    /// When the threads cannot be started.
+    pub fn connect(&self) -> Result<i64, JobError> {
         let (mut state, _) = self.begin();
-        make_contiguous(&mut state, &mut Rng::new(0));
-        cut(self.graph, &state.part)
+        make_contiguous(&mut state, &mut Rng::new(0), self.job)?;
+        Ok(cut(self.graph, &state.part))
     }
 
     fn begin(&self) -> (KWay<'_>, Vec<u32>) {
         let state = KWay::new(self.graph, self.part.clone(), &self.balance.limits);
-        let boundary = (0..self.part.len() as u32)
-            .filter(|&v| state.on_boundary(v as usize))
-            .collect();
+        let boundary = state.boundary();
         (state, boundary)
     }
-}
-
-/// Weight of side 0, of side 1 and of the separator between them.
-///
-/// # Errors
-/// When the threads cannot be started.
-pub fn separator(graph: &Graph, tries: usize) -> Result<[i64; 3], PartitionError> {
-    Ok(separate(graph, tries, &Team::new(1)?, &mut Rng::new(0)).weight)
 }

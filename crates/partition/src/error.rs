@@ -132,12 +132,7 @@ pub enum PartitionError {
         /// What is wrong with it and what was expected.
         problem: String,
     },
-    /// The threads could not be started.
-    #[error("cannot start {threads} threads: {reason}; ask for fewer")]
-    Threads {
-        /// Threads asked for.
-        threads: usize,
-        /// The system's reason.
-        reason: String,
-    },
+    /// The job was cancelled or could not start its threads.
+    #[error(transparent)]
+    Job(#[from] job::JobError),
 }

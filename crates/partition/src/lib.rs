@@ -1,11 +1,11 @@
-//! Graph partitioning and nested dissection.
+//! Multilevel k-way graph partitioning.
 //!
 //! Given a graph with vertex weights c and edge weights w, [`partition`] looks for a division of the vertices into k
 //! parts that makes the *cut*, the sum of w over the edges between parts, small, while every part p stays within its
-//! limit: its weight c(p) ≤ max(⌊(1 + ε) t_p⌋, ⌈t_p⌉), where t_p is its share of the total weight. [`nested_dissection`]
-//! looks for an order in which a Cholesky factorisation of a matrix with this graph fills in little.
+//! limit: its weight c(p) ≤ max(⌊(1 + ε) t_p⌋, ⌈t_p⌉), where t_p is its share of the total weight.
 //!
 //! ```
+//! use job::Job;
 //! use partition::{Graph, Options, partition};
 //!
 //! // A ladder of 100 rungs.
@@ -13,7 +13,8 @@
 //! let rungs = (0..100).map(|i| (i, 100 + i, 1));
 //! let ladder = Graph::from_edges(200, &rails.chain(rungs).collect::<Vec<_>>())?;
 //!
-//! let result = partition(&ladder, &Options { parts: 4, contiguous: true, ..Default::default() })?;
+//! let options = Options { parts: 4, contiguous: true, ..Default::default() };
+//! let result = partition(&ladder, &options, &Job::new(2))?;
 //! assert_eq!(result.cut, 6);
 //! assert!(result.balanced && result.components == [1, 1, 1, 1]);
 //! # Ok::<(), partition::PartitionError>(())
@@ -34,43 +35,29 @@
 //! default effort about 1.4 times the CPU time of METIS and, by the clock on two threads, as long as METIS on its one,
 //! with shorter borders; at high effort less than ten times.
 
+mod bisection;
+mod buckets;
+mod coarsening;
+mod divide;
+mod error;
+mod graph;
+mod metis_format;
+mod multilevel;
+mod options;
+mod plan;
+mod refinement;
+mod result;
+mod rng;
+mod stage;
+
 #[cfg(feature = "bench-internals")]
 #[doc(hidden)]
 pub mod bench;
-mod bisect;
-mod buckets;
-mod coarsen;
-mod contiguity;
-mod contract;
-mod divide;
-mod error;
-mod flow;
-mod fm2;
-mod gain_cache;
-mod graph;
-mod greedy;
-mod initial;
-mod kway;
-mod local_search;
-mod matching;
-mod max_flow;
-mod metis_format;
-mod min_fill;
-mod multilevel;
-mod options;
-mod ordering;
-mod rebalance;
-mod result;
-mod rng;
-mod separator;
-mod symbolic;
-mod team;
 
 pub use divide::partition;
 pub use error::PartitionError;
 pub use graph::Graph;
 pub use metis_format::{read_metis, write_metis};
 pub use options::{Effort, Method, Options};
-pub use ordering::{Ordering, OrderingOptions, nested_dissection};
 pub use result::Partition;
-pub use symbolic::{column_counts, elimination_tree};
+pub use stage::PartitionStage;

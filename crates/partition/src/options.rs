@@ -14,15 +14,13 @@ pub struct Options {
     pub imbalance: f64,
     /// Relative sizes of the parts, k positive numbers of any sum; equal when absent.
     pub target_weights: Option<Vec<f64>>,
-    /// Equal seeds give equal partitions, on any number of threads.
+    /// Equal seeds give equal partitions.
     pub seed: u64,
     /// Every part shall be connected. When the graph itself is not, every part is connected inside each component of
     /// the graph: it has at most one piece there, and as many pieces in all as balance asks for.
     pub contiguous: bool,
     /// Time spent on a smaller cut.
     pub effort: Effort,
-    /// Threads to use, at least 1; they live in a pool of their own.
-    pub threads: usize,
     /// How parts are made.
     pub method: Method,
 }
@@ -36,7 +34,6 @@ impl Default for Options {
             seed: 0,
             contiguous: false,
             effort: Effort::Default,
-            threads: 1,
             method: Method::Direct,
         }
     }
@@ -44,6 +41,7 @@ impl Default for Options {
 
 /// Time spent on a smaller cut.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[non_exhaustive]
 pub enum Effort {
     /// One multilevel cycle with little search.
     Fast,
@@ -55,6 +53,7 @@ pub enum Effort {
 
 /// How parts are made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Method {
     /// All parts at once: recursive bisection of the coarsest graph, then k-way refinement on every level.
     Direct,

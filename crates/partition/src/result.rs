@@ -1,5 +1,6 @@
+use job::{Job, JobError};
+
 use crate::options::Balance;
-use crate::team::Team;
 use crate::{Graph, PartitionError};
 
 /// A division of the vertices, with the figures by which it is judged.
@@ -25,11 +26,12 @@ impl Partition {
     /// Judges a given division into as many parts as there are targets (relative weights of any sum).
     ///
     /// # Errors
-    /// When a part is out of range, the lengths differ, or a target is not positive.
+    /// When a part is out of range, the lengths differ, a target is not positive, or the job's threads cannot be started.
     pub fn evaluate(
         graph: &Graph,
         part_of: Vec<u32>,
         options: &crate::Options,
+        job: &Job,
     ) -> Result<Self, PartitionError> {
         let balance = Balance::new(graph, options)?;
         if part_of.len() != graph.vertex_count() {
@@ -48,11 +50,16 @@ impl Partition {
                 parts,
             });
         }
-        Ok(Self::of(graph, part_of, &balance, &Team::new(options.threads)?))
+        Ok(Self::of(graph, part_of, &balance, job)?)
     }
 
     /// `part_of` must be in range.
-    pub(crate) fn of(graph: &Graph, part_of: Vec<u32>, balance: &Balance, team: &Team) -> Self {
+    pub(crate) fn of(
+        graph: &Graph,
+        part_of: Vec<u32>,
+        balance: &Balance,
+        job: &Job,
+    ) -> Result<Self, JobError> {
         let mut weights = vec![0i64; balance.parts()];
         for (v, &p) in part_of.iter().enumerate() {
             weights[p as usize] += i64::from(graph.vertex_weights[v]);
@@ -64,11 +71,11 @@ impl Partition {
             .map(ratio)
             .fold(f64::NEG_INFINITY, f64::max);
         let balanced = weights.iter().zip(&balance.limits).all(|(w, limit)| w <= limit);
-        let ((communication_volume, cut), components) = team.join(
+        let ((communication_volume, cut), components) = job.join(
             || borders(graph, &part_of, balance.parts()),
             || components_of_parts(graph, &part_of, balance.parts()),
-        );
-        Self {
+        )?;
+        Ok(Self {
             cut,
             weights,
             imbalance: imbalance.max(0.0),
@@ -76,7 +83,7 @@ impl Partition {
             components,
             communication_volume,
             part_of,
-        }
+        })
     }
 
     /// Number of parts.

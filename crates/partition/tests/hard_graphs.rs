@@ -1,8 +1,12 @@
 //! Extremes: empty, edgeless, disconnected, stars, cliques, long paths, uneven weights and numbers out of range.
 #![allow(clippy::unwrap_used)] // helpers outside of #[test] functions
 
-use partition::{Effort, Graph, Method, Options, OrderingOptions, PartitionError};
-use partition::{column_counts, nested_dissection, partition, read_metis};
+use job::Job;
+use partition::{Effort, Graph, Method, Options, Partition, PartitionError, read_metis};
+
+fn partition(graph: &Graph, options: &Options) -> Result<Partition, PartitionError> {
+    partition::partition(graph, options, &Job::default())
+}
 
 fn path(count: u32) -> Graph {
     Graph::from_edges(
@@ -58,12 +62,6 @@ fn no_parts_more_parts_than_vertices_and_the_empty_graph_are_refused() {
             Err(PartitionError::Parts { parts, vertices })
         );
     }
-    assert!(
-        nested_dissection(&empty, &OrderingOptions::default())
-            .unwrap()
-            .order
-            .is_empty()
-    );
 }
 
 #[test]
@@ -336,26 +334,6 @@ fn grids_are_cut_near_their_shortest_lines_at_every_effort() {
             result.cut
         );
     }
-}
-
-#[test]
-fn nested_dissection_of_a_grid_fills_much_less_than_the_natural_order() {
-    let graph = grid(60, 60);
-    let fill = |ordering| column_counts(&graph, &ordering).iter().sum::<u64>();
-    let dissected = fill(nested_dissection(&graph, &OrderingOptions::default()).unwrap());
-    let natural = fill(partition::Ordering::from_order((0..3600).collect()).unwrap());
-    assert!(3 * dissected < natural, "{dissected} against {natural}");
-}
-
-#[test]
-fn cliques_stars_and_edgeless_graphs_are_ordered_without_avoidable_fill() {
-    let fill = |graph: &Graph| {
-        let ordering = nested_dissection(graph, &OrderingOptions::default()).unwrap();
-        column_counts(graph, &ordering).iter().sum::<u64>()
-    };
-    assert_eq!(fill(&star(5000)), 2 * 5000 + 1);
-    assert_eq!(fill(&clique(300)), 300 * 301 / 2);
-    assert_eq!(fill(&Graph::from_edges(5000, &[]).unwrap()), 5000);
 }
 
 #[test]

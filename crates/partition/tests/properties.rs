@@ -1,11 +1,15 @@
 //! What holds for every graph, against brute force where graphs are small enough.
 #![allow(clippy::unwrap_used)] // helpers outside of #[test] functions
 
-use partition::{Effort, Graph, Method, Options, Ordering, OrderingOptions, Partition};
-use partition::{column_counts, elimination_tree, nested_dissection, partition, read_metis, write_metis};
+use job::Job;
+use partition::{Effort, Graph, Method, Options, Partition, PartitionError, read_metis, write_metis};
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::TestRunner;
+
+fn partition(graph: &Graph, options: &Options) -> Result<Partition, PartitionError> {
+    partition::partition(graph, options, &Job::default())
+}
 
 /// Graphs of 1 to `most` vertices with random edges and weights; about half of them are made connected.
 fn graphs(most: usize, heaviest: i32) -> impl Strategy<Value = Graph> {
@@ -144,7 +148,7 @@ proptest! {
             prop_assert_eq!(weight, result.weights[part]);
             prop_assert_eq!(components(&graph, within), result.components[part]);
         }
-        let again = Partition::evaluate(&graph, result.part_of.clone(), &options).unwrap();
+        let again = Partition::evaluate(&graph, result.part_of.clone(), &options, &Job::default()).unwrap();
         prop_assert_eq!(again, result);
     }
 
@@ -188,7 +192,7 @@ proptest! {
     #[test]
     fn threads_and_repetition_do_not_change_the_result((graph, options) in graphs_and_options(60, 9)) {
         let one = partition(&graph, &options).unwrap();
-        prop_assert_eq!(&partition(&graph, &Options { threads: 3, ..options.clone() }).unwrap(), &one);
+        prop_assert_eq!(&partition::partition(&graph, &options, &Job::new(3)).unwrap(), &one);
         prop_assert_eq!(&partition(&graph, &options).unwrap(), &one);
     }
 
@@ -200,20 +204,6 @@ proptest! {
         let result = partition(&graph, &options).unwrap();
         prop_assert!(result.balanced || possible.is_none(), "weights {:?}", result.weights);
         prop_assert!(!result.balanced || Some(result.cut) >= possible);
-    }
-
-    #[test]
-    fn nested_dissection_gives_a_permutation_whose_fill_elimination_confirms(graph in graphs(60, 9), leaf in 1usize..20) {
-        let options = OrderingOptions { leaf_size: leaf, ..Default::default() };
-        let ordering = nested_dissection(&graph, &options).unwrap();
-        for (i, &v) in ordering.order.iter().enumerate() {
-            prop_assert_eq!(ordering.position[v as usize] as usize, i);
-        }
-        let (counts, parents) = eliminate(&graph, &ordering);
-        prop_assert_eq!(column_counts(&graph, &ordering), counts);
-        prop_assert_eq!(elimination_tree(&graph, &ordering), parents);
-        let threads = OrderingOptions { threads: 3, ..options };
-        prop_assert_eq!(nested_dissection(&graph, &threads).unwrap(), ordering);
     }
 
     #[test]
@@ -242,31 +232,4 @@ proptest! {
             }
         }
     }
-}
-
-/// Entries of each column of L, and the first row below each diagonal, by elimination on a dense pattern.
-fn eliminate(graph: &Graph, ordering: &Ordering) -> (Vec<u64>, Vec<Option<u32>>) {
-    let count = graph.vertex_count();
-    let mut filled = vec![vec![false; count]; count];
-    for v in 0..count {
-        graph
-            .neighbours(v)
-            .iter()
-            .for_each(|&u| filled[v][u as usize] = true);
-    }
-    let mut gone = vec![false; count];
-    let (mut counts, mut parents) = (Vec::new(), Vec::new());
-    for &pivot in &ordering.order {
-        let pivot = pivot as usize;
-        gone[pivot] = true;
-        let below: Vec<usize> = (0..count).filter(|&u| filled[pivot][u] && !gone[u]).collect();
-        counts.push(below.len() as u64 + 1);
-        parents.push(below.iter().map(|&u| ordering.position[u]).min());
-        for &a in &below {
-            for &b in below.iter().filter(|&&b| b != a) {
-                filled[a][b] = true;
-            }
-        }
-    }
-    (counts, parents)
 }

@@ -168,11 +168,16 @@ pub fn surface_distance_observed(
                     samples.add_point(from.positions()[v as usize]);
                 }
             }
-            sample(from.corners(t), interval, &mut samples, &mut |samples| {
-                distances.resize(samples.points.len(), 0.0);
-                surface.distances(&samples.points, &mut distances);
-                sums.add(samples, &distances);
-            });
+            sample(
+                from.corners(t).map(Into::into),
+                interval,
+                &mut samples,
+                &mut |samples| {
+                    distances.resize(samples.points.len(), 0.0);
+                    surface.distances(&samples.points, &mut distances);
+                    sums.add(samples, &distances);
+                },
+            );
         }
         sums
     };

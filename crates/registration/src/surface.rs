@@ -90,7 +90,10 @@ impl Surface {
         let Builder { order, mut nodes, .. } = builder;
         pad(&mut nodes);
         nodes.shrink_to_fit();
-        let corners = order.iter().map(|&t| mesh.corners(t as usize)).collect();
+        let corners = order
+            .iter()
+            .map(|&t| mesh.corners(t as usize).map(Into::into))
+            .collect();
         Self {
             quads: Quads::of(&nodes),
             nodes,
@@ -480,9 +483,9 @@ mod tests {
         fn the_nearest_point_is_the_nearest_of_all_triangles(mesh in soups(), p in prop::array::uniform3(-15.0..15.0_f64), near in any::<bool>()) {
             let p = if near { add(scaled(p, 0.01), mesh.positions()[0]) } else { p };
             let nearest = Surface::new(&mesh).nearest(p);
-            let all = (0..mesh.triangle_count()).map(|t| norm(sub(nearest_on_triangle(&mesh.corners(t), p), p)));
+            let all = (0..mesh.triangle_count()).map(|t| norm(sub(nearest_on_triangle(&mesh.corners(t).map(Into::into), p), p)));
             prop_assert_eq!(nearest.distance, all.fold(f64::INFINITY, f64::min));
-            let on_it = nearest_on_triangle(&mesh.corners(nearest.triangle as usize), p);
+            let on_it = nearest_on_triangle(&mesh.corners(nearest.triangle as usize).map(Into::into), p);
             prop_assert_eq!(on_it, nearest.point);
             prop_assert!(Surface::new(&mesh).nearest_within(p, nearest.distance * 0.999).is_none());
         }
@@ -506,7 +509,7 @@ mod tests {
             let direction = sub(towards, origin);
             let found = Surface::new(&mesh).hit(origin, direction, 3.0, |_| true);
             let line = Line::new(origin, direction).unwrap();
-            let all = (0..mesh.triangle_count()).filter_map(|t| line.meet(&mesh.corners(t))).map(f64::abs);
+            let all = (0..mesh.triangle_count()).filter_map(|t| line.meet(&mesh.corners(t).map(Into::into))).map(f64::abs);
             let least = all.fold(f64::INFINITY, f64::min);
             prop_assert_eq!(found.map(|hit| hit.t.abs()), (least <= 3.0).then_some(least));
         }

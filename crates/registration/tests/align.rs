@@ -60,7 +60,7 @@ fn cut(mesh: &TriMesh, share: f64) -> TriMesh {
     heights.sort_by(f64::total_cmp);
     let bound = heights[(share * heights.len() as f64) as usize];
     let left = mesh.triangles().iter().enumerate();
-    let left = left.filter(|(t, _)| mesh.corners(*t).iter().all(|p| height(p) < bound));
+    let left = left.filter(|(t, _)| mesh.corners(*t).iter().all(|p| height(&p.0) < bound));
     let open =
         TriMesh::new(mesh.positions().to_vec(), left.map(|(_, t)| *t).collect()).expect("a valid mesh");
     mesh::Welded::new(open.positions(), open.triangles())

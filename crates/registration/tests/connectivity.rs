@@ -239,7 +239,7 @@ fn what_a_cut_leaves_is_matched() {
         let height = |p: &[f64; 3]| p[0] + 0.3 * p[1];
         let middle = original.positions().iter().map(height).sum::<f64>() / original.vertex_count() as f64;
         let left = original.triangles().iter().enumerate();
-        let left = left.filter(|(t, _)| original.corners(*t).iter().all(|p| height(p) < middle));
+        let left = left.filter(|(t, _)| original.corners(*t).iter().all(|p| height(&p.0) < middle));
         let cut = TriMesh::new(original.positions().to_vec(), left.map(|(_, t)| *t).collect()).unwrap();
         let cut = shapes::shuffled(&cut, 3);
         let map = match_surroundings(&original, &cut);
@@ -266,7 +266,7 @@ fn a_patch_that_was_left_does_not_grow_into_what_was_altered() {
     for seed in 1..6 {
         let original = shapes::bumpy_torus(120, 80, seed);
         let left = |p: &[f64; 3]| p[0] > 1.1;
-        let altered = |t: usize| !original.corners(t).iter().any(left);
+        let altered = |t: usize| !original.corners(t).iter().any(|p| left(&p.0));
         let suspect = shapes::shuffled(&with_edges_flipped(&original, 0, usize::MAX, altered), seed);
         let map = match_surroundings(&original, &suspect);
         let kept = original.positions().iter().filter(|p| left(p)).count();

@@ -1,6 +1,7 @@
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
+use job::Job;
 use mesh::Edges;
 use mesh_io::Asset;
 use partition::{Effort, Graph, Options, Partition, partition, read_metis};
@@ -38,10 +39,10 @@ pub(crate) fn run(arguments: &args::Partition) -> Result<Answer> {
         } else {
             Effort::Default
         },
-        threads: arguments.threads.count(),
         ..Options::default()
     };
-    let result = partition(&input.graph, &options).with_context(|| arguments.input.display().to_string())?;
+    let result = partition(&input.graph, &options, &Job::new(arguments.threads.count()))
+        .with_context(|| arguments.input.display().to_string())?;
     progress.begin("writing", "writing");
     write(arguments, &input, &result)?;
     let seconds = progress.finish();

@@ -197,7 +197,7 @@ pub fn stl_ascii(mesh: &TriMesh, solids: usize) -> Fixture {
         file.fixed("  facet normal 0 -0.0e+00 1\r\n    outer loop\r\n");
         for position in mesh.corners(t) {
             file.fixed("      vertex ");
-            file.text_vertex(position, 6, [" ", " "]);
+            file.text_vertex(position.into(), 6, [" ", " "]);
             file.fixed("\r\n");
         }
         file.fixed("    endloop\r\n  endfacet\r\n");
@@ -221,7 +221,7 @@ pub fn stl_binary(mesh: &TriMesh, header: &[u8]) -> Fixture {
     file.fixed(start);
     for t in 0..mesh.triangle_count() {
         file.fixed([7_u8; 12]); // a normal, true or not
-        for x in mesh.corners(t).as_flattened() {
+        for x in mesh.corners(t).map(|p| p.0).as_flattened() {
             file.coordinate((*x as f32).to_le_bytes());
         }
         file.fixed((t as u16).to_le_bytes());

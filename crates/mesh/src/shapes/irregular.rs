@@ -1,6 +1,5 @@
 use super::plain::{block, built, icosphere, torus};
-use crate::vector::{add, cross, dot, norm, scaled, sub, unit};
-use crate::{Edges, TriMesh};
+use crate::{Edges, TriMesh, Vec3};
 use std::collections::HashSet;
 use std::f64::consts::TAU;
 
@@ -27,8 +26,8 @@ pub fn soup(n: u32, seed: u64) -> TriMesh {
     let mut random = Random::new(seed);
     let mut positions = Vec::new();
     for _ in 0..n {
-        let centre: [f64; 3] = std::array::from_fn(|_| 10.0 * random.unit());
-        positions.extend((0..3).map(|_| add(centre, random.in_cube())));
+        let centre = Vec3(std::array::from_fn(|_| 10.0 * random.unit()));
+        positions.extend((0..3).map(|_| (centre + random.in_cube()).0));
     }
     built(positions, (0..n).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect())
 }
@@ -54,16 +53,20 @@ pub fn shuffled(mesh: &TriMesh, seed: u64) -> TriMesh {
 pub fn jittered(mesh: &TriMesh, amount: f64, seed: u64) -> TriMesh {
     let mut random = Random::new(seed);
     let neighbours = mesh.neighbours();
-    let p = mesh.positions();
     let moved = (0..mesh.vertex_count()).map(|v| {
-        let lengths = neighbours.of(v).iter().map(|&w| norm(sub(p[w as usize], p[v])));
+        let p = mesh.point(v);
+        let lengths = neighbours
+            .of(v)
+            .iter()
+            .map(|&w| (mesh.point(w as usize) - p).norm());
         let shortest = lengths.fold(f64::INFINITY, f64::min);
         let step = random.in_cube();
-        if shortest.is_finite() {
-            add(p[v], scaled(step, amount * shortest))
+        let moved = if shortest.is_finite() {
+            p + amount * shortest * step
         } else {
-            p[v]
-        }
+            p
+        };
+        moved.into()
     });
     built(moved.collect(), mesh.triangles().to_vec())
 }
@@ -71,8 +74,7 @@ pub fn jittered(mesh: &TriMesh, amount: f64, seed: u64) -> TriMesh {
 /// The mesh with inner edges flipped in random order, at most one a triangle: triangles a b c and b a d become c d b and
 /// d c a.
 ///
-/// Only flips that keep a manifold a manifold and leave two triangles about as flat and
-/// not much smaller are made.
+/// Only flips that keep a manifold a manifold and leave two triangles about as flat and not much smaller are made.
 pub fn flipped(mesh: &TriMesh, seed: u64) -> TriMesh {
     let edges = Edges::of(mesh);
     let mut random = Random::new(seed);
@@ -104,11 +106,11 @@ fn flip(mesh: &TriMesh, first: [u32; 3], second: [u32; 3]) -> Option<[[u32; 3]; 
     let d = *second.iter().find(|v| !first.contains(v))?;
     let new = [[c, d, b], [d, c, a]];
     let [old, other, x, y] = [first, second, new[0], new[1]].map(|t| {
-        let [p, q, r] = t.map(|v| mesh.positions()[v as usize]);
-        cross(sub(q, p), sub(r, p))
+        let [p, q, r] = t.map(|v| mesh.point(v as usize));
+        (q - p).cross(r - p)
     });
-    let flat = |n| dot(unit(n), unit(old)) > 0.5 && dot(unit(n), unit(other)) > 0.5;
-    let large = |n| norm(n) > 0.1 * (norm(old) + norm(other));
+    let flat = |n: Vec3| n.unit().dot(old.unit()) > 0.5 && n.unit().dot(other.unit()) > 0.5;
+    let large = |n: Vec3| n.norm() > 0.1 * (old.norm() + other.norm());
     [x, y].iter().all(|&n| flat(n) && large(n)).then_some(new)
 }
 
@@ -118,20 +120,19 @@ pub fn bumped(mesh: &TriMesh, amount: f64, seed: u64) -> TriMesh {
     const WAVES: usize = 5;
     let mut random = Random::new(seed);
     let diagonal = mesh.bounding_box().diagonal();
-    let waves: [([f64; 3], f64); WAVES] = std::array::from_fn(|_| {
+    let waves: [(Vec3, f64); WAVES] = std::array::from_fn(|_| {
         let frequency = TAU / diagonal * (0.5 + 1.5 * random.unit());
-        (scaled(unit(random.in_cube()), frequency), TAU * random.unit())
+        (frequency * random.in_cube().unit(), TAU * random.unit())
     });
-    let centre = mesh.bounding_box().centre();
-    let bump = |&p: &[f64; 3]| {
-        let f: f64 = waves
-            .iter()
-            .map(|&(wave, phase)| (dot(wave, p) + phase).sin())
-            .sum();
-        add(centre, scaled(sub(p, centre), 1.0 + amount / WAVES as f64 * f))
+    let centre = Vec3(mesh.bounding_box().centre());
+    let bump = |v: usize| {
+        let p = mesh.point(v);
+        let waves = waves.iter().map(|&(wave, phase)| (wave.dot(p) + phase).sin());
+        let f: f64 = waves.sum();
+        (centre + (1.0 + amount / WAVES as f64 * f) * (p - centre)).into()
     };
     built(
-        mesh.positions().iter().map(bump).collect(),
+        (0..mesh.vertex_count()).map(bump).collect(),
         mesh.triangles().to_vec(),
     )
 }
@@ -139,16 +140,16 @@ pub fn bumped(mesh: &TriMesh, amount: f64, seed: u64) -> TriMesh {
 /// The mesh with every vertex moved half the way to the mean of its neighbours, `steps` times.
 fn smoothed(mesh: &TriMesh, steps: u32) -> TriMesh {
     let neighbours = mesh.neighbours();
-    let mut p = mesh.positions().to_vec();
+    let mut p: Vec<Vec3> = (0..mesh.vertex_count()).map(|v| mesh.point(v)).collect();
     for _ in 0..steps {
         let halfway = |v: usize| {
             let around = neighbours.of(v);
-            let sum = around.iter().fold([0.0; 3], |sum, &w| add(sum, p[w as usize]));
-            scaled(add(p[v], scaled(sum, 1.0 / around.len() as f64)), 0.5)
+            let sum: Vec3 = around.iter().map(|&w| p[w as usize]).sum();
+            0.5 * (p[v] + sum * (1.0 / around.len() as f64))
         };
         p = (0..p.len()).map(halfway).collect();
     }
-    built(p, mesh.triangles().to_vec())
+    built(p.into_iter().map(Into::into).collect(), mesh.triangles().to_vec())
 }
 
 /// SplitMix64 (Steele, Lea and Flood 2014): enough for fixtures, the same everywhere for ever.
@@ -173,8 +174,8 @@ impl Random {
     }
 
     /// Uniform in [−1, 1)³.
-    fn in_cube(&mut self) -> [f64; 3] {
-        std::array::from_fn(|_| 2.0 * self.unit() - 1.0)
+    fn in_cube(&mut self) -> Vec3 {
+        Vec3(std::array::from_fn(|_| 2.0 * self.unit() - 1.0))
     }
 
     /// Uniform in 0..n.

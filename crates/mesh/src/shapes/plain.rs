@@ -1,5 +1,4 @@
-use crate::vector::{add, cross, dot, unit};
-use crate::{Edges, Similarity, TriMesh, Welded};
+use crate::{Edges, Similarity, TriMesh, Vec3, Welded};
 use std::f64::consts::TAU;
 
 /// Makes a mesh of what a shape has computed.
@@ -47,38 +46,34 @@ pub fn icosphere(level: u32) -> TriMesh {
 
 fn icosahedron() -> TriMesh {
     let g = (1.0 + 5.0_f64.sqrt()) / 2.0;
-    let corners: Vec<[f64; 3]> = [[-1., g], [1., g], [-1., -g], [1., -g]]
-        .iter()
-        .map(|&[x, y]| [x, y, 0.])
-        .collect();
-    let cyclic = |turn: usize| {
-        corners
-            .iter()
-            .map(move |p| std::array::from_fn(|axis| p[(axis + 3 - turn) % 3]))
-    };
-    let positions: Vec<[f64; 3]> = (0..3).flat_map(cyclic).map(unit).collect();
+    let corners = [[-1., g, 0.], [1., g, 0.], [-1., -g, 0.], [1., -g, 0.]];
+    let cyclic = |turn: usize| corners.map(|p| std::array::from_fn(|axis| p[(axis + 3 - turn) % 3]));
+    let positions: Vec<Vec3> = (0..3).flat_map(cyclic).map(|p| Vec3(p).unit()).collect();
     // The 20 triples of mutually nearest corners, each turned outward.
-    let near = |a: usize, b: usize| dot(positions[a], positions[b]) > 0.4;
+    let near = |a: usize, b: usize| positions[a].dot(positions[b]) > 0.4;
     let mut triangles = Vec::new();
     for a in 0..12 {
         for b in a + 1..12 {
             for c in b + 1..12 {
                 if near(a, b) && near(b, c) && near(c, a) {
                     let [p, q, r] = [a, b, c].map(|v| positions[v]);
-                    let outward = dot(p, cross(q, r)) > 0.0;
+                    let outward = p.dot(q.cross(r)) > 0.0;
                     triangles.push(if outward { [a, b, c] } else { [a, c, b] }.map(|v| v as u32));
                 }
             }
         }
     }
-    built(positions, triangles)
+    built(positions.into_iter().map(Into::into).collect(), triangles)
 }
 
 /// Splits every triangle in four at the midpoints of its edges, and projects on the unit sphere.
 fn split_in_four(mesh: &TriMesh) -> TriMesh {
     let edges = Edges::of(mesh);
-    let at = |v: u32| mesh.positions()[v as usize];
-    let midpoints = edges.vertices().iter().map(|&[a, b]| unit(add(at(a), at(b))));
+    let at = |v: u32| mesh.point(v as usize);
+    let midpoints = edges
+        .vertices()
+        .iter()
+        .map(|&[a, b]| (at(a) + at(b)).unit().into());
     let positions = mesh.positions().iter().copied().chain(midpoints).collect();
     let first_midpoint = mesh.vertex_count() as u32;
     let split = |(&[a, b, c], sides): (&[u32; 3], &[u32; 3])| {

@@ -123,7 +123,7 @@ impl Matched {
         let nearest = crate::work::map(from.vertex_count(), observer, |v| {
             let nearest = surface.nearest(from.positions()[v]);
             let triangle = nearest.triangle as usize;
-            let weights = shares(to.corners(triangle), nearest.point);
+            let weights = shares(to.corners(triangle).map(Into::into), nearest.point);
             (nearest.point, (to.triangles()[triangle], weights))
         })?;
         let (points, corners) = nearest.into_iter().unzip();
