@@ -120,6 +120,7 @@ impl Spectra {
                     mass,
                     ..Default::default()
                 },
+                &Job::default(),
             )
         };
         Ok(Self {
@@ -131,7 +132,7 @@ impl Spectra {
     fn compared(&self, marked: &TriMesh, mesh: &TriMesh) -> Result<[f64; 6], QualityError> {
         let theirs = Self::of(marked)?;
         let first = Normalisation::FirstEigenvalue;
-        let distance = quality::surface_distance(marked, mesh, &DistanceOptions::default())?;
+        let distance = quality::surface_distance(marked, mesh, &DistanceOptions::default(), &Job::default())?;
         let change = theirs.full.eigenvalues()[0] / self.full.eigenvalues()[0] - 1.0;
         let others = self.full.normalised(first).into_iter().skip(1);
         let alone = others

@@ -1,8 +1,6 @@
-use std::ops::ControlFlow;
-
-use job::{Job, JobError};
+use job::Job;
 use mesh::{Edges, TriMesh};
-use mhb_core::{Laplacian, Phase, Spectrum, SpectrumError};
+use mhb_core::{Laplacian, Spectrum, SpectrumError, SpectrumOptions, SpectrumStage};
 use sigmark::mark::Patch;
 use sprs::{CsMat, TriMat};
 
@@ -33,25 +31,18 @@ pub(crate) fn laplacian_basis(
     functions: usize,
     job: &Job,
 ) -> Result<Spectrum, BaselineError> {
-    let watch = |_: Phase, _: f64| {
-        if job.is_cancelled() {
-            ControlFlow::Break(())
-        } else {
-            ControlFlow::Continue(())
-        }
+    let options = SpectrumOptions {
+        count: functions,
+        tolerance: TOLERANCE,
+        ..Default::default()
     };
     let unit_masses = vec![1.0; patch.vertices().len()];
     Laplacian::new(kirchhoff(patch.mesh()), unit_masses)
         .and_then(|laplacian| {
-            Spectrum::builder()
-                .count(functions)
-                .tolerance(TOLERANCE)
-                .threads(job.threads())
-                .observer(&watch)
-                .compute_of(&laplacian)
+            Spectrum::of_laplacian(&laplacian, &options, &job.within(SpectrumStage::Solving))
         })
         .map_err(|source| match source {
-            SpectrumError::Cancelled => JobError::Cancelled.into(),
+            SpectrumError::Job(error) => error.into(),
             source => BaselineError::Spectrum { patch: index, source },
         })
 }

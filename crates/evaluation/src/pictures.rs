@@ -107,9 +107,10 @@ fn cropped(files: &[PathBuf], meshes: &Path, picture: &Path) -> Result<()> {
     };
     let suspect = shapes::moved(&lower_part(signed.mesh())?, &away);
 
-    let found = align(original, &suspect, &Default::default())?;
+    let job = job::Job::default();
+    let found = align(original, &suspect, &Default::default(), &job)?;
     ensure!(found.aligned, "the cropped model does not align");
-    let seen = resample(original, &suspect, &found.transform, &Default::default())?;
+    let seen = resample(original, &suspect, &found.transform, &Default::default(), &job)?;
     let resampled = original.with_positions(seen.positions(original))?;
     let is_seen = |t: &[u32; 3]| t.iter().all(|&v| seen.offsets[v as usize].is_some());
     let colours: Vec<Colour> = original

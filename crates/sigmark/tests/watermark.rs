@@ -84,7 +84,7 @@ proptest! {
 
         least.map_bases(|_, patch, basis| {
             let options = SpectrumOptions { count: layout.functions() + more, ..SpectrumOptions::default() };
-            let spectrum = Spectrum::compute(patch.mesh(), &options).unwrap();
+            let spectrum = Spectrum::compute(patch.mesh(), &options, &job::Job::default()).unwrap();
             let positions = patch.mesh().positions();
             let difference = spectrum.reconstruction_difference(positions);
             let mut coefficients = spectrum.transform_positions(positions);
@@ -170,7 +170,7 @@ fn the_mark_does_not_depend_on_the_solver_s_settings() {
                 ..SpectrumOptions::default()
             };
             let other = |_: usize, patch: &Patch, basis: &PatchBasis| {
-                let spectrum = Spectrum::compute(patch.mesh(), &settings).unwrap();
+                let spectrum = Spectrum::compute(patch.mesh(), &settings, &job::Job::default()).unwrap();
                 let unit = basis.area().sqrt();
                 let coefficients: Vec<[f64; 3]> = basis.modulation(&layout, &bits, 1e-4);
                 let other = spectrum.inverse_transform_positions(&coefficients);

@@ -5,7 +5,7 @@ use std::sync::{
 
 use job::Job;
 use mesh::TriMesh;
-use mhb_core::{LaplacianKind, Spectrum};
+use mhb_core::{LaplacianKind, Spectrum, SpectrumError, SpectrumOptions, SpectrumStage};
 
 use super::{ChipLayout, MarkError, MarkStage, Patch, PatchBasis, PatchCount, Patches};
 
@@ -194,25 +194,16 @@ impl Original {
         if patch.mesh().area() == 0.0 {
             return Err(MarkError::NoArea { patch: index });
         }
-        let watch = |phase: mhb_core::Phase, fraction: f64| {
-            if phase == mhb_core::Phase::Solving {
-                let _ = job.progress(fraction);
-            }
-            match job.is_cancelled() {
-                true => std::ops::ControlFlow::Break(()),
-                false => std::ops::ControlFlow::Continue(()),
-            }
+        let options = SpectrumOptions {
+            count: self.layout.functions(),
+            laplacian: self.laplacian,
+            ..Default::default()
         };
-        let spectrum = Spectrum::builder()
-            .count(self.layout.functions())
-            .laplacian(self.laplacian)
-            .threads(job.threads())
-            .observer(&watch)
-            .compute(patch.mesh())
-            .map_err(|source| match source {
-                mhb_core::SpectrumError::Cancelled => MarkError::Job(job::JobError::Cancelled),
-                source => MarkError::Spectrum { patch: index, source },
-            })?;
+        let spectrum = Spectrum::compute(patch.mesh(), &options, &job.within(SpectrumStage::Solving));
+        let spectrum = spectrum.map_err(|source| match source {
+            SpectrumError::Job(error) => MarkError::Job(error),
+            source => MarkError::Spectrum { patch: index, source },
+        })?;
         let basis = PatchBasis::new(patch, spectrum);
         self.check_basis(index, &basis)?;
         Ok(basis)
