@@ -10,7 +10,7 @@ use std::{fmt, fs, path::PathBuf};
 use anyhow::{Context, Result};
 use clap::{Args, ValueEnum};
 
-pub(crate) use self::solvers::{Alone, solve_alone};
+pub use self::solvers::{Alone, solve_alone};
 use self::{
     problem::Problem,
     solvers::{Bench, Case, Outcome, PEERS, ours},

@@ -313,7 +313,7 @@ pub struct Alone {
 }
 
 /// Solves on one thread and prints what it cost, in seconds and bytes, and the worst residual, as JSON.
-pub(crate) fn solve_alone(alone: &Alone) -> Result<()> {
+pub fn solve_alone(alone: &Alone) -> Result<()> {
     let laplacian = read_matrices(&alone.matrices)?;
     let &Alone { count, tolerance, .. } = alone;
     let (cost, peak, residual) = match alone.solver.as_str() {

@@ -124,7 +124,7 @@ fn shown(verdict: &Verdict) -> String {
 }
 
 /// Uniform rotation, scale between 0.01 and 100, shift by up to ten diagonals.
-pub(crate) fn random_similarity(mesh: &TriMesh, seed: u64) -> Similarity {
+pub fn random_similarity(mesh: &TriMesh, seed: u64) -> Similarity {
     let mut rng = ChaCha20Rng::seed_from_u64(seed);
     let mut uniform = || 2.0 * f64::from(rng.next_u32()) / f64::from(u32::MAX) - 1.0;
     // A point in the unit ball of four dimensions points in a uniformly random direction.
