@@ -3,6 +3,7 @@
 
 use bench_harness::surface;
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use job::Job;
 use mhb_core::bench::{Factorised, Ordered, rayleigh_ritz};
 use mhb_core::{Laplacian, Spectrum, SpectrumOptions};
 
@@ -81,7 +82,7 @@ fn spectrum(criterion: &mut Criterion) {
             laplacian.mass().len()
         );
         group.bench_function(name, |bencher| {
-            bencher.iter(|| Spectrum::of_laplacian(&laplacian, &options));
+            bencher.iter(|| Spectrum::of_laplacian(&laplacian, &options, &Job::default()));
         });
     }
     group.finish();
@@ -95,7 +96,7 @@ fn transform(criterion: &mut Criterion) {
         tolerance: 1e-6,
         ..Default::default()
     };
-    let spectrum = Spectrum::compute(&mesh, &options).expect("the surface has a spectrum");
+    let spectrum = Spectrum::compute(&mesh, &options, &Job::default()).expect("the surface has a spectrum");
     let coefficients = spectrum.transform_positions(mesh.positions());
     let mut group = criterion.benchmark_group("transform");
     group.bench_function("forward", |bencher| {

@@ -134,7 +134,7 @@ mod tests {
             count: 20,
             ..Default::default()
         };
-        let spectrum = Spectrum::of_laplacian(&laplacian, &options).unwrap();
+        let spectrum = Spectrum::of_laplacian(&laplacian, &options, &job::Job::default()).unwrap();
         for (theirs, ours) in pairs.eigenvalues.iter().zip(spectrum.eigenvalues()) {
             assert!((theirs - ours).abs() < 1e-8 * ours.max(1.0), "{theirs} {ours}");
         }

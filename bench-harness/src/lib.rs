@@ -12,7 +12,8 @@
 //! assert_eq!((mesh.vertex_count(), edge_graph(&mesh)?.edge_count()), (642, 1920));
 //!
 //! let laplacian = Laplacian::cotangent(&mesh)?;
-//! let spectrum = Spectrum::of_laplacian(&laplacian, &SpectrumOptions { count: 8, ..Default::default() })?;
+//! let options = SpectrumOptions { count: 8, ..Default::default() };
+//! let spectrum = Spectrum::of_laplacian(&laplacian, &options, &job::Job::default())?;
 //! assert!(worst_residual(&laplacian, spectrum.eigenvalues(), |k| spectrum.eigenfunction(k)) < 1e-9);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

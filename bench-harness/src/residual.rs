@@ -43,7 +43,7 @@ mod tests {
             count: 12,
             ..Default::default()
         };
-        let spectrum = Spectrum::of_laplacian(&laplacian, &options).unwrap();
+        let spectrum = Spectrum::of_laplacian(&laplacian, &options, &job::Job::default()).unwrap();
         let function = |k| spectrum.eigenfunction(k);
         assert!(worst_residual(&laplacian, spectrum.eigenvalues(), function) < 1e-9);
         // S h − (1 + ε) λ D h = −ε λ D h, whose norm is ε λ.

@@ -7,16 +7,14 @@ use std::{
 };
 
 use anyhow::{Context, Result, bail};
+use job::Job;
 use mesh::{Similarity, TriMesh, shapes};
 use mesh_io::{Asset, Format, Precision, write_mesh};
 use rand_chacha::{
     ChaCha20Rng,
     rand_core::{Rng, SeedableRng},
 };
-use sigmark::{
-    Embedder, Outcome, Verdict, Verifier, Work,
-    signature::{Curve, SigningKey},
-};
+use sigmark::{Curve, Embedder, Outcome, SigningKey, Verdict, Verifier};
 
 pub(crate) fn run(folder: &Path, most_vertices: usize) -> Result<()> {
     let mut failures = 0;
@@ -70,28 +68,21 @@ pub(crate) fn files(folder: &Path) -> Result<Vec<PathBuf>> {
 
 /// Signs the file's mesh and tries every suspect; answers with what was not as it should be.
 fn check(asset: &Asset, other_model: Option<&TriMesh>) -> Result<Vec<String>> {
-    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    let job = Job::new(std::thread::available_parallelism().map_or(1, usize::from));
     let original = asset.mesh();
     let keys = [1, 2].map(|seed| SigningKey::generate(Curve::P256, &mut ChaCha20Rng::seed_from_u64(seed)));
-    let embedders = keys
-        .each_ref()
-        .map(|key| Embedder::new(key).message("checked").threads(threads));
-    let signed = embedders[0].embed(original)?;
-    let work = Work {
-        threads,
-        ..Work::default()
-    };
+    let embedders = keys.each_ref().map(|key| Embedder::new(key).message("checked"));
+    let signed = embedders[0].embed(original, &job)?;
     if signed.original().basis_bytes() < 1 << 30 {
-        signed.original().keep_bases(work)?;
+        signed.original().keep_bases(&job)?;
     }
-    let foreign = embedders[1].embed_in(signed.original(), work)?;
+    let foreign = embedders[1].embed_in(signed.original(), &job)?;
     // As the file holds it: rounded to its precision.
     let marked = asset.with_positions(signed.positions())?.mesh().clone();
     let foreign = asset.with_positions(foreign.positions())?.mesh().clone();
 
     let certificate = signed.certificate();
-    let verifier =
-        Verifier::new(original, certificate, certificate.public_key())?.original(signed.original())?;
+    let verifier = Verifier::with_original(signed.original(), certificate, certificate.public_key())?;
     let moved = shapes::moved(&marked, &random_similarity(original, 7));
     let suspects = [
         ("untouched", marked.clone()),
@@ -104,7 +95,7 @@ fn check(asset: &Asset, other_model: Option<&TriMesh>) -> Result<Vec<String>> {
     ];
     let mut failed = Vec::new();
     for (name, suspect) in suspects {
-        let verdict = verifier.verify(&suspect)?;
+        let verdict = verifier.verify(&suspect, &job)?;
         if verdict.outcome != Outcome::Verified || verdict.extraction_rate != Some(1.0) {
             failed.push(format!("{name}: {}", shown(&verdict)));
         }
@@ -116,7 +107,7 @@ fn check(asset: &Asset, other_model: Option<&TriMesh>) -> Result<Vec<String>> {
     ];
     for (name, suspect) in strangers {
         let Some(suspect) = suspect else { continue };
-        let verdict = verifier.verify(suspect)?;
+        let verdict = verifier.verify(suspect, &job)?;
         if !matches!(verdict.outcome, Outcome::NotFound { .. }) {
             failed.push(format!("{name}: {}", shown(&verdict)));
         }

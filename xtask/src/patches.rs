@@ -3,9 +3,10 @@
 use std::{path::Path, time::Instant};
 
 use anyhow::{Result, bail};
+use job::Job;
 use mesh::{Components, Edges, TriMesh, components};
 use mesh_io::Asset;
-use sigmark::{Patch, PatchCount, Patches};
+use sigmark::mark::{Patch, PatchCount, Patches};
 
 /// The paper's number of manifold harmonics.
 const FUNCTIONS: usize = 325;
@@ -29,7 +30,7 @@ pub(crate) fn run(folder: &Path) -> Result<()> {
             mesh.vertex_count(),
             parts.count
         );
-        match Patches::cut(mesh, FUNCTIONS, PatchCount::Auto, threads) {
+        match Patches::cut(mesh, FUNCTIONS, PatchCount::Auto, &Job::new(threads)) {
             Ok(patches) => {
                 let failed = check(mesh, &parts, &patches)?;
                 failures += failed.len();

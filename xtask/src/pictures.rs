@@ -14,10 +14,7 @@ use partition::{Options, partition};
 use quality::picture::{Colour, Paint, Picture, View, linear};
 use rand_chacha::{ChaCha20Rng, rand_core::SeedableRng};
 use registration::{align, resample};
-use sigmark::{
-    Embedder,
-    signature::{Curve, SigningKey},
-};
+use sigmark::{Curve, Embedder, SigningKey};
 
 use crate::process::root;
 
@@ -101,16 +98,19 @@ fn cropped(files: &[PathBuf], meshes: &Path, picture: &Path) -> Result<()> {
     let asset = Asset::open(file)?;
     let original = asset.mesh();
     let key = SigningKey::generate(Curve::P256, &mut ChaCha20Rng::seed_from_u64(2012));
-    let signed = Embedder::new(&key).chip_rate(1).embed(original)?;
+    let signed = Embedder::new(&key)
+        .chip_rate(1)
+        .embed(original, &job::Job::default())?;
     let away = Similarity {
         scale: 0.1,
         ..Similarity::from_quaternion([1.0, 0.08, 0.2, -0.14])
     };
     let suspect = shapes::moved(&lower_part(signed.mesh())?, &away);
 
-    let found = align(original, &suspect, &Default::default())?;
+    let job = job::Job::default();
+    let found = align(original, &suspect, &Default::default(), &job)?;
     ensure!(found.aligned, "the cropped model does not align");
-    let seen = resample(original, &suspect, &found.transform, &Default::default())?;
+    let seen = resample(original, &suspect, &found.transform, &Default::default(), &job)?;
     let resampled = original.with_positions(seen.positions(original))?;
     let is_seen = |t: &[u32; 3]| t.iter().all(|&v| seen.offsets[v as usize].is_some());
     let colours: Vec<Colour> = original

@@ -13,13 +13,14 @@
 use std::{path::Path, time::Instant};
 
 use baselines::{Adapted, Algorithm, Lbf, Mhb, Rbf, Subject};
+use job::Job;
 use mesh::TriMesh;
 use mesh_io::{Asset, Format, Precision, write_file, write_mesh};
 use rand_chacha::{
     ChaCha8Rng,
     rand_core::{Rng, SeedableRng},
 };
-use sigmark::{PatchCount, Patches, Registered, Work, statistics::extraction_rate};
+use sigmark::mark::{PatchCount, Patches, Registered, extraction_rate};
 
 const BITS: usize = 324;
 
@@ -33,11 +34,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let asset = Asset::open(Path::new(model))?;
     let mesh = asset.mesh();
     let functions: usize = functions.parse()?;
-    let work = Work {
-        threads: threads.parse()?,
-        observer: &(),
-    };
-    let patches = Patches::cut(mesh, 325, PatchCount::Exactly(patches.parse()?), work.threads)?;
+    let job = &Job::new(threads.parse()?);
+    let patches = Patches::cut(mesh, 325, PatchCount::Exactly(patches.parse()?), job)?;
     let subject = Subject {
         mesh,
         patches: &patches,
@@ -65,17 +63,17 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let begun = Instant::now();
         // The last two differ by α alone.
         if i + 1 < runs.len() || prepared.is_none() {
-            prepared = Some(algorithm.prepare(&subject, work)?);
+            prepared = Some(algorithm.prepare(&subject, job)?);
         }
         let seconds = begun.elapsed().as_secs_f64();
         let Some(prepared) = prepared.as_deref() else {
             continue;
         };
-        let marked = prepared.embed(&signature, *alpha, work)?;
+        let marked = prepared.embed(&signature, *alpha, job)?;
         let (rms, normal) = displacement(mesh, &marked);
         let rate = |positions: Vec<[f64; 3]>| -> Result<f64, baselines::BaselineError> {
             let suspect = Registered::by_vertices(positions.into_iter().map(Some).collect());
-            let soft = prepared.extract(&suspect, *alpha, work)?.swap_remove(0).bits;
+            let soft = prepared.extract(&suspect, *alpha, job)?.swap_remove(0).bits;
             Ok(100.0 * extraction_rate(&signature, &soft.hard()))
         };
         let read = rate(marked.clone())?;

@@ -13,6 +13,7 @@
 use std::path::Path;
 
 use baselines::{Algorithm, Kernel, Mhb, Rbf, Subject};
+use job::Job;
 use mesh::TriMesh;
 use mesh_io::Asset;
 use quality::{DistanceOptions, Mass, Normalisation, QualityError, ShapeDna, ShapeDnaOptions};
@@ -20,7 +21,7 @@ use rand_chacha::{
     ChaCha8Rng,
     rand_core::{Rng, SeedableRng},
 };
-use sigmark::{PatchCount, Patches, Work};
+use sigmark::mark::{PatchCount, Patches};
 
 const BITS: usize = 324;
 
@@ -36,7 +37,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     let asset = Asset::open(Path::new(model))?;
     let mesh = asset.mesh();
-    let patches = Patches::cut(mesh, 325, PatchCount::Exactly(1), 2)?;
+    let patches = Patches::cut(mesh, 325, PatchCount::Exactly(1), &Job::new(2))?;
     let subject = Subject {
         mesh,
         patches: &patches,
@@ -59,12 +60,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         if only.is_some_and(|name| *name != algorithm.name()) {
             continue;
         }
-        let prepared = algorithm.prepare(&subject, Work::default())?;
+        let prepared = algorithm.prepare(&subject, &Job::default())?;
         let mut rows = Vec::new();
         for number in 0..signatures.parse::<u64>()? {
             let mut random = ChaCha8Rng::seed_from_u64(number);
             let signature: Vec<bool> = (0..BITS).map(|_| random.next_u32() & 1 == 1).collect();
-            let marked = mesh.with_positions(prepared.embed(&signature, alpha, Work::default())?)?;
+            let marked = mesh.with_positions(prepared.embed(&signature, alpha, &Job::default())?)?;
             let row = original.compared(&marked, mesh)?;
             print(&algorithm.name(), &number.to_string(), row);
             rows.push(row);
@@ -119,6 +120,7 @@ impl Spectra {
                     mass,
                     ..Default::default()
                 },
+                &Job::default(),
             )
         };
         Ok(Self {
@@ -130,7 +132,7 @@ impl Spectra {
     fn compared(&self, marked: &TriMesh, mesh: &TriMesh) -> Result<[f64; 6], QualityError> {
         let theirs = Self::of(marked)?;
         let first = Normalisation::FirstEigenvalue;
-        let distance = quality::surface_distance(marked, mesh, &DistanceOptions::default())?;
+        let distance = quality::surface_distance(marked, mesh, &DistanceOptions::default(), &Job::default())?;
         let change = theirs.full.eigenvalues()[0] / self.full.eigenvalues()[0] - 1.0;
         let others = self.full.normalised(first).into_iter().skip(1);
         let alone = others

@@ -1,5 +1,6 @@
 use faer::Mat;
-use sigmark::{ChipLayout, Patch, Work};
+use job::Job;
+use sigmark::mark::{ChipLayout, MarkStage, Patch};
 
 use crate::{
     Algorithm, BaselineError, Kernel, Prepared, Reference, Subject,
@@ -33,11 +34,11 @@ impl Basis {
         index: usize,
         patch: &Patch,
         count: usize,
-        work: Work<'_>,
+        job: &Job,
     ) -> Result<Mat<f64>, BaselineError> {
         match self {
             Self::Laplacian => {
-                let spectrum = laplacian_basis(index, patch, count + 1, work)?;
+                let spectrum = laplacian_basis(index, patch, count + 1, job)?;
                 Ok(spectrum.eigenfunctions().subcols(1, count).to_owned())
             }
             Self::Radial(kernel) => radial_basis(patch.mesh().positions(), count, kernel),
@@ -89,22 +90,21 @@ impl Algorithm for Adapted {
         Reference::Original
     }
 
-    fn prepare(&self, subject: &Subject<'_>, work: Work<'_>) -> Result<Box<dyn Prepared>, BaselineError> {
+    fn prepare(&self, subject: &Subject<'_>, job: &Job) -> Result<Box<dyn Prepared>, BaselineError> {
         let original = subject.mesh.positions();
         check_vertices(subject.patches.labels().len(), original.len())?;
         let layout = ChipLayout::new(subject.bits, self.chip_rate)?;
         let mut carriers = Vec::with_capacity(subject.patches.len());
-        work.observer.stage(sigmark::Stage::Harmonics);
+        job.begin(MarkStage::Harmonics)?;
         for (index, patch) in subject.patches.iter().enumerate() {
             let size = patch.size();
             let root_count = (patch.vertices().len() as f64).sqrt();
             carriers.push(Carrier {
                 vertices: patch.vertices().to_vec(),
-                functions: self.basis.functions(index, patch, layout.frequencies(), work)?,
+                functions: self.basis.functions(index, patch, layout.frequencies(), job)?,
                 chips: chips(&layout, |_, axis| root_count * size[axis]),
             });
-            work.observer
-                .fraction((index + 1) as f64 / subject.patches.len() as f64);
+            job.progress((index + 1) as f64 / subject.patches.len() as f64)?;
         }
         Ok(Box::new(PreparedCarriers {
             bits: subject.bits,

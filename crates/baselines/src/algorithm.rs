@@ -1,7 +1,8 @@
 use std::fmt::Debug;
 
+use job::Job;
 use mesh::TriMesh;
-use sigmark::{LeastSquaresDetector, Patches, Registered, SoftBits, Work};
+use sigmark::mark::{LeastSquaresDetector, Patches, Registered, SoftBits};
 
 use crate::{Adapted, BaselineError, Lbf, Mhb, Rbf};
 
@@ -42,9 +43,8 @@ pub trait Algorithm: Debug + Send + Sync {
     /// Everything that depends on neither signature nor strength: nearly all of the time.
     ///
     /// # Errors
-    /// When the patches are not the mesh's, or have no room for the signature, or a basis can't be computed;
-    /// [`sigmark::SigmarkError::Cancelled`] inside when the observer stopped it.
-    fn prepare(&self, subject: &Subject<'_>, work: Work<'_>) -> Result<Box<dyn Prepared>, BaselineError>;
+    /// When the patches are not the mesh's, or have no room for the signature, or a basis can't be computed; [`BaselineError::Job`].
+    fn prepare(&self, subject: &Subject<'_>, job: &Job) -> Result<Box<dyn Prepared>, BaselineError>;
 }
 
 /// A mesh that signatures can be written into and read from.
@@ -59,18 +59,13 @@ pub trait Prepared: Debug + Send + Sync {
     ///
     /// # Errors
     /// When there are not l bits, or α is negative or no number.
-    fn embed(&self, bits: &[bool], alpha: f64, work: Work<'_>) -> Result<Vec<[f64; 3]>, BaselineError>;
+    fn embed(&self, bits: &[bool], alpha: f64, job: &Job) -> Result<Vec<[f64; 3]>, BaselineError>;
 
     /// The bits of a suspect, marked with strength α if it is, as each detector of the algorithm reads them. The first is the paper's.
     ///
     /// # Errors
     /// When there is not one position a vertex of the original, or α is negative or no number.
-    fn extract(
-        &self,
-        suspect: &Registered,
-        alpha: f64,
-        work: Work<'_>,
-    ) -> Result<Vec<Reading>, BaselineError>;
+    fn extract(&self, suspect: &Registered, alpha: f64, job: &Job) -> Result<Vec<Reading>, BaselineError>;
 }
 
 /// What the paper's extraction is called among an algorithm's detectors.

@@ -1,7 +1,8 @@
 //! What a rival's mark is made of, whatever basis it comes from, and how it is written and read.
 
 use faer::{Accum, Mat, MatMut, MatRef, Par, linalg::matmul::matmul};
-use sigmark::{ChipLayout, Registered, SoftBits, Work};
+use job::Job;
+use sigmark::mark::{ChipLayout, Registered, SoftBits};
 
 use crate::{
     BaselineError, PAPER_DETECTOR, Prepared, Reading,
@@ -85,7 +86,7 @@ impl Prepared for PreparedCarriers {
         self.functions
     }
 
-    fn embed(&self, bits: &[bool], alpha: f64, _work: Work<'_>) -> Result<Vec<[f64; 3]>, BaselineError> {
+    fn embed(&self, bits: &[bool], alpha: f64, _job: &Job) -> Result<Vec<[f64; 3]>, BaselineError> {
         check_bits(bits.len(), self.bits)?;
         check_alpha(alpha)?;
         let mut positions = self.base.clone();
@@ -99,12 +100,7 @@ impl Prepared for PreparedCarriers {
     }
 
     /// Where the suspect was not seen, the original's vertex takes its place, as in section 4.4.1.
-    fn extract(
-        &self,
-        suspect: &Registered,
-        alpha: f64,
-        _work: Work<'_>,
-    ) -> Result<Vec<Reading>, BaselineError> {
+    fn extract(&self, suspect: &Registered, alpha: f64, _job: &Job) -> Result<Vec<Reading>, BaselineError> {
         check_vertices(suspect.positions.len(), self.original.len())?;
         check_alpha(alpha)?;
         let pairs = suspect.positions.iter().zip(&self.original);

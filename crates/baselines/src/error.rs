@@ -1,4 +1,5 @@
-use sigmark::SigmarkError;
+use job::JobError;
+use sigmark::mark::MarkError;
 
 /// Why an algorithm could not be run.
 #[derive(Debug, thiserror::Error)]
@@ -76,7 +77,20 @@ pub enum BaselineError {
         /// What went wrong.
         source: mhb_core::SpectrumError,
     },
-    /// What sigmark's own algorithm says.
+    /// What manifold harmonics say.
     #[error(transparent)]
-    Sigmark(#[from] SigmarkError),
+    Mark(MarkError),
+    /// Threads could not be started, or the observer asked to stop.
+    #[error(transparent)]
+    Job(#[from] JobError),
+}
+
+impl From<MarkError> for BaselineError {
+    /// A job that could not be done is always [`BaselineError::Job`].
+    fn from(error: MarkError) -> Self {
+        match error {
+            MarkError::Job(error) => Self::Job(error),
+            error => Self::Mark(error),
+        }
+    }
 }

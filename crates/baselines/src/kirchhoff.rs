@@ -1,8 +1,7 @@
-use std::ops::ControlFlow;
-
+use job::Job;
 use mesh::{Edges, TriMesh};
-use mhb_core::{Laplacian, Phase, Spectrum, SpectrumError};
-use sigmark::{Patch, SigmarkError, Work};
+use mhb_core::{Laplacian, Spectrum, SpectrumError, SpectrumOptions, SpectrumStage};
+use sigmark::mark::Patch;
 use sprs::{CsMat, TriMat};
 
 use crate::BaselineError;
@@ -30,27 +29,20 @@ pub(crate) fn laplacian_basis(
     index: usize,
     patch: &Patch,
     functions: usize,
-    work: Work<'_>,
+    job: &Job,
 ) -> Result<Spectrum, BaselineError> {
-    let watch = |_: Phase, _: f64| {
-        if work.observer.cancelled() {
-            ControlFlow::Break(())
-        } else {
-            ControlFlow::Continue(())
-        }
+    let options = SpectrumOptions {
+        count: functions,
+        tolerance: TOLERANCE,
+        ..Default::default()
     };
     let unit_masses = vec![1.0; patch.vertices().len()];
     Laplacian::new(kirchhoff(patch.mesh()), unit_masses)
         .and_then(|laplacian| {
-            Spectrum::builder()
-                .count(functions)
-                .tolerance(TOLERANCE)
-                .threads(work.threads)
-                .observer(&watch)
-                .compute_of(&laplacian)
+            Spectrum::of_laplacian(&laplacian, &options, &job.within(SpectrumStage::Solving))
         })
         .map_err(|source| match source {
-            SpectrumError::Cancelled => SigmarkError::Cancelled.into(),
+            SpectrumError::Job(error) => error.into(),
             source => BaselineError::Spectrum { patch: index, source },
         })
 }

@@ -1,4 +1,5 @@
-use sigmark::{Patch, Work};
+use job::Job;
+use sigmark::mark::{ChipLayout, MarkStage, Patch};
 
 use crate::{
     Algorithm, BaselineError, Prepared, Reference, Subject,
@@ -55,7 +56,7 @@ impl Lbf {
     /// How many eigenvectors to compute for l bits.
     fn count(&self, bits: usize) -> Result<usize, BaselineError> {
         // An empty layout is refused as everywhere else.
-        sigmark::ChipLayout::new(bits, self.chip_rate)?;
+        ChipLayout::new(bits, self.chip_rate)?;
         let least = bits.saturating_mul(self.chip_rate).saturating_add(1);
         match self.functions {
             _ if self.compensated => Ok(least),
@@ -99,16 +100,16 @@ impl Algorithm for Lbf {
     }
 
     /// One patch after the other: m eigenvectors of a single one fill the memory of a small machine.
-    fn prepare(&self, subject: &Subject<'_>, work: Work<'_>) -> Result<Box<dyn Prepared>, BaselineError> {
+    fn prepare(&self, subject: &Subject<'_>, job: &Job) -> Result<Box<dyn Prepared>, BaselineError> {
         let original = subject.mesh.positions();
         check_vertices(subject.patches.labels().len(), original.len())?;
         let functions = self.count(subject.bits)?;
         let modulated = subject.bits.saturating_mul(self.chip_rate);
         let mut base = original.to_vec();
         let mut carriers = Vec::with_capacity(subject.patches.len());
-        work.observer.stage(sigmark::Stage::Harmonics);
+        job.begin(MarkStage::Harmonics)?;
         for (index, patch) in subject.patches.iter().enumerate() {
-            let spectrum = laplacian_basis(index, patch, functions, work)?;
+            let spectrum = laplacian_basis(index, patch, functions, job)?;
             if !self.compensated {
                 let kept = spectrum.transform_positions(patch.mesh().positions());
                 let reconstruction = spectrum.inverse_transform_positions(&kept);
@@ -121,8 +122,7 @@ impl Algorithm for Lbf {
                 functions: spectrum.eigenfunctions().subcols(1, modulated).to_owned(),
                 chips: self.chips(subject.bits, patch),
             });
-            work.observer
-                .fraction((index + 1) as f64 / subject.patches.len() as f64);
+            job.progress((index + 1) as f64 / subject.patches.len() as f64)?;
         }
         Ok(Box::new(PreparedCarriers {
             bits: subject.bits,

@@ -13,19 +13,21 @@
 //! All are linear: a mark is base + α Σₜ sₜ Fₜ, with a vector field Fₜ for bit t.
 //!
 //! ```
+//! use job::Job;
 //! use baselines::{Algorithm, Prepared, Rbf, Subject};
-//! use sigmark::{CoefficientDetector, PatchCount, Patches, Registered, Work};
+//! use sigmark::mark::{PatchCount, Patches, Registered};
 //!
+//! let job = Job::default();
 //! let mesh = mesh::shapes::translated(&mesh::shapes::bumpy_sphere(4, 1), [3.0, 2.0, 1.0]);
-//! let patches = Patches::cut(&mesh, 40, PatchCount::Auto, 1)?;
+//! let patches = Patches::cut(&mesh, 40, PatchCount::Auto, &job)?;
 //! let subject = Subject { mesh: &mesh, patches: &patches, bits: 24 };
 //! let signature: Vec<bool> = (0..24).map(|t| t % 3 == 0).collect();
 //!
-//! let prepared = Rbf::default().prepare(&subject, Work::default())?;
-//! let marked = prepared.embed(&signature, Rbf::PAPER_ALPHA, Work::default())?;
+//! let prepared = Rbf::default().prepare(&subject, &job)?;
+//! let marked = prepared.embed(&signature, Rbf::PAPER_ALPHA, &job)?;
 //!
 //! let suspect = Registered::by_vertices(marked.into_iter().map(Some).collect());
-//! let readings = prepared.extract(&suspect, Rbf::PAPER_ALPHA, Work::default())?;
+//! let readings = prepared.extract(&suspect, Rbf::PAPER_ALPHA, &job)?;
 //! assert_eq!(readings[0].bits.hard(), signature);
 //! # Ok::<(), baselines::BaselineError>(())
 //! ```

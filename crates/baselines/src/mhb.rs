@@ -1,6 +1,7 @@
 use std::sync::Arc;
 
-use sigmark::{ChipLayout, CoefficientDetector, Detector, Original, Registered, Work};
+use job::Job;
+use sigmark::mark::{ChipLayout, CoefficientDetector, Detector, Original, Registered};
 
 use crate::{
     Algorithm, BaselineError, PAPER_DETECTOR, Prepared, Reading, Reference, Subject,
@@ -16,7 +17,7 @@ pub struct Mhb {
 }
 
 /// Detectors with their names.
-type Detectors = Vec<(String, Arc<dyn Detector + Send + Sync>)>;
+type Detectors = Vec<(String, Arc<dyn Detector>)>;
 
 impl Default for Mhb {
     /// The paper's.
@@ -30,7 +31,7 @@ impl Default for Mhb {
 
 impl Mhb {
     /// Lets another detector read the marks too, under this name.
-    pub fn detector(mut self, name: impl Into<String>, detector: impl Detector + Send + 'static) -> Self {
+    pub fn detector(mut self, name: impl Into<String>, detector: impl Detector + 'static) -> Self {
         self.detectors.push((name.into(), Arc::new(detector)));
         self
     }
@@ -53,11 +54,11 @@ impl Algorithm for Mhb {
         Reference::Original
     }
 
-    fn prepare(&self, subject: &Subject<'_>, work: Work<'_>) -> Result<Box<dyn Prepared>, BaselineError> {
+    fn prepare(&self, subject: &Subject<'_>, job: &Job) -> Result<Box<dyn Prepared>, BaselineError> {
         check_vertices(subject.patches.labels().len(), subject.mesh.vertex_count())?;
         let layout = ChipLayout::new(subject.bits, self.chip_rate)?;
-        let original = Original::with_patches(subject.mesh, layout, subject.patches.clone());
-        original.keep_bases(work)?;
+        let original = Original::with_patches(subject.mesh.clone(), layout, subject.patches.clone());
+        original.keep_bases(job)?;
         Ok(Box::new(PreparedMhb {
             original,
             detectors: self.detectors.clone(),
@@ -88,29 +89,24 @@ impl Prepared for PreparedMhb {
         self.original.layout().functions()
     }
 
-    fn embed(&self, bits: &[bool], alpha: f64, work: Work<'_>) -> Result<Vec<[f64; 3]>, BaselineError> {
+    fn embed(&self, bits: &[bool], alpha: f64, job: &Job) -> Result<Vec<[f64; 3]>, BaselineError> {
         check_bits(bits.len(), self.original.layout().bits())?;
         check_alpha(alpha)?;
-        let displacement = self.original.displacement(bits, &self.alphas(alpha), work)?;
+        let displacement = self.original.displacement(bits, &self.alphas(alpha), job)?;
         let marked = self.original.mesh().positions().iter().zip(displacement);
         Ok(marked
             .map(|(p, d)| std::array::from_fn(|axis| p[axis] + d[axis]))
             .collect())
     }
 
-    fn extract(
-        &self,
-        suspect: &Registered,
-        alpha: f64,
-        work: Work<'_>,
-    ) -> Result<Vec<Reading>, BaselineError> {
+    fn extract(&self, suspect: &Registered, alpha: f64, job: &Job) -> Result<Vec<Reading>, BaselineError> {
         check_vertices(suspect.positions.len(), self.original.mesh().vertex_count())?;
         check_alpha(alpha)?;
         let alphas = self.alphas(alpha);
-        let read = |(name, detector): &(String, Arc<dyn Detector + Send + Sync>)| {
+        let read = |(name, detector): &(String, Arc<dyn Detector>)| {
             Ok(Reading {
                 detector: name.clone(),
-                bits: detector.detect(&self.original, &alphas, suspect, work)?,
+                bits: detector.detect(&self.original, &alphas, suspect, job)?,
             })
         };
         self.detectors.iter().map(read).collect()

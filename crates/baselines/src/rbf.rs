@@ -1,4 +1,5 @@
-use sigmark::{ChipLayout, Work};
+use job::Job;
+use sigmark::mark::{ChipLayout, MarkStage};
 
 use crate::{
     Algorithm, BaselineError, Kernel, Prepared, Reference, Subject,
@@ -45,13 +46,13 @@ impl Algorithm for Rbf {
         Some(Self::PAPER_ALPHA)
     }
 
-    fn prepare(&self, subject: &Subject<'_>, work: Work<'_>) -> Result<Box<dyn Prepared>, BaselineError> {
+    fn prepare(&self, subject: &Subject<'_>, job: &Job) -> Result<Box<dyn Prepared>, BaselineError> {
         let positions = subject.mesh.positions();
         let layout = ChipLayout::new(subject.bits, 1)?;
-        work.observer.stage(sigmark::Stage::Harmonics);
+        job.begin(MarkStage::Harmonics)?;
         let functions = radial_basis(positions, layout.frequencies(), self.kernel)?;
         let moved = coefficients(functions.as_ref(), positions);
-        work.observer.fraction(1.0);
+        job.progress(1.0)?;
         Ok(Box::new(PreparedCarriers {
             bits: subject.bits,
             functions: layout.frequencies(),

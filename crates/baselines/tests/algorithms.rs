@@ -5,12 +5,13 @@
 use std::collections::HashMap;
 
 use baselines::{Adapted, Algorithm, BaselineError, Lbf, Mhb, Prepared, Rbf, Reference, Subject, entries};
+use job::Job;
 use mesh::{TriMesh, shapes};
 use rand_chacha::{
     ChaCha8Rng,
     rand_core::{Rng, SeedableRng},
 };
-use sigmark::{PatchCount, Patches, Registered, Work, statistics::extraction_rate};
+use sigmark::mark::{PatchCount, Patches, Registered, extraction_rate};
 
 const BITS: usize = 30;
 const FUNCTIONS: usize = 80;
@@ -21,7 +22,7 @@ fn model() -> TriMesh {
 }
 
 fn cut(mesh: &TriMesh, patches: usize) -> Patches {
-    Patches::cut(mesh, FUNCTIONS, PatchCount::Exactly(patches), 1).unwrap()
+    Patches::cut(mesh, FUNCTIONS, PatchCount::Exactly(patches), &Job::default()).unwrap()
 }
 
 fn prepare(algorithm: &dyn Algorithm, mesh: &TriMesh, patches: &Patches) -> Box<dyn Prepared> {
@@ -30,11 +31,11 @@ fn prepare(algorithm: &dyn Algorithm, mesh: &TriMesh, patches: &Patches) -> Box<
         patches,
         bits: BITS,
     };
-    algorithm.prepare(&subject, Work::default()).unwrap()
+    algorithm.prepare(&subject, &Job::default()).unwrap()
 }
 
 fn embed(prepared: &dyn Prepared, alpha: f64) -> Vec<[f64; 3]> {
-    prepared.embed(&signature(), alpha, Work::default()).unwrap()
+    prepared.embed(&signature(), alpha, &Job::default()).unwrap()
 }
 
 fn signature() -> Vec<bool> {
@@ -48,7 +49,7 @@ fn registered(positions: impl IntoIterator<Item = Option<[f64; 3]>>) -> Register
 
 fn rate(prepared: &dyn Prepared, suspect: &Registered, alpha: f64) -> f64 {
     let soft = prepared
-        .extract(suspect, alpha, Work::default())
+        .extract(suspect, alpha, &Job::default())
         .unwrap()
         .swap_remove(0)
         .bits;
@@ -117,14 +118,11 @@ fn no_result_depends_on_the_number_of_threads() {
     };
     for algorithm in entries(FUNCTIONS) {
         let [one, three] = [1, 3].map(|threads| {
-            let work = Work {
-                threads,
-                observer: &(),
-            };
-            let prepared = algorithm.prepare(&subject, work).unwrap();
-            let marked = prepared.embed(&signature(), 1e-3, work).unwrap();
+            let job = &Job::new(threads);
+            let prepared = algorithm.prepare(&subject, job).unwrap();
+            let marked = prepared.embed(&signature(), 1e-3, job).unwrap();
             let suspect = registered(marked.iter().copied().map(Some));
-            (marked, prepared.extract(&suspect, 1e-3, work).unwrap())
+            (marked, prepared.extract(&suspect, 1e-3, job).unwrap())
         });
         assert_eq!(one, three, "{}", algorithm.name());
     }
@@ -295,7 +293,7 @@ fn bad_input_is_refused() {
     let patches = cut(&mesh, 1);
     for algorithm in entries(FUNCTIONS) {
         let prepared = prepare(algorithm.as_ref(), &mesh, &patches);
-        let bits = prepared.embed(&[true; BITS + 1], 1e-3, Work::default());
+        let bits = prepared.embed(&[true; BITS + 1], 1e-3, &Job::default());
         assert!(matches!(
             bits,
             Err(BaselineError::Bits {
@@ -304,10 +302,10 @@ fn bad_input_is_refused() {
             })
         ));
         for alpha in [-1.0, f64::NAN, f64::INFINITY] {
-            let strength = prepared.embed(&signature(), alpha, Work::default());
+            let strength = prepared.embed(&signature(), alpha, &Job::default());
             assert!(matches!(strength, Err(BaselineError::Alpha { .. })));
         }
-        let short = prepared.extract(&registered([None]), 1e-3, Work::default());
+        let short = prepared.extract(&registered([None]), 1e-3, &Job::default());
         assert!(matches!(short, Err(BaselineError::Vertices { given: 1, .. })));
     }
     let prepare = |algorithm: &dyn Algorithm, bits| {
@@ -316,12 +314,12 @@ fn bad_input_is_refused() {
             patches: &patches,
             bits,
         };
-        algorithm.prepare(&subject, Work::default())
+        algorithm.prepare(&subject, &Job::default())
     };
     for algorithm in entries(FUNCTIONS) {
         assert!(matches!(
             prepare(algorithm.as_ref(), 0),
-            Err(BaselineError::Sigmark(_))
+            Err(BaselineError::Mark(_))
         ));
     }
     let narrow = prepare(&Lbf::new(FUNCTIONS), FUNCTIONS);

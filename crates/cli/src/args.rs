@@ -4,10 +4,7 @@ use std::{path::PathBuf, time::Duration};
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use mhb_core::LaplacianKind;
-use sigmark::{
-    Coverage, PatchCount, Strength,
-    signature::{Curve, Scheme},
-};
+use sigmark::{Coverage, Curve, PatchCount, Scheme, Strength};
 
 use crate::points::Pair;
 
@@ -515,7 +512,7 @@ impl Threads {
 mod numbers {
     use std::time::Duration;
 
-    use sigmark::{MOST_DISTORTION, PatchCount};
+    use sigmark::{PatchCount, mark::MOST_DISTORTION};
 
     const MOST_THREADS: usize = 256;
 

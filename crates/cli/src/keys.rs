@@ -7,7 +7,7 @@ use std::{
 };
 
 use anyhow::{Context, Result, bail};
-use sigmark::signature::{KeyError, PublicKey, SigningKey};
+use sigmark::{KeyError, PublicKey, SigningKey};
 
 use crate::files::{self, Text};
 

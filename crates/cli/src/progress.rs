@@ -3,7 +3,7 @@
 use std::{
     io::IsTerminal,
     sync::{
-        Mutex, PoisonError,
+        Arc, Mutex, PoisonError,
         mpsc::{self, RecvTimeoutError},
     },
     thread,
@@ -11,7 +11,7 @@ use std::{
 };
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use sigmark::{Observer, Stage};
+use job::Job;
 
 /// Watches a computation: what it is doing goes to the terminal (if standard error is one), how long each stage took is kept.
 ///
@@ -78,13 +78,19 @@ impl Progress {
             .set_position((fraction.clamp(0.0, 1.0) * STEPS as f64) as u64);
     }
 
+    /// A job that this watches.
+    pub(crate) fn job(self: &Arc<Self>, threads: usize) -> Job {
+        Job::new(threads).shared_with(Arc::<Self>::clone(self))
+    }
+
     fn is_late(&self) -> bool {
         self.deadline.is_some_and(|deadline| Instant::now() >= deadline)
     }
 
     /// The work is over: the bar goes away; the answer is how many seconds each stage took, in the order in which they first
     /// began. A stage that came twice counts together.
-    pub(crate) fn finish(self) -> Vec<(&'static str, f64)> {
+    pub(crate) fn finish(&self) -> Vec<(&'static str, f64)> {
+        self.bar.finish_and_clear();
         let stages = self.stages.lock().unwrap_or_else(PoisonError::into_inner);
         let ends = stages
             .iter()
@@ -109,17 +115,9 @@ impl Drop for Progress {
     }
 }
 
-impl Observer for Progress {
-    fn stage(&self, stage: Stage) {
-        let doing = match stage {
-            Stage::Patches => "cutting into patches",
-            Stage::Harmonics => "manifold harmonics",
-            Stage::Embedding => "signing",
-            Stage::Registration => "aligning",
-            Stage::Resampling => "resampling",
-            Stage::Detection => "reading the bits",
-        };
-        self.begin(stage.name(), doing);
+impl job::Observer for Progress {
+    fn stage(&self, stage: &dyn job::Stage) {
+        self.begin(stage.name(), doing(stage.name()));
     }
 
     fn fraction(&self, done: f64) {
@@ -131,19 +129,26 @@ impl Observer for Progress {
     }
 }
 
-impl registration::Observer for Progress {
-    fn stage(&self, stage: registration::Stage) {
-        use registration::Stage;
-        match stage {
-            Stage::Guesses { done, total } if done > 0 => self.done(done as f64 / total.max(1) as f64),
-            Stage::Connectivity => self.begin("connectivity", "looking for vertices"),
-            Stage::Preparation => self.begin("preparation", "sampling surfaces"),
-            Stage::Refinement => self.begin("refinement", "aligning finely"),
-            _ => self.begin("guesses", "trying positions"),
-        }
-    }
-
-    fn cancelled(&self) -> bool {
-        self.is_late()
+/// What people read of a stage.
+fn doing(stage: &'static str) -> &'static str {
+    match stage {
+        "patches" => "cutting into patches",
+        "harmonics" => "manifold harmonics",
+        "embedding" => "signing",
+        "registration" => "aligning",
+        "detection" => "reading the bits",
+        "assembly" => "assembling the matrices",
+        "slicing" => "counting eigenvalues",
+        "finishing" => "joining",
+        "distance" => "measuring distances",
+        "shape_dna" => "computing eigenvalues",
+        "msdm2" => "comparing curvatures",
+        "dame" => "comparing angles",
+        "heatmap" => "painting",
+        "connectivity" => "looking for vertices",
+        "preparation" => "sampling surfaces",
+        "guesses" => "trying positions",
+        "refinement" => "aligning finely",
+        other => other,
     }
 }

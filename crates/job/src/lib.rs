@@ -64,6 +64,8 @@ pub enum JobError {
 pub struct Job {
     threads: Arc<Threads>,
     audience: Audience,
+    /// Which part of the stage this job's own progress from 0 to 1 is.
+    part: (f64, f64),
 }
 
 impl Default for Job {
@@ -87,6 +89,7 @@ impl Job {
         Self {
             threads: Arc::new(Threads::new(threads)),
             audience: Audience::Nobody,
+            part: (0.0, 1.0),
         }
     }
 
@@ -106,16 +109,16 @@ impl Job {
     /// A job for one step of this one: its stages are not reported. Of its progress, that of the stage `shown` is.
     pub fn within(&self, shown: impl Stage) -> Self {
         Self {
-            threads: Arc::clone(&self.threads),
             audience: self.audience.within(shown.name()),
+            ..self.clone()
         }
     }
 
     /// A job for work on the side: it can be cancelled as this one, and tells nothing.
     pub fn quiet(&self) -> Self {
         Self {
-            threads: Arc::clone(&self.threads),
             audience: self.audience.quiet(),
+            ..self.clone()
         }
     }
 
@@ -123,8 +126,22 @@ impl Job {
     pub fn alone(&self) -> Self {
         Self {
             threads: Arc::new(Threads::new(1)),
-            audience: self.audience.clone(),
+            ..self.clone()
         }
+    }
+
+    /// A job whose progress from 0 to 1 is that of this one between two fractions: for a stage of several steps.
+    pub fn part(&self, from: f64, to: f64) -> Self {
+        Self {
+            part: (self.whole(from), self.whole(to)),
+            ..self.clone()
+        }
+    }
+
+    /// The fraction of the stage that is done when `done` of this part is.
+    fn whole(&self, done: f64) -> f64 {
+        let (from, to) = self.part;
+        from + done * (to - from)
     }
 
     /// How many threads may work at a time; at least 1.
@@ -141,12 +158,12 @@ impl Job {
         self.go_on()
     }
 
-    /// How much of the present stage is done, from 0 to 1.
+    /// How much of the present stage, or of this [`part`](Self::part) of it, is done, from 0 to 1.
     ///
     /// # Errors
     /// [`JobError::Cancelled`].
     pub fn progress(&self, done: f64) -> Result<(), JobError> {
-        self.audience.fraction(done);
+        self.audience.fraction(self.whole(done));
         self.go_on()
     }
 

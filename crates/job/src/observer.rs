@@ -164,6 +164,17 @@ mod tests {
     }
 
     #[test]
+    fn parts_of_a_stage_are_fractions_of_the_whole() {
+        let diary = Arc::new(Diary::default());
+        let job = Job::default().shared_with(diary.clone());
+        let second_half = job.part(0.5, 1.0);
+        second_half.progress(0.5).unwrap();
+        second_half.part(0.5, 1.0).progress(0.5).unwrap();
+        inner(&job.part(0.0, 0.5).within(Inner::Solving)).unwrap();
+        assert_eq!(*diary.0.lock().unwrap(), ["0.75", "0.875", "0.25"]);
+    }
+
+    #[test]
     fn every_part_of_a_job_can_be_cancelled() {
         let diary = Arc::new(Diary::default());
         let job = Job::new(2).shared_with(diary.clone());

@@ -1,3 +1,5 @@
+use job::JobError;
+
 /// Why no spectrum could be computed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -78,19 +80,17 @@ pub enum SpectrumError {
         /// Number of rows.
         size: usize,
     },
-    /// The number of pairs found in a band differs from the number that the inertia proves.
+    /// As many pairs were found below a shift as inertia does not prove there: some are missing, or counted twice.
     #[error(
-        "found {found} of the {expected} eigenpairs between {lower} and {upper}: loosen the tolerance, or mend extreme triangles"
+        "found {found} eigenpairs below {shift}, where inertia proves {proven}: loosen the tolerance, or mend extreme triangles"
     )]
     Incomplete {
-        /// Lower end of the band, in units of 1 / total mass.
-        lower: f64,
-        /// Its upper end.
-        upper: f64,
-        /// Converged pairs.
+        /// The shift, in units of 1 / total mass.
+        shift: f64,
+        /// How many pairs exist below it, by Sylvester's law of inertia.
+        proven: usize,
+        /// How many were found.
         found: usize,
-        /// Pairs that exist.
-        expected: usize,
     },
     /// A dense eigenproblem did not converge, which finite input does not cause.
     #[error("a dense eigenproblem of size {size} did not converge")]
@@ -98,15 +98,7 @@ pub enum SpectrumError {
         /// Its number of rows.
         size: usize,
     },
-    /// The observer asked to stop.
-    #[error("the computation was cancelled")]
-    Cancelled,
-    /// The operating system gave no threads.
-    #[error("could not start {threads} threads: {reason}")]
-    Threads {
-        /// How many were asked for.
-        threads: usize,
-        /// What the system said.
-        reason: String,
-    },
+    /// The job was cancelled, or got no threads.
+    #[error(transparent)]
+    Job(#[from] JobError),
 }

@@ -8,13 +8,14 @@
 //! missing, and turns functions on the mesh into coefficients and back (eqs. 6–8).
 //!
 //! ```
+//! use job::Job;
 //! use mhb_core::{Spectrum, SpectrumOptions};
 //!
 //! let mesh = mesh::shapes::icosphere(4);
-//! let spectrum = Spectrum::compute(&mesh, &SpectrumOptions { count: 9, ..Default::default() })?;
+//! let options = SpectrumOptions { count: 9, ..Default::default() };
+//! let spectrum = Spectrum::compute(&mesh, &options, &Job::default())?;
 //! assert!((spectrum.eigenvalues()[1] - 2.0).abs() < 0.01); // l (l + 1) for l = 1, three times
 //! assert!((spectrum.eigenvalues()[4] - 6.0).abs() < 0.05); // and for l = 2, five times
-//! assert!(spectrum.certificate().complete);
 //!
 //! // The coordinates of a sphere are its eigenfunctions of l = 1: nothing is left to the other pairs.
 //! let difference = spectrum.reconstruction_difference(mesh.positions());
@@ -40,25 +41,28 @@
 //! Vallet and Lévy, Spectral geometry processing with manifold harmonics, 2008 (the transform, bands of the spectrum). Wang, Feng and Miao,
 //! 2012 (equation numbers). Sharp and Crane, A Laplacian for nonmanifold triangle meshes, 2020 ([`Laplacian::intrinsic`]).
 
-mod builder;
 mod canonical;
 mod dense;
 mod error;
+mod inertia;
 mod intrinsic;
 mod kernel;
 mod laplacian;
-mod observer;
+mod noise;
 mod operator;
+mod options;
 mod solver;
 mod spectrum;
+mod stage;
 mod transform;
 mod triangle;
 
-pub use builder::SpectrumBuilder;
 pub use error::SpectrumError;
+pub use inertia::InertiaCount;
 pub use laplacian::{Laplacian, LaplacianKind, full_mass, lumped_mass, stiffness};
-pub use observer::{Observer, Phase, Stopwatch, Unobserved};
-pub use spectrum::{Certificate, Spectrum, SpectrumOptions};
+pub use options::SpectrumOptions;
+pub use spectrum::Spectrum;
+pub use stage::SpectrumStage;
 
 #[cfg(feature = "bench-internals")]
 #[doc(hidden)]

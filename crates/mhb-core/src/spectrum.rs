@@ -1,46 +1,13 @@
 use std::ops::Range;
 
 use faer::{Mat, MatRef};
+use job::Job;
 use mesh::TriMesh;
-use rayon::prelude::*;
 
 use crate::canonical::{References, clusters};
-use crate::observer::Phase;
+use crate::kernel::kernel;
 use crate::operator::Operator;
-use crate::solver::{self, Progress};
-use crate::{Laplacian, LaplacianKind, SpectrumBuilder, SpectrumError, dense};
-
-/// What to compute, and how.
-#[derive(Clone, Debug, PartialEq)]
-pub struct SpectrumOptions {
-    /// How many of the lowest pairs: m.
-    pub count: usize,
-    /// Which Laplacian of the mesh.
-    pub laplacian: LaplacianKind,
-    /// Largest relative residual ‖S h − λ D h‖ / λ (in the norm of D⁻¹, for h of D-norm 1) that counts as converged. Eigenfunctions
-    /// are orthonormal to a tenth of it.
-    pub tolerance: f64,
-    /// Threads to compute with; the result does not depend on it.
-    pub threads: usize,
-    /// Width of the blocks that the solver iterates with, 1 to 64, rounded up to a multiple of 8. Changes the time, and the
-    /// result within the tolerance.
-    pub block: usize,
-    /// How many pairs a band should hold, at least 1. Changes the time, and the result within the tolerance.
-    pub band: usize,
-}
-
-impl Default for SpectrumOptions {
-    fn default() -> Self {
-        Self {
-            count: 325,
-            laplacian: LaplacianKind::Cotangent,
-            tolerance: 1e-10,
-            threads: 1,
-            block: 8,
-            band: 88,
-        }
-    }
-}
+use crate::{InertiaCount, Laplacian, SpectrumError, SpectrumOptions, SpectrumStage, dense, solver};
 
 /// The m lowest eigenpairs of S h = λ D h (eq. 5): the manifold harmonics basis.
 #[derive(Clone, Debug)]
@@ -50,39 +17,36 @@ pub struct Spectrum {
     mass: Vec<f64>,
     residuals: Vec<f64>,
     clusters: Vec<Range<usize>>,
-    certificate: Certificate,
-}
-
-/// Proof that no pair is missing: by Sylvester's law of inertia, A − σ I = L E Lᵀ has as many negative pivots as there
-/// are eigenvalues below σ.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Certificate {
-    /// Shifts σ, ascending, in the unit of the eigenvalues, each with the number of eigenvalues that inertia proves below it.
-    pub counts: Vec<(f64, usize)>,
-    /// Whether at every shift as many pairs were found as inertia proves.
-    pub complete: bool,
+    inertia: Vec<InertiaCount>,
 }
 
 impl Spectrum {
-    /// A computation whose every choice has a default: see [`SpectrumBuilder`].
-    pub fn builder() -> SpectrumBuilder<'static> {
-        SpectrumBuilder::default()
-    }
-
     /// The spectrum of a mesh, in the mesh's unit: eigenvalues scale as 1/s².
     ///
     /// # Errors
-    /// See [`SpectrumError`]: what is wrong with the options or the mesh, and where.
-    pub fn compute(mesh: &TriMesh, options: &SpectrumOptions) -> Result<Self, SpectrumError> {
-        Self::builder().options(options.clone()).compute(mesh)
+    /// See [`SpectrumError`]: what is wrong with the options or the mesh, and where; that a pair is missing; or that the job was
+    /// cancelled.
+    pub fn compute(mesh: &TriMesh, options: &SpectrumOptions, job: &Job) -> Result<Self, SpectrumError> {
+        options.checked(mesh.vertex_count())?;
+        job.begin(SpectrumStage::Assembly)?;
+        let laplacian = Laplacian::of(mesh, options.laplacian)?;
+        Self::of_laplacian(&laplacian, options, job)
     }
 
     /// The spectrum of any Laplacian; [`SpectrumOptions::laplacian`] is not looked at.
     ///
     /// # Errors
-    /// See [`SpectrumError`].
-    pub fn of_laplacian(laplacian: &Laplacian, options: &SpectrumOptions) -> Result<Self, SpectrumError> {
-        Self::builder().options(options.clone()).compute_of(laplacian)
+    /// As [`compute`](Self::compute).
+    pub fn of_laplacian(
+        laplacian: &Laplacian,
+        options: &SpectrumOptions,
+        job: &Job,
+    ) -> Result<Self, SpectrumError> {
+        let options = options.checked(laplacian.mass().len())?;
+        let operator = Operator::new(laplacian)?;
+        let kernel = kernel(&operator);
+        let solution = solver::lowest(&operator, kernel.as_ref(), &options, job)?;
+        finish(laplacian, &operator, kernel.ncols(), solution, options.count, job)
     }
 
     /// m.
@@ -129,92 +93,86 @@ impl Spectrum {
         &self.clusters
     }
 
-    /// Proof that no pair is missing.
-    pub fn certificate(&self) -> &Certificate {
-        &self.certificate
+    /// Proof that no pair is missing: shifts, ascending, with the number of eigenvalues below each, which is how many were found.
+    pub fn inertia(&self) -> &[InertiaCount] {
+        &self.inertia
     }
-}
-
-/// Whether the options make sense for so many vertices.
-pub(crate) fn check(options: &SpectrumOptions, vertices: usize) -> Result<(), SpectrumError> {
-    if options.count == 0 || options.count > vertices {
-        return Err(SpectrumError::Count {
-            count: options.count,
-            vertices,
-        });
-    }
-    if !(options.tolerance > 0.0 && options.tolerance < 1.0) {
-        return Err(SpectrumError::Tolerance {
-            tolerance: options.tolerance,
-        });
-    }
-    Ok(())
 }
 
 /// Canonical choice, cut to `count`, units of the mesh, residuals.
-pub(crate) fn finish(
+fn finish(
     laplacian: &Laplacian,
     operator: &Operator,
     zeros: usize,
     solution: solver::Solution,
-    options: &SpectrumOptions,
-    progress: &Progress<'_>,
+    count: usize,
+    job: &Job,
 ) -> Result<Spectrum, SpectrumError> {
     let solver::Solution {
         eigenvalues,
         mut vectors,
         counts,
-        complete,
     } = solution;
     let mut clusters = clusters(&eigenvalues);
     let mut references = References::new(operator.size());
     for cluster in &clusters {
-        if cluster.end > zeros && cluster.start < options.count {
+        if cluster.end > zeros && cluster.start < count {
             let start = cluster.start.max(zeros);
             references.canonicalise(vectors.as_mut().subcols_mut(start, cluster.end - start))?;
         }
     }
-    let count = options.count;
     vectors.truncate(operator.size(), count);
-    let residuals = residuals(operator, vectors.as_ref(), &eigenvalues[..count]);
-    progress.report(Phase::Finishing, 0.9)?;
+    let residuals = residuals(operator, vectors.as_ref(), &eigenvalues[..count], job)?;
+    job.progress(0.9)?;
     let area = operator.total_mass();
     let unscale: Vec<f64> = operator
         .root_mass()
         .iter()
         .map(|root| 1.0 / (root * area.sqrt()))
         .collect();
-    let columns: Vec<_> = vectors.col_iter_mut().collect();
-    columns.into_par_iter().map(dense::contiguous).for_each(|column| {
-        column.iter_mut().zip(&unscale).for_each(|(y, s)| *y *= s);
-    });
+    let mut columns: Vec<_> = vectors.col_iter_mut().map(dense::contiguous).collect();
+    job.for_chunks(&mut columns, LANES, |_, columns| {
+        for column in columns {
+            column.iter_mut().zip(&unscale).for_each(|(y, s)| *y *= s);
+        }
+    })?;
     clusters.retain(|c| c.start < count);
     if let Some(last) = clusters.last_mut() {
         last.end = last.end.min(count);
     }
-    let spectrum = Spectrum {
+    job.progress(1.0)?;
+    Ok(Spectrum {
         eigenvalues: eigenvalues[..count].iter().map(|l| l / area).collect(),
         eigenfunctions: vectors,
         mass: laplacian.mass().to_vec(),
         residuals,
         clusters,
-        certificate: Certificate {
-            counts: counts.iter().map(|cut| (cut.shift / area, cut.below)).collect(),
-            complete,
-        },
-    };
-    progress.report(Phase::Finishing, 1.0)?;
-    Ok(spectrum)
+        inertia: counts
+            .into_iter()
+            .map(|InertiaCount { shift, below }| InertiaCount {
+                shift: shift / area,
+                below,
+            })
+            .collect(),
+    })
 }
 
+/// Columns whose residuals are computed together, so that the entries of A are read once for all of them.
+const LANES: usize = 8;
+
 /// ‖A y − λ y‖ / max(λ, 1) of each column.
-fn residuals(operator: &Operator, vectors: MatRef<'_, f64>, eigenvalues: &[f64]) -> Vec<f64> {
-    const LANES: usize = 8;
-    let residual = |(chunk, lambdas): (usize, &[f64])| {
-        // Rows of eight columns, so that the entries of A are read once for all of them.
+fn residuals(
+    operator: &Operator,
+    vectors: MatRef<'_, f64>,
+    eigenvalues: &[f64],
+    job: &Job,
+) -> Result<Vec<f64>, SpectrumError> {
+    let residual = |chunk: usize| {
+        let first = chunk * LANES;
+        let lambdas = &eigenvalues[first..(first + LANES).min(eigenvalues.len())];
         let mut rows = vec![[0.0; LANES]; operator.size()];
         for lane in 0..lambdas.len() {
-            let column = dense::column(vectors, chunk * LANES + lane);
+            let column = dense::column(vectors, first + lane);
             rows.iter_mut().zip(column).for_each(|(row, &y)| row[lane] = y);
         }
         let mut squares = [0.0; LANES];
@@ -231,9 +189,5 @@ fn residuals(operator: &Operator, vectors: MatRef<'_, f64>, eigenvalues: &[f64])
             .map(|lane| squares[lane].sqrt() / lambda[lane].max(1.0))
             .collect::<Vec<_>>()
     };
-    eigenvalues
-        .par_chunks(LANES)
-        .enumerate()
-        .flat_map(residual)
-        .collect()
+    Ok(job.map(eigenvalues.len().div_ceil(LANES), 1, residual)?.concat())
 }

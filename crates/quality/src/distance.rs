@@ -1,14 +1,14 @@
 //! Distances between surfaces (eq. 21).
 
+use job::Job;
 use mesh::TriMesh;
 use registration::Surface;
 use serde::Serialize;
 
 use crate::sampling::{Samples, sample};
-use crate::work::{Observer, by_chunks, in_pool, unobserved};
 use mesh::vector::Vec3;
 
-use crate::QualityError;
+use crate::{MetricStage, QualityError};
 
 /// How surfaces are sampled.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,16 +16,11 @@ pub struct DistanceOptions {
     /// About the distance between neighbouring samples, as a fraction of the sampled mesh's diagonal, above 0 and at most 1. The
     /// paper's is 0.05 %.
     pub interval: f64,
-    /// Threads to compute with; the result does not depend on it.
-    pub threads: usize,
 }
 
 impl Default for DistanceOptions {
     fn default() -> Self {
-        Self {
-            interval: 5e-4,
-            threads: 1,
-        }
+        Self { interval: 5e-4 }
     }
 }
 
@@ -71,25 +66,12 @@ impl SymmetricDistance {
         other: &TriMesh,
         reference: &TriMesh,
         options: &DistanceOptions,
+        job: &Job,
     ) -> Result<Self, QualityError> {
-        Self::between_observed(other, reference, options, &unobserved)
-    }
-
-    /// As [`between`](Self::between), watched.
-    ///
-    /// # Errors
-    /// As [`surface_distance`], and [`QualityError::Cancelled`].
-    pub fn between_observed(
-        other: &TriMesh,
-        reference: &TriMesh,
-        options: &DistanceOptions,
-        observer: Observer<'_>,
-    ) -> Result<Self, QualityError> {
+        job.begin(MetricStage::Distance)?;
         Ok(Self {
-            forward: surface_distance_observed(other, reference, options, &|done| observer(0.5 * done))?,
-            backward: surface_distance_observed(reference, other, options, &|done| {
-                observer(0.5 + 0.5 * done)
-            })?,
+            forward: distance(other, reference, options, &job.part(0.0, 0.5))?,
+            backward: distance(reference, other, options, &job.part(0.5, 1.0))?,
             diagonal: reference.bounding_box().diagonal(),
         })
     }
@@ -116,7 +98,7 @@ impl SymmetricDistance {
 /// More samples than this, or than there are triangles, are refused: at about 0.2 µs each they take hours.
 const MOST_SAMPLES: f64 = 1e11;
 
-/// Triangles that one task samples; fixed, so that sums do not depend on the number of threads.
+/// Triangles that one task samples, or vertices that it measures; fixed, so that sums do not depend on the number of threads.
 const CHUNK: usize = 512;
 
 /// Distances of the surface `from`, sampled, from the surface `to`.
@@ -127,34 +109,34 @@ const CHUNK: usize = 512;
 /// chance. Takes 0.1 to 0.3 µs a sample.
 ///
 /// ```
+/// use job::Job;
 /// use quality::{DistanceOptions, surface_distance};
 /// let inner = mesh::shapes::cube(1.0);
 /// let outer = mesh::shapes::translated(&mesh::shapes::cube(3.0), [-1.0; 3]);
-/// let distance = surface_distance(&inner, &outer, &DistanceOptions::default())?;
+/// let distance = surface_distance(&inner, &outer, &DistanceOptions::default(), &Job::new(2))?;
 /// assert!((distance.rmse - 1.0).abs() < 1e-12 && (distance.maximum - 1.0).abs() < 1e-12);
 /// # Ok::<(), quality::QualityError>(())
 /// ```
 ///
 /// # Errors
 /// [`QualityError::Option`] and [`QualityError::TooManySamples`] of an interval that makes no sense,
-/// [`QualityError::NoSurface`] if `from` has no area.
+/// [`QualityError::NoSurface`] if `from` has no area, [`QualityError::Job`].
 pub fn surface_distance(
     from: &TriMesh,
     to: &TriMesh,
     options: &DistanceOptions,
+    job: &Job,
 ) -> Result<SurfaceDistance, QualityError> {
-    surface_distance_observed(from, to, options, &unobserved)
+    job.begin(MetricStage::Distance)?;
+    distance(from, to, options, job)
 }
 
-/// As [`surface_distance`], watched.
-///
-/// # Errors
-/// As [`surface_distance`], and [`QualityError::Cancelled`].
-pub fn surface_distance_observed(
+/// [`surface_distance`] as part of a stage.
+fn distance(
     from: &TriMesh,
     to: &TriMesh,
     options: &DistanceOptions,
-    observer: Observer<'_>,
+    job: &Job,
 ) -> Result<SurfaceDistance, QualityError> {
     let interval = interval(from, options)?;
     let surface = Surface::new(to);
@@ -181,9 +163,7 @@ pub fn surface_distance_observed(
         }
         sums
     };
-    let chunks = in_pool(options.threads, || {
-        by_chunks(from.triangle_count(), CHUNK, observer, measure)
-    })?;
+    let chunks = job.map_chunks(from.triangle_count(), CHUNK, measure)?;
     let total = chunks.into_iter().fold(Sums::default(), Sums::plus);
     Ok(SurfaceDistance {
         rmse: (total.squares / total.area).sqrt(),
@@ -278,19 +258,13 @@ impl Sums {
 /// The distance of each vertex of `from` from the surface of `to`, #V: what heat maps show.
 ///
 /// # Errors
-/// [`QualityError::Threads`], and [`QualityError::Cancelled`].
-pub fn vertex_distances(
-    from: &TriMesh,
-    to: &TriMesh,
-    threads: usize,
-    observer: Observer<'_>,
-) -> Result<Vec<f64>, QualityError> {
+/// [`QualityError::Job`].
+pub fn vertex_distances(from: &TriMesh, to: &TriMesh, job: &Job) -> Result<Vec<f64>, QualityError> {
+    job.begin(MetricStage::Distance)?;
     let surface = Surface::new(to);
-    in_pool(threads, || {
-        crate::work::map(from.vertex_count(), observer, |v| {
-            surface.nearest(from.positions()[v]).distance
-        })
-    })
+    Ok(job.map_reported(from.vertex_count(), CHUNK, |v| {
+        surface.nearest(from.positions()[v]).distance
+    })?)
 }
 
 #[cfg(test)]
@@ -300,7 +274,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn options(interval: f64) -> DistanceOptions {
-        DistanceOptions { interval, threads: 2 }
+        DistanceOptions { interval }
     }
 
     #[test]
@@ -308,7 +282,7 @@ mod tests {
         let floor = shapes::rectangle(5, 3, 4.0, 4.0);
         let height = 0.75;
         let lifted = shapes::translated(&shapes::rectangle(2, 7, 2.0, 2.0), [1.0, 1.0, height]);
-        let distance = surface_distance(&lifted, &floor, &options(0.01)).unwrap();
+        let distance = surface_distance(&lifted, &floor, &options(0.01), &Job::new(2)).unwrap();
         for figure in [distance.rmse, distance.mean, distance.maximum] {
             assert!((figure - height).abs() < 1e-12);
         }
@@ -319,7 +293,7 @@ mod tests {
             .map(|&[x, y, _]| [1.0 + x, 1.0 + y, x])
             .collect();
         let tilted = shapes::rectangle(4, 4, 1.0, 1.0).with_positions(tilted).unwrap();
-        let distance = surface_distance(&tilted, &floor, &options(0.005)).unwrap();
+        let distance = surface_distance(&tilted, &floor, &options(0.005), &Job::new(2)).unwrap();
         assert!((distance.mean - 0.5).abs() < 1e-12);
         assert!((distance.rmse - (1.0_f64 / 3.0).sqrt()).abs() < 1e-5);
         assert!((distance.maximum - 1.0).abs() < 1e-12);
@@ -330,7 +304,7 @@ mod tests {
     fn a_part_is_near_to_the_whole_but_the_whole_is_not_near_to_the_part() {
         let whole = shapes::rectangle(8, 8, 2.0, 1.0);
         let part = shapes::rectangle(4, 8, 1.0, 1.0);
-        let distance = SymmetricDistance::between(&part, &whole, &options(0.01)).unwrap();
+        let distance = SymmetricDistance::between(&part, &whole, &options(0.01), &Job::new(2)).unwrap();
         assert_eq!(distance.forward.maximum, 0.0);
         // The half without a partner is at most 1 away; its squares average to 1/3, over the whole to 1/6.
         assert!((distance.backward.maximum - 1.0).abs() < 1e-12);
@@ -343,17 +317,7 @@ mod tests {
     #[test]
     fn results_do_not_depend_on_the_number_of_threads() {
         let (a, b) = (shapes::bumpy_sphere(4, 1), shapes::bumpy_sphere(4, 2));
-        let by = |threads| {
-            surface_distance(
-                &a,
-                &b,
-                &DistanceOptions {
-                    interval: 0.01,
-                    threads,
-                },
-            )
-            .unwrap()
-        };
+        let by = |threads| surface_distance(&a, &b, &options(0.01), &Job::new(threads)).unwrap();
         assert_eq!(by(1), by(3));
     }
 
@@ -362,18 +326,18 @@ mod tests {
         let ball = shapes::icosphere(1);
         for interval in [0.0, -1.0, 1.5, f64::NAN] {
             assert!(matches!(
-                surface_distance(&ball, &ball, &options(interval)),
+                surface_distance(&ball, &ball, &options(interval), &Job::new(2)),
                 Err(QualityError::Option { .. })
             ));
         }
-        let too_fine = surface_distance(&ball, &ball, &options(1e-9));
+        let too_fine = surface_distance(&ball, &ball, &options(1e-9), &Job::new(2));
         assert!(matches!(too_fine, Err(QualityError::TooManySamples { .. })));
         let flat = TriMesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]], vec![[0, 1, 2]]).unwrap();
         assert!(matches!(
-            surface_distance(&flat, &ball, &options(0.1)),
+            surface_distance(&flat, &ball, &options(0.1), &Job::new(2)),
             Err(QualityError::NoSurface { .. })
         ));
-        assert!(surface_distance(&ball, &flat, &options(0.1)).is_ok());
+        assert!(surface_distance(&ball, &flat, &options(0.1), &Job::new(2)).is_ok());
     }
 
     proptest! {
@@ -383,8 +347,8 @@ mod tests {
         fn distances_do_not_change_when_both_surfaces_move_and_scale_with_both(seed in 0..9_u64, angles in prop::array::uniform4(-1.0..1.0_f64), scale in 0.01..100.0_f64) {
             let (a, b) = (shapes::bumpy_sphere(2, seed), shapes::bumpy_sphere(2, seed + 1));
             let moved = Similarity { scale, translation: [1.0, 2.0, 3.0], ..Similarity::from_quaternion(angles) };
-            let before = SymmetricDistance::between(&a, &b, &options(0.02)).unwrap();
-            let after = SymmetricDistance::between(&shapes::moved(&a, &moved), &shapes::moved(&b, &moved), &options(0.02)).unwrap();
+            let before = SymmetricDistance::between(&a, &b, &options(0.02), &Job::new(2)).unwrap();
+            let after = SymmetricDistance::between(&shapes::moved(&a, &moved), &shapes::moved(&b, &moved), &options(0.02), &Job::new(2)).unwrap();
             // The diagonal turns with the box, and the interval with it: the figures agree to the accuracy of the sampling.
             for (x, y) in [(before.mrms(), after.mrms()), (before.mean(), after.mean()), (before.hausdorff(), after.hausdorff())] {
                 prop_assert!((y / scale - x).abs() < 0.02 * x, "{x} {}", y / scale);
@@ -394,9 +358,9 @@ mod tests {
         #[test]
         fn the_mean_is_below_the_root_mean_square_and_that_below_the_maximum(seed in any::<u64>()) {
             let (a, b) = (shapes::soup(6, seed), shapes::bumpy_sphere(1, seed));
-            let d = surface_distance(&a, &b, &options(0.02)).unwrap();
+            let d = surface_distance(&a, &b, &options(0.02), &Job::new(2)).unwrap();
             prop_assert!(d.mean <= d.rmse && d.rmse <= d.maximum);
-            let itself = surface_distance(&a, &a, &options(0.02)).unwrap();
+            let itself = surface_distance(&a, &a, &options(0.02), &Job::new(2)).unwrap();
             prop_assert!(itself.maximum < 1e-14 * a.bounding_box().diagonal());
         }
     }

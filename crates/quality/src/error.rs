@@ -1,3 +1,4 @@
+use job::JobError;
 use mhb_core::SpectrumError;
 
 /// Why two meshes can't be compared.
@@ -101,21 +102,13 @@ pub enum QualityError {
         /// Number of rows.
         size: usize,
     },
-    /// The threads that were asked for could not be started.
-    #[error("{threads} threads could not be started ({reason}); ask for fewer")]
-    Threads {
-        /// How many were asked for.
-        threads: usize,
-        /// What the system said.
-        reason: String,
-    },
     /// A picture could not be encoded.
     #[error("the picture can't be encoded ({reason})")]
     Picture {
         /// What the encoder said.
         reason: String,
     },
-    /// The observer asked to stop.
-    #[error("the comparison was cancelled")]
-    Cancelled,
+    /// The job was cancelled, or got no threads.
+    #[error(transparent)]
+    Job(#[from] JobError),
 }

@@ -8,16 +8,18 @@
 //! | DAME | [`Dame`] | the same connectivity | Váša and Rus 2012 |
 //!
 //! ```
+//! use job::Job;
 //! use quality::{DistanceOptions, Normalisation, ShapeDna, ShapeDnaOptions, SymmetricDistance};
 //!
 //! let original = mesh::shapes::bumpy_sphere(4, 1);
 //! let marked = mesh::shapes::jittered(&original, 0.05, 2);
 //!
-//! let distance = SymmetricDistance::between(&marked, &original, &DistanceOptions::default())?;
+//! let job = Job::new(2);
+//! let distance = SymmetricDistance::between(&marked, &original, &DistanceOptions::default(), &job)?;
 //! let d_rmse = distance.forward.rmse / distance.diagonal;
 //! assert!(0.0 < d_rmse && d_rmse < distance.hausdorff() / distance.diagonal);
 //!
-//! let [a, b] = [&marked, &original].map(|mesh| ShapeDna::of(mesh, &ShapeDnaOptions::default()).unwrap());
+//! let [a, b] = [&marked, &original].map(|mesh| ShapeDna::of(mesh, &ShapeDnaOptions::default(), &job).unwrap());
 //! let d_2_50 = a.distance(&b, 2.0, Normalisation::FirstEigenvalue)?;
 //! assert!(d_2_50 < 1.0);
 //! # Ok::<(), quality::QualityError>(())
@@ -48,14 +50,11 @@ mod perceptual;
 pub mod picture;
 mod sampling;
 mod spectrum;
-mod work;
+mod stage;
 
-pub use distance::{
-    DistanceOptions, SurfaceDistance, SymmetricDistance, surface_distance, surface_distance_observed,
-    vertex_distances,
-};
+pub use distance::{DistanceOptions, SurfaceDistance, SymmetricDistance, surface_distance, vertex_distances};
 pub use error::QualityError;
 pub use heatmap::{Scale, heatmap};
 pub use perceptual::{Dame, Msdm2, Visibility, same_connectivity};
 pub use spectrum::{Mass, Normalisation, ShapeDna, ShapeDnaOptions};
-pub use work::{Observer, unobserved};
+pub use stage::MetricStage;

@@ -11,15 +11,16 @@
 //!
 //! ```
 //! use rand_chacha::{ChaCha20Rng, rand_core::SeedableRng};
-//! use sigmark::{Embedder, Outcome, Verifier, signature::{Curve, SigningKey}};
+//! use job::Job;
+//! use sigmark::{Curve, Embedder, Outcome, SigningKey, Verifier};
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
-//! let original = mesh::shapes::icosphere(4);
+//! let (original, job) = (mesh::shapes::icosphere(4), Job::default());
 //! let key = SigningKey::generate(Curve::P256, &mut ChaCha20Rng::from_seed([7; 32])); // for real keys: the system's generator
-//! let signed = Embedder::new(&key).message("© 2026 Studio, order 4711").chip_rate(1).embed(&original)?;
+//! let signed = Embedder::new(&key).message("© 2026 Studio, order 4711").chip_rate(1).embed(&original, &job)?;
 //!
 //! let public_key = key.public_key();
-//! let verdict = Verifier::new(&original, signed.certificate(), &public_key)?.verify(signed.mesh())?;
+//! let verdict = Verifier::new(&original, signed.certificate(), &public_key)?.verify(signed.mesh(), &job)?;
 //! assert_eq!(verdict.outcome, Outcome::Verified);
 //! # Ok(())
 //! # }
@@ -39,35 +40,14 @@
 //! # What it does not do
 //! It never reads files, prints, or draws random numbers. The mark is non-blind: without the original nothing can be read.
 
-mod align;
-mod basis;
-mod certificate;
-mod chips;
-mod detector;
-mod digest;
-mod embed;
-mod error;
-mod least_squares;
-mod observer;
-mod original;
-mod patches;
-mod resampling;
-pub mod signature;
-pub mod statistics;
-mod verify;
+pub mod claim;
+pub mod mark;
+pub mod payload;
 
-pub use basis::PatchBasis;
-pub use certificate::{
-    Certificate, CertificateError, MarkRecord, OriginalRecord, PackedLabels, PatchRecord, VERSION,
+pub use claim::{
+    Certificate, CertificateError, Coverage, Embedder, MarkRecord, Outcome, SigmarkError, Signed, Verdict,
+    Verifier,
+    keys::{KeyError, PublicKey, SigningKey},
 };
-pub use chips::{Chip, ChipLayout};
-pub use detector::{CoefficientDetector, Detector, Registered, SoftBits};
-pub use digest::GeometryDigest;
-pub use embed::{Coverage, Embedder, MOST_DISTORTION, Signed, Strength};
-pub use error::SigmarkError;
-pub use least_squares::LeastSquaresDetector;
-pub use observer::{Observer, Stage};
-pub use original::{Original, Work};
-pub use patches::{LARGEST_PATCH, Patch, PatchCount, Patches};
-pub use resampling::Sampler;
-pub use verify::{Outcome, Verdict, Verifier};
+pub use mark::{PatchCount, Strength};
+pub use payload::{Curve, GeometryDigest, Scheme, Signature, SignatureError};

@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 use rand_chacha::ChaCha20Rng;
 use rand_chacha::rand_core::SeedableRng;
-use sigmark::signature::{Curve, KeyError, PublicKey, Scheme, Signature, SignatureError, SigningKey};
+use sigmark::{Curve, KeyError, PublicKey, Scheme, Signature, SignatureError, SigningKey};
 
 const PASSPHRASE: &str = "correct horse";
 

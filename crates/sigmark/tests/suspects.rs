@@ -4,17 +4,16 @@
 
 use std::sync::OnceLock;
 
+use job::{Job, JobError, Observer};
 use mesh::{Edges, Similarity, TriMesh, Welded, shapes};
 use rand_chacha::{
     ChaCha20Rng,
     rand_core::{Rng, SeedableRng},
 };
-use registration::Basis;
+use registration::MatchedBy;
 use sigmark::{
-    CoefficientDetector, Detector, Embedder, LeastSquaresDetector, Observer, Outcome, Registered, Sampler,
-    SigmarkError, Signed, Verdict, Verifier, Work,
-    signature::{Curve, SigningKey},
-    statistics::extraction_rate,
+    Curve, Embedder, Outcome, SigmarkError, Signed, SigningKey, Verdict, Verifier,
+    mark::{CoefficientDetector, Detector, LeastSquaresDetector, Registered, Sampler, extraction_rate},
 };
 
 fn original() -> TriMesh {
@@ -26,21 +25,24 @@ fn signed() -> &'static Signed {
     static SIGNED: OnceLock<Signed> = OnceLock::new();
     SIGNED.get_or_init(|| {
         let signed = sign(&original(), 1);
-        signed.original().keep_bases(Work::default()).unwrap();
+        signed.original().keep_bases(&Job::default()).unwrap();
         signed
     })
 }
 
 fn sign(mesh: &TriMesh, seed: u8) -> Signed {
     let key = SigningKey::generate(Curve::P256, &mut ChaCha20Rng::from_seed([seed; 32]));
-    Embedder::new(&key).chip_rate(1).embed(mesh).unwrap()
+    Embedder::new(&key)
+        .chip_rate(1)
+        .embed(mesh, &Job::default())
+        .unwrap()
 }
 
 fn judge(original: &TriMesh, signed: &Signed, suspect: &TriMesh) -> Verdict {
     let certificate = signed.certificate();
-    let verifier = Verifier::new(original, certificate, certificate.public_key()).unwrap();
-    let verifier = verifier.original(signed.original()).unwrap();
-    verifier.verify(suspect).unwrap()
+    assert_eq!(signed.original().mesh().positions(), original.positions());
+    let verifier = Verifier::with_original(signed.original(), certificate, certificate.public_key());
+    verifier.unwrap().verify(suspect, &Job::default()).unwrap()
 }
 
 /// Turned by about 150°, a hundredth of the size, some diagonals away.
@@ -98,7 +100,7 @@ fn a_cropped_copy_is_verified_by_the_vertices_that_are_left() {
         let verdict = judge(&mesh, signed, &shapes::moved(&suspect, &away()));
         assert_eq!(
             (verdict.outcome, verdict.basis),
-            (Outcome::Verified, Basis::Surroundings)
+            (Outcome::Verified, MatchedBy::Surroundings)
         );
         assert!(verdict.overlap > 0.99 && (verdict.coverage - 0.5).abs() < 0.1);
         assert!((verdict.missing - 0.5).abs() < 0.05, "{}", verdict.missing);
@@ -117,7 +119,7 @@ fn the_same_surface_with_other_vertices_is_verified() {
         let verdict = judge(&mesh, signed, &suspect);
         assert_eq!(
             (verdict.outcome, verdict.basis),
-            (Outcome::Verified, Basis::Surface)
+            (Outcome::Verified, MatchedBy::Surface)
         );
         assert!(verdict.missing == 0.0 && verdict.residual.unwrap() < 1e-3);
         let scale = verdict.transform.unwrap().scale;
@@ -233,13 +235,13 @@ fn rates(signed: &Signed, suspect: &TriMesh, transform: &Similarity) -> [f64; 2]
     let original = signed.original();
     let alphas = vec![signed.alpha(); original.patches().len()];
     let registered = Sampler::new(original.mesh(), suspect)
-        .sample(transform, Work::default())
+        .sample(transform, &Job::default())
         .unwrap();
     let bits = signed.signature().bits();
     let detectors: [&dyn Detector; 2] = [&CoefficientDetector, &LeastSquaresDetector];
     detectors.map(|detector| {
         let soft = detector
-            .detect(original, &alphas, &registered, Work::default())
+            .detect(original, &alphas, &registered, &Job::default())
             .unwrap();
         extraction_rate(&bits, &soft.hard())
     })
@@ -280,7 +282,7 @@ fn least_squares_reads_what_misalignment_hides_from_the_paper_rule() {
     let original = signed.original();
     let alphas = vec![signed.alpha(); original.patches().len()];
     let better = Sampler::new(original.mesh(), &suspect)
-        .refine(original, &alphas, &off, Work::default())
+        .refine(original, &alphas, &off, &Job::default())
         .unwrap();
     assert!((better.scale - 1.0).abs() < 1e-5, "{better:?}");
     assert!(better.translation.iter().all(|t| t.abs() < 1e-5), "{better:?}");
@@ -291,7 +293,7 @@ fn with_every_vertex_known_least_squares_and_the_paper_rule_agree() {
     let signed = signed();
     let registered = Registered::by_vertices(signed.positions().iter().copied().map(Some).collect());
     let soft = LeastSquaresDetector
-        .detect(signed.original(), &[signed.alpha()], &registered, Work::default())
+        .detect(signed.original(), &[signed.alpha()], &registered, &Job::default())
         .unwrap();
     for (x, bit) in soft.0.iter().zip(signed.signature().bits()) {
         assert!((x - if bit { 1.0 } else { -1.0 }).abs() < 1e-6, "{x}");
@@ -322,7 +324,7 @@ fn smoothed(mesh: &TriMesh, shares: &[f64]) -> TriMesh {
 fn steps_of_smoothing_are_taken_out_whatever_their_strength() {
     let mesh = shapes::bumped(&shapes::jittered(&shapes::icosphere(4), 0.3, 4), 0.3, 4);
     let signed = sign(&mesh, 1);
-    signed.original().keep_bases(Work::default()).unwrap();
+    signed.original().keep_bases(&Job::default()).unwrap();
     let laplacian = [0.5; 8];
     let taubin = [0.6, -0.62, 0.6, -0.62, 0.6, -0.62];
     for shares in [&laplacian[..], &taubin] {
@@ -333,7 +335,7 @@ fn steps_of_smoothing_are_taken_out_whatever_their_strength() {
         // Even in the true pose.
         let registered = Registered::by_vertices(suspect.positions().iter().copied().map(Some).collect());
         let soft = CoefficientDetector
-            .detect(signed.original(), &[signed.alpha()], &registered, Work::default())
+            .detect(signed.original(), &[signed.alpha()], &registered, &Job::default())
             .unwrap();
         let paper = extraction_rate(&signed.signature().bits(), &soft.hard());
         assert!(read > 0.99 && paper < 0.95, "{read} {paper}");
@@ -346,7 +348,7 @@ fn facets_are_what_flat_triangles_alone_do() {
     let suspect = coarser(&original, 5);
     let sampled = |suspect: &TriMesh| {
         let sampler = Sampler::new(&original, suspect);
-        sampler.sample(&Similarity::IDENTITY, Work::default()).unwrap()
+        sampler.sample(&Similarity::IDENTITY, &Job::default()).unwrap()
     };
     let seen = sampled(&suspect);
     let mut deepest: f64 = 0.0;
@@ -372,7 +374,7 @@ fn rates_of_vertices(signed: &Signed, added: impl FnMut(&[f64; 3]) -> [f64; 3]) 
     let bits = signed.signature().bits();
     let registered = Registered::by_vertices(signed.positions().iter().map(added).map(Some).collect());
     [&CoefficientDetector as &dyn Detector, &LeastSquaresDetector].map(|detector| {
-        let soft = detector.detect(signed.original(), &[signed.alpha()], &registered, Work::default());
+        let soft = detector.detect(signed.original(), &[signed.alpha()], &registered, &Job::default());
         extraction_rate(&bits, &soft.unwrap().hard())
     })
 }
@@ -384,7 +386,7 @@ fn noise_in_proportion_to_the_bounding_box_hides_no_more_from_least_squares() {
     let positions = round.positions().iter().map(|&[x, y, z]| [3.0 * x, y, 0.5 * z]);
     let mesh = TriMesh::new(positions.collect(), round.triangles().to_vec()).unwrap();
     let key = SigningKey::generate(Curve::P256, &mut ChaCha20Rng::from_seed([1; 32]));
-    let signed = Embedder::new(&key).embed(&mesh).unwrap();
+    let signed = Embedder::new(&key).embed(&mesh, &Job::default()).unwrap();
     let mut rng = ChaCha20Rng::seed_from_u64(7);
     let mut random = || f64::from(rng.next_u32()) / f64::from(u32::MAX) - 0.5;
     let size = signed.mesh().bounding_box();
@@ -441,7 +443,7 @@ fn nothing_seen_is_nothing_read() {
     let (mesh, signed) = (original(), signed());
     let registered = Registered::by_vertices(vec![None; mesh.vertex_count()]);
     let soft = LeastSquaresDetector
-        .detect(signed.original(), &[signed.alpha()], &registered, Work::default())
+        .detect(signed.original(), &[signed.alpha()], &registered, &Job::default())
         .unwrap();
     assert!(soft.0.iter().all(|&x| x == 0.0));
     assert_eq!(registered.missing(), 1.0);
@@ -454,7 +456,7 @@ fn the_verdict_does_not_depend_on_the_number_of_threads() {
     let certificate = signed.certificate();
     let [one, three] = [1, 3].map(|threads| {
         let verifier = Verifier::new(&mesh, certificate, certificate.public_key()).unwrap();
-        let verdict = verifier.threads(threads).verify(&suspect).unwrap();
+        let verdict = verifier.verify(&suspect, &Job::new(threads)).unwrap();
         (verdict.correlation, verdict.transform, verdict.residual)
     });
     assert_eq!(one, three);
@@ -471,6 +473,6 @@ fn an_observer_can_stop_the_alignment() {
     let (mesh, signed) = (original(), signed());
     let certificate = signed.certificate();
     let verifier = Verifier::new(&mesh, certificate, certificate.public_key()).unwrap();
-    let stopped = verifier.verify_observed(&divided(signed.mesh()), &Stop);
-    assert!(matches!(stopped, Err(SigmarkError::Cancelled)));
+    let stopped = verifier.verify(&divided(signed.mesh()), &Job::default().observed_by(Stop));
+    assert!(matches!(stopped, Err(SigmarkError::Job(JobError::Cancelled))));
 }

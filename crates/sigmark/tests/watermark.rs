@@ -2,15 +2,16 @@
 
 #![allow(clippy::unwrap_used)] // in the helpers of tests, too
 
+use job::{Job, JobError, Observer};
 use mesh::{Similarity, TriMesh, shapes};
 use mhb_core::{LaplacianKind, Spectrum, SpectrumOptions};
 use proptest::prelude::*;
 use rand_chacha::{ChaCha20Rng, rand_core::SeedableRng};
 use sigmark::{
-    Certificate, CertificateError, ChipLayout, CoefficientDetector, Detector, Embedder, GeometryDigest,
-    Original, Outcome, PatchCount, Registered, SigmarkError, Signed, Strength, VERSION, Verdict, Verifier,
-    Work,
-    signature::{Curve, Scheme, SigningKey},
+    Certificate, CertificateError, Curve, Embedder, GeometryDigest, Outcome, PatchCount, Scheme,
+    SigmarkError, Signed, SigningKey, Strength, Verdict, Verifier,
+    claim::VERSION,
+    mark::{ChipLayout, CoefficientDetector, Detector, MarkError, Original, Patch, PatchBasis, Registered},
 };
 
 fn key(curve: Curve, seed: u8) -> SigningKey {
@@ -21,7 +22,7 @@ fn sign(mesh: &TriMesh, seed: u8) -> Signed {
     Embedder::new(&key(Curve::P256, seed))
         .message("order 4711")
         .chip_rate(1)
-        .embed(mesh)
+        .embed(mesh, &Job::default())
         .unwrap()
 }
 
@@ -29,27 +30,18 @@ fn judge(original: &TriMesh, signed: &Signed, suspect: &TriMesh) -> Verdict {
     let certificate = signed.certificate();
     Verifier::new(original, certificate, certificate.public_key())
         .unwrap()
-        .verify(suspect)
+        .verify(suspect, &Job::default())
         .unwrap()
 }
 
 /// One patch a component.
 fn cut(mesh: &TriMesh, layout: ChipLayout) -> Original {
-    Original::cut(mesh, layout, PatchCount::Auto, Work::default()).unwrap()
+    Original::cut(mesh.clone(), layout, PatchCount::Auto, &Job::default()).unwrap()
 }
 
 fn displacement(original: &Original, bits: &[bool], alpha: f64, threads: usize) -> Vec<[f64; 3]> {
     let alphas = vec![alpha; original.patches().len()];
-    original
-        .displacement(
-            bits,
-            &alphas,
-            Work {
-                threads,
-                ..Work::default()
-            },
-        )
-        .unwrap()
+    original.displacement(bits, &alphas, &Job::new(threads)).unwrap()
 }
 
 fn farthest(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
@@ -90,9 +82,9 @@ proptest! {
         let marked: Vec<[f64; 3]> = mesh.positions().iter().zip(displacement(&least, &bits, alpha, 1))
             .map(|(p, d)| std::array::from_fn(|i| p[i] + d[i])).collect();
 
-        least.map_bases(Work::default(), |_, patch, basis| {
+        least.map_bases(|_, patch, basis| {
             let options = SpectrumOptions { count: layout.functions() + more, ..SpectrumOptions::default() };
-            let spectrum = Spectrum::compute(patch.mesh(), &options).unwrap();
+            let spectrum = Spectrum::compute(patch.mesh(), &options, &job::Job::default()).unwrap();
             let positions = patch.mesh().positions();
             let difference = spectrum.reconstruction_difference(positions);
             let mut coefficients = spectrum.transform_positions(positions);
@@ -106,7 +98,7 @@ proptest! {
                 .map(|(p, d)| std::array::from_fn(|i| p[i] + d[i])).collect();
             let gap = farthest(&rebuilt, &patch.gather(&marked));
             assert!(gap <= 1e-9 * mesh.bounding_box().diagonal(), "{gap:e}");
-        }).unwrap();
+        }, &Job::default()).unwrap();
     }
 
     #[test]
@@ -122,7 +114,7 @@ proptest! {
         let positions = mesh.positions().iter().zip(&added)
             .map(|(p, d)| Some(std::array::from_fn(|i| p[i] + d[i]))).collect();
         let soft = CoefficientDetector
-            .detect(&original, &vec![alpha; original.patches().len()], &Registered::by_vertices(positions), Work::default()).unwrap();
+            .detect(&original, &vec![alpha; original.patches().len()], &Registered::by_vertices(positions), &Job::default()).unwrap();
         let mut expected = vec![0.0; bits.len()];
         for chip in layout.chips() {
             let phi: f64 = original.patches().iter().map(|patch| patch.size()[chip.axis]).sum();
@@ -139,8 +131,7 @@ proptest! {
         let layout = ChipLayout::new(24, 3).unwrap();
         let bits: Vec<bool> = (0..24).map(|i| (seed >> (i % 8)) & 1 == 1).collect();
         let [one, two] = [1, 2].map(|threads| {
-            let work = Work { threads, ..Work::default() };
-            let original = Original::cut(&mesh, layout, PatchCount::Exactly(3), work).unwrap();
+            let original = Original::cut(mesh.clone(), layout, PatchCount::Exactly(3), &Job::new(threads)).unwrap();
             displacement(&original, &bits, 1e-3, threads)
         });
         prop_assert_eq!(one, two);
@@ -178,8 +169,8 @@ fn the_mark_does_not_depend_on_the_solver_s_settings() {
                 tolerance,
                 ..SpectrumOptions::default()
             };
-            let others = original.map_bases(Work::default(), |_, patch, basis| {
-                let spectrum = Spectrum::compute(patch.mesh(), &settings).unwrap();
+            let other = |_: usize, patch: &Patch, basis: &PatchBasis| {
+                let spectrum = Spectrum::compute(patch.mesh(), &settings, &job::Job::default()).unwrap();
                 let unit = basis.area().sqrt();
                 let coefficients: Vec<[f64; 3]> = basis.modulation(&layout, &bits, 1e-4);
                 let other = spectrum.inverse_transform_positions(&coefficients);
@@ -187,8 +178,8 @@ fn the_mark_does_not_depend_on_the_solver_s_settings() {
                     .into_iter()
                     .map(|row| row.map(|x| unit * x))
                     .collect::<Vec<_>>()
-            });
-            let other = &others.unwrap()[0];
+            };
+            let other = &original.map_bases(other, &Job::default()).unwrap()[0];
             let size = farthest(&mark, &vec![[0.0; 3]; mark.len()]);
             let gap = farthest(&mark, other);
             assert!(
@@ -208,7 +199,7 @@ fn a_certificate_says_which_laplacian_gave_the_harmonics() {
         Embedder::new(&key)
             .chip_rate(1)
             .laplacian(kind)
-            .embed(&mesh)
+            .embed(&mesh, &Job::default())
             .unwrap()
     };
     let [cotangent, intrinsic] = [LaplacianKind::Cotangent, LaplacianKind::Intrinsic].map(embed);
@@ -218,12 +209,10 @@ fn a_certificate_says_which_laplacian_gave_the_harmonics() {
     assert_eq!(certificate.mark().laplacian, LaplacianKind::Intrinsic);
     let public_key = key.public_key();
     let verifier = Verifier::new(&mesh, &certificate, &public_key).unwrap();
-    let verdict = verifier.verify(intrinsic.mesh()).unwrap();
+    let verdict = verifier.verify(intrinsic.mesh(), &Job::default()).unwrap();
     assert_eq!(verdict.outcome, Outcome::Verified);
     assert!(matches!(
-        Verifier::new(&mesh, &certificate, &public_key)
-            .unwrap()
-            .original(cotangent.original()),
+        Verifier::with_original(cotangent.original(), &certificate, &public_key),
         Err(SigmarkError::AnotherCut)
     ));
 }
@@ -235,7 +224,7 @@ fn the_distortion_is_what_was_asked_for() {
         let signed = Embedder::new(&key(Curve::P256, 1))
             .chip_rate(1)
             .strength(Strength::Distortion(target))
-            .embed(&mesh)
+            .embed(&mesh, &Job::default())
             .unwrap();
         let mass = mhb_core::lumped_mass(&mesh).unwrap();
         let square: f64 = mesh
@@ -256,7 +245,12 @@ fn the_papers_alpha_is_ours_times_the_root_of_the_area() {
     let mesh = shapes::scaled(&shapes::bumpy_sphere(4, 3), 0.2);
     let paper = key(Curve::B163, 1);
     let area: f64 = mhb_core::lumped_mass(&mesh).unwrap().iter().sum();
-    let by = |strength| Embedder::new(&paper).strength(strength).embed(&mesh).unwrap();
+    let by = |strength| {
+        Embedder::new(&paper)
+            .strength(strength)
+            .embed(&mesh, &Job::default())
+            .unwrap()
+    };
     let (printed, ours) = (
         by(Strength::PaperAlpha(1e-5)),
         by(Strength::Alpha(1e-5 / area.sqrt())),
@@ -358,14 +352,14 @@ fn every_scheme_signs_and_verifies() {
         let signed = Embedder::new(&key(curve, 3))
             .scheme(scheme)
             .chip_rate(1)
-            .embed(&mesh)
+            .embed(&mesh, &Job::default())
             .unwrap();
         assert_eq!(judge(&mesh, &signed, signed.mesh()).outcome, Outcome::Verified);
         assert_eq!(signed.certificate().mark().signature.bits().len(), scheme.bits());
     }
     let mismatch = Embedder::new(&key(Curve::P256, 3))
         .scheme(Scheme::EcdsaB163Sha1)
-        .embed(&mesh);
+        .embed(&mesh, &Job::default());
     assert!(matches!(mismatch, Err(SigmarkError::Signature(_))));
 }
 
@@ -374,28 +368,28 @@ fn bases_are_computed_once_for_many_receivers() {
     let mesh = shapes::bumpy_sphere(4, 9);
     let (key, first) = (key(Curve::P256, 1), sign(&mesh, 1));
     let original = first.original();
-    original.keep_bases(Work::default()).unwrap();
+    original.keep_bases(&Job::default()).unwrap();
     let embedder = Embedder::new(&key).message("order 4711").chip_rate(1);
-    let again = embedder.embed_in(original, Work::default()).unwrap();
+    let again = embedder.embed_in(original, &Job::default()).unwrap();
     assert_eq!(again.positions(), first.positions());
     let second = embedder
         .clone()
         .message("order 4712")
-        .embed_in(original, Work::default())
+        .embed_in(original, &Job::default())
         .unwrap();
     assert_ne!(second.positions(), first.positions());
     let certificate = second.certificate();
-    let verifier = Verifier::new(&mesh, certificate, certificate.public_key())
-        .unwrap()
-        .original(original)
-        .unwrap();
-    assert_eq!(verifier.verify(second.mesh()).unwrap().outcome, Outcome::Verified);
+    let verifier = Verifier::with_original(original, certificate, certificate.public_key()).unwrap();
+    assert_eq!(
+        verifier.verify(second.mesh(), &Job::default()).unwrap().outcome,
+        Outcome::Verified
+    );
     assert!(matches!(
-        verifier.verify(first.mesh()).unwrap().outcome,
+        verifier.verify(first.mesh(), &Job::default()).unwrap().outcome,
         Outcome::NotFound { .. }
     ));
-    let other = embedder.chip_rate(2).embed_in(original, Work::default());
-    assert!(matches!(other, Err(SigmarkError::Layout { .. })));
+    let other = embedder.chip_rate(2).embed_in(original, &Job::default());
+    assert!(matches!(other, Err(SigmarkError::Mark(MarkError::Layout { .. }))));
 }
 
 #[test]
@@ -404,7 +398,7 @@ fn every_patch_carries_the_whole_signature() {
     let signed = Embedder::new(&key(Curve::P256, 1))
         .chip_rate(1)
         .patches(PatchCount::Exactly(5))
-        .embed(&mesh)
+        .embed(&mesh, &Job::default())
         .unwrap();
     assert_eq!(signed.certificate().mark().patches.len(), 5);
     let turned = shapes::shuffled(&shapes::scaled(signed.mesh(), 3.0), 1);
@@ -420,7 +414,7 @@ fn every_patch_carries_the_whole_signature() {
         }
         let suspect = Registered::by_vertices(positions);
         let soft = CoefficientDetector
-            .detect(signed.original(), &alphas, &suspect, Work::default())
+            .detect(signed.original(), &alphas, &suspect, &Job::default())
             .unwrap();
         assert_eq!(soft.hard(), bits);
     }
@@ -436,7 +430,7 @@ fn what_rounding_leaves_is_read_back_with_bases_and_without() {
             .iter()
             .map(|p| p.map(|x| (x / grid).round() * grid))
             .collect();
-        signed.read_back(&rounded, Work::default()).unwrap()
+        signed.read_back(&rounded, &Job::default()).unwrap()
     };
     assert_eq!(read(1e-7), 1.0);
     assert_eq!(read(2e-4), 1.0); // too coarse for the bound, fine enough in truth
@@ -545,7 +539,7 @@ fn strengths_out_of_bounds_are_refused() {
         Embedder::new(&key)
             .chip_rate(1)
             .strength(strength)
-            .embed(&mesh)
+            .embed(&mesh, &Job::default())
             .unwrap_err()
     };
     for value in [0.0, -1e-4, f64::NAN, f64::INFINITY] {
@@ -554,7 +548,10 @@ fn strengths_out_of_bounds_are_refused() {
             Strength::Alpha(value),
             Strength::PaperAlpha(value),
         ] {
-            assert!(matches!(refusal(strength), SigmarkError::NotPositive { .. }));
+            assert!(matches!(
+                refusal(strength),
+                SigmarkError::Mark(MarkError::NotPositive { .. })
+            ));
         }
     }
     for strength in [
@@ -562,25 +559,27 @@ fn strengths_out_of_bounds_are_refused() {
         Strength::Alpha(1.0),
         Strength::PaperAlpha(1e3),
     ] {
-        assert!(matches!(refusal(strength), SigmarkError::TooStrong { most, .. } if most > 0.0));
+        assert!(
+            matches!(refusal(strength), SigmarkError::Mark(MarkError::TooStrong { most, .. }) if most > 0.0)
+        );
     }
     assert!(matches!(
-        Embedder::new(&key).chip_rate(0).embed(&mesh),
-        Err(SigmarkError::EmptyLayout { .. })
+        Embedder::new(&key).chip_rate(0).embed(&mesh, &Job::default()),
+        Err(SigmarkError::Mark(MarkError::EmptyLayout { .. }))
     ));
 }
 
 #[test]
 fn an_observer_can_stop_the_work() {
     struct Stop;
-    impl sigmark::Observer for Stop {
+    impl Observer for Stop {
         fn cancelled(&self) -> bool {
             true
         }
     }
     let mesh = shapes::bumpy_sphere(4, 9);
     assert!(matches!(
-        Embedder::new(&key(Curve::P256, 1)).embed_observed(&mesh, &Stop),
-        Err(SigmarkError::Cancelled)
+        Embedder::new(&key(Curve::P256, 1)).embed(&mesh, &Job::default().observed_by(Stop)),
+        Err(SigmarkError::Job(JobError::Cancelled))
     ));
 }

@@ -7,6 +7,7 @@ use std::{
 
 use anyhow::{Context, Result, bail};
 use bench_harness::{mesh_files, name_of};
+use job::Job;
 use mesh::{TriMesh, shapes};
 use mesh_io::Asset;
 use quality::{DistanceOptions, ShapeDna, ShapeDnaOptions, SurfaceDistance, surface_distance};
@@ -137,7 +138,8 @@ fn pair(
     let mut costs = Vec::new();
     let mut ours = None;
     for _ in 0..rounds {
-        let (distance, cost) = timed(|| surface_distance(distorted, original, &DistanceOptions::default()));
+        let (distance, cost) =
+            timed(|| surface_distance(distorted, original, &DistanceOptions::default(), &Job::default()));
         ours = Some(distance?);
         costs.push(cost.cpu);
     }
@@ -205,7 +207,7 @@ fn spectrum(
     };
     let (mut costs, mut ours) = (Vec::new(), Vec::new());
     for _ in 0..rounds {
-        let (dna, cost) = timed(|| ShapeDna::of(mesh, &options));
+        let (dna, cost) = timed(|| ShapeDna::of(mesh, &options, &Job::default()));
         ours = dna?.eigenvalues().to_vec();
         costs.push(cost.cpu);
     }

@@ -8,17 +8,18 @@ use std::{
 
 use anyhow::{Context, Result, bail};
 use bench_harness::{mesh_files, name_of};
+use job::Job;
 use mesh::{Similarity, TriMesh, shapes};
 use mesh_io::{Asset, Format, Precision, write_mesh};
 use rand_chacha::{ChaCha20Rng, rand_core::SeedableRng};
-use registration::{AlignOptions, Aligner, Alignment, Basis};
+use registration::{AlignOptions, Aligner, Alignment, MatchedBy};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use sigmark::{
-    CoefficientDetector, Detector, Embedder, LeastSquaresDetector, Registered, Sampler, Signed, SoftBits,
-    Verifier, Work,
-    signature::{Curve, SigningKey},
-    statistics::extraction_rate,
+    Curve, Embedder, Signed, SigningKey, Verifier,
+    mark::{
+        CoefficientDetector, Detector, LeastSquaresDetector, Registered, Sampler, SoftBits, extraction_rate,
+    },
 };
 
 use super::{measure::timed, peers, registration_large, registration_peers, registration_tables as tables};
@@ -275,13 +276,13 @@ struct Bench<'a> {
     stranger: &'a Path,
     attacks: &'a Python,
     folder: PathBuf,
-    prepared: Option<Prepared<'a>>,
+    prepared: Option<Prepared>,
     may_begin: &'a dyn Fn() -> bool,
 }
 
 /// What all draws of a mesh share.
-struct Prepared<'a> {
-    aligner: Aligner<'a>,
+struct Prepared {
+    aligner: Aligner,
     signed: Signed,
     readings: Vec<Reading>,
 }
@@ -293,7 +294,7 @@ struct Reading {
     rates: Rates,
 }
 
-impl<'a> Bench<'a> {
+impl Bench<'_> {
     /// The draws of all trials, in rounds.
     fn cells(&mut self, trials: &[Trial], draws: u64) -> Result<Vec<Cell>> {
         let mut cells: Vec<Cell> = trials
@@ -338,12 +339,12 @@ impl<'a> Bench<'a> {
         peers::cell(&folder, &name, || self.draw(trial, number)).map(Some)
     }
 
-    fn prepared(&mut self) -> Result<&mut Prepared<'a>> {
+    fn prepared(&mut self) -> Result<&mut Prepared> {
         if self.prepared.is_none() {
             let aligner = Aligner::new(self.original, &AlignOptions::default())?;
             let key = SigningKey::generate(Curve::P256, &mut ChaCha20Rng::seed_from_u64(2012));
-            let signed = Embedder::new(&key).embed(self.original)?;
-            signed.original().keep_bases(Work::default())?;
+            let signed = Embedder::new(&key).embed(self.original, &Job::default())?;
+            signed.original().keep_bases(&Job::default())?;
             self.prepared = Some(Prepared {
                 aligner,
                 signed,
@@ -373,7 +374,7 @@ impl<'a> Bench<'a> {
         let (found, cost) = timed(|| {
             self.prepared()?
                 .aligner
-                .align(&there, &())
+                .align(&there, &Job::default())
                 .map_err(anyhow::Error::from)
         });
         let found = found?;
@@ -391,7 +392,7 @@ impl<'a> Bench<'a> {
             "exact_error": self.exact_error(trial, number, &moved)?,
             "hand_recognised": found.mirrored() == mirrored,
             "rates": rates,
-            "basis": found.basis,
+            "basis": found.matched_by,
             "overlap": found.overlap,
             "coverage": found.coverage,
             "residual": found.residual,
@@ -410,7 +411,7 @@ impl<'a> Bench<'a> {
         let (script, strength) = attack.script;
         let suspect = attacked(self.attacks, self.original, &self.name, script, strength, seed)?;
         let there = shapes::moved(&suspect, moved);
-        let found = self.prepared()?.aligner.align(&there, &())?;
+        let found = self.prepared()?.aligner.align(&there, &Job::default())?;
         let error = misfit(&suspect, &moved.then(&found.transform));
         Ok(Some(error / self.original.bounding_box().diagonal()))
     }
@@ -463,37 +464,38 @@ fn read(
     found: &Alignment,
     known: Option<Rates>,
 ) -> Result<Rates> {
-    let (original, work) = (signed.original(), Work::default());
+    let (original, job) = (signed.original(), &Job::default());
     let records = &signed.certificate().mark().patches;
     let alphas: Vec<f64> = records.iter().map(|patch| patch.alpha).collect();
     let rate = |bits: SoftBits| extraction_rate(&signed.signature().bits(), &bits.hard());
     let both = |registered: &Registered| {
-        let by = |detector: &dyn Detector| detector.detect(original, &alphas, registered, work).map(rate);
+        let by = |detector: &dyn Detector| detector.detect(original, &alphas, registered, job).map(rate);
         anyhow::Ok([by(&LeastSquaresDetector)?, by(&CoefficientDetector)?])
     };
-    let (read, truth) = if let (Basis::Connectivity, Some(map)) = (found.basis, &found.correspondence) {
-        // The verifier fits corresponding vertices anew, from no first guess.
-        let certificate = signed.certificate();
-        let verifier = Verifier::new(original.mesh(), certificate, certificate.public_key())?;
-        let verdict = verifier.original(original)?.verify(suspect)?;
-        let fitted = verdict.transform.context("the verifier read nothing")?;
-        let seen = map.carry(suspect);
-        let placed = seen.iter().map(|seen| seen.map(|p| fitted.apply(p)));
-        let placed = Registered::by_vertices(placed.collect());
-        (both(&placed)?, Registered::by_vertices(seen))
-    } else {
-        let mut sampler = Sampler::new(original.mesh(), suspect);
-        if let Some(survivors) = &found.correspondence {
-            sampler = sampler.survivors(survivors);
-        }
-        let (bits, _) = sampler.read(original, &alphas, place, work)?;
-        let better = sampler.refine(original, &alphas, place, work)?;
-        let paper = CoefficientDetector.detect(original, &alphas, &sampler.sample(&better, work)?, work)?;
-        (
-            [rate(bits), rate(paper)],
-            sampler.sample(&Similarity::IDENTITY, work)?,
-        )
-    };
+    let (read, truth) =
+        if let (MatchedBy::Connectivity, Some(map)) = (found.matched_by, &found.correspondence) {
+            // The verifier fits corresponding vertices anew, from no first guess.
+            let certificate = signed.certificate();
+            let verifier = Verifier::with_original(original, certificate, certificate.public_key())?;
+            let verdict = verifier.verify(suspect, job)?;
+            let fitted = verdict.transform.context("the verifier read nothing")?;
+            let seen = map.carry(suspect);
+            let placed = seen.iter().map(|seen| seen.map(|p| fitted.apply(p)));
+            let placed = Registered::by_vertices(placed.collect());
+            (both(&placed)?, Registered::by_vertices(seen))
+        } else {
+            let mut sampler = Sampler::new(original.mesh(), suspect);
+            if let Some(survivors) = &found.correspondence {
+                sampler = sampler.survivors(survivors);
+            }
+            let (_, bits, _) = sampler.read(original, &alphas, place, job)?;
+            let better = sampler.refine(original, &alphas, place, job)?;
+            let paper = CoefficientDetector.detect(original, &alphas, &sampler.sample(&better, job)?, job)?;
+            (
+                [rate(bits), rate(paper)],
+                sampler.sample(&Similarity::IDENTITY, job)?,
+            )
+        };
     let truth = match known {
         Some(rates) => [rates.least_squares[1], rates.paper[1]],
         None => both(&truth)?,

@@ -4,9 +4,10 @@ use std::{path::PathBuf, thread};
 
 use anyhow::Result;
 use bench_harness::name_of;
+use job::Job;
 use mesh::{TriMesh, shapes};
 use mesh_io::Asset;
-use registration::{AlignOptions, ResampleOptions, Surface, align_observed, resample_on};
+use registration::{AlignOptions, ResampleOptions, align, resample};
 
 use super::{
     measure::timed,
@@ -63,20 +64,11 @@ fn row(original: &TriMesh, attack: &Attack, attacks: &Python, threads: usize) ->
     let suspect = attacked(attacks, original, MESH, script, strength, 0)?;
     let suspect = shapes::moved(&suspect, &random_similarity(original, 1));
     forget_peak_memory();
-    let (found, aligning) = timed(|| {
-        let options = AlignOptions {
-            threads,
-            ..AlignOptions::default()
-        };
-        align_observed(original, &suspect, &options, &())
-    });
+    let (found, aligning) = timed(|| align(original, &suspect, &AlignOptions::default(), &Job::new(threads)));
     let transform = found?.transform;
     let (seen, resampling) = timed(|| {
-        let options = ResampleOptions {
-            threads,
-            ..ResampleOptions::default()
-        };
-        resample_on(original, &suspect, &Surface::new(&suspect), &transform, &options)
+        let (options, job) = (ResampleOptions::default(), Job::new(threads));
+        resample(original, &suspect, &transform, &options, &job)
     });
     seen?;
     let memory = peak_memory().map_or_else(String::new, |bytes| (bytes >> 20).to_string());

@@ -7,9 +7,10 @@ use std::{
 
 use anyhow::{Context, Result};
 use bench_harness::name_of;
+use job::Job;
 use mesh::{Similarity, TriMesh, shapes};
 use mesh_io::{Asset, Format, Precision, write_mesh};
-use registration::{AlignOptions, PointPair, ResampleOptions, Surface, align_points, resample_on};
+use registration::{AlignOptions, PointPair, PreparedMesh, ResampleOptions, Surface, align_points, resample};
 use serde_json::Value;
 
 use super::{
@@ -61,7 +62,7 @@ pub(super) fn run(files: &[PathBuf], attacks: &Python) -> Result<String> {
     Ok(format!(
         "{}\nThe suspect is the re-meshed surface, turned by 2° and shifted by 1 % of the diagonal. The peers align vertices to vertices with the scale given; ours finds the scale, too, and its \
          time includes looking for surviving vertices and building search trees. Errors are of the vertices, over the diagonal.\n\n{}\nAlong normals: from each vertex of \
-         the original both ways to the first hit of the suspect, however far; one line of ours, two rays of Embree's. Resampling is the whole of `resample_on`: with normals, moved points and a second \
+         the original both ways to the first hit of the suspect, however far; one line of ours, two rays of Embree's. Resampling is the whole of `resample`: with normals, moved points and a second \
          look where the first hit faces the wrong way. Nearest points are from samples of the suspect. A peer that is not there could not be installed or started.\n\n",
         fine.markdown(),
         queries.markdown(),
@@ -125,7 +126,8 @@ impl Pair {
             })
             .collect();
         let options = AlignOptions::default();
-        let (found, cost) = timed(|| align_points(&self.original, &self.suspect, &pairs, &options, &()));
+        let (found, cost) =
+            timed(|| align_points(&self.original, &self.suspect, &pairs, &options, &Job::default()));
         row("ours", self.error(&found?.transform), cost.cpu);
         for peer in ICP_PEERS {
             if let Some(report) = self.ask(python, &["icp", peer]) {
@@ -145,13 +147,13 @@ impl Pair {
             let each = format!("{:.2}", 1e6 * cpu / count as f64);
             table.row([self.name.clone(), query.into(), program.into(), each]);
         };
-        let surface = Surface::new(&self.suspect);
+        let [original, suspect] = [&self.original, &self.suspect].map(PreparedMesh::from);
+        let surface = suspect.surface();
         let options = ResampleOptions::default();
-        let (seen, cost) =
-            timed(|| resample_on(&self.original, &self.suspect, &surface, &self.back, &options));
+        let (seen, cost) = timed(|| resample(&original, &suspect, &self.back, &options, &Job::default()));
         seen?;
         row("resampling", "ours", cost.cpu, self.original.vertex_count());
-        let (count, cost) = self.rays(&surface);
+        let (count, cost) = self.rays(surface);
         row("along normals", "ours", cost.cpu, count);
         let mut peer = |query: &str, task: &str, program: &str| {
             let report = self.ask(python, &[task])?;

@@ -8,7 +8,7 @@ use std::{
 
 use anyhow::{Context, Result, bail};
 use baselines::{Algorithm, BaselineError, Prepared, Reference, Subject, entries};
-use sigmark::{SigmarkError, Work};
+use job::{Job, JobError};
 
 use super::{
     Options, failed, figures,
@@ -300,11 +300,11 @@ impl Algorithm for OpenUntil<'_> {
         self.algorithm.paper_alpha()
     }
 
-    fn prepare(&self, subject: &Subject<'_>, work: Work<'_>) -> Result<Box<dyn Prepared>, BaselineError> {
+    fn prepare(&self, subject: &Subject<'_>, job: &Job) -> Result<Box<dyn Prepared>, BaselineError> {
         if self.progress.is_over() {
-            return Err(BaselineError::from(SigmarkError::Cancelled));
+            return Err(BaselineError::from(JobError::Cancelled));
         }
-        self.algorithm.prepare(subject, work)
+        self.algorithm.prepare(subject, job)
     }
 }
 

@@ -33,7 +33,7 @@ use std::{
 
 use anyhow::{Context, Result};
 use rand_chacha::{ChaCha20Rng, rand_core::SeedableRng};
-use sigmark::signature::{Curve, SigningKey};
+use sigmark::{Curve, SigningKey};
 
 use self::{
     campaign::Campaign,

@@ -4,15 +4,16 @@ use std::time::Instant;
 
 use anyhow::Result;
 use baselines::{Prepared, Reading};
+use job::Job;
 use mesh::{Similarity, TriMesh};
-use registration::{AlignOptions, Aligner, Basis, Correspondence};
-use sigmark::{Registered, Sampler, Work};
+use registration::{AlignOptions, Aligner, Correspondence, MatchedBy};
+use sigmark::mark::{Registered, Sampler};
 
 /// A suspect as it was found to lie on the reference.
 pub(crate) struct Found {
     pub(crate) transform: Similarity,
     pub(crate) aligned: bool,
-    pub(crate) basis: Basis,
+    pub(crate) basis: MatchedBy,
     pub(crate) overlap: f64,
     survivors: Option<Correspondence>,
     pub(crate) seconds: f64,
@@ -21,7 +22,7 @@ pub(crate) struct Found {
 /// What suspects are brought onto, with what does not depend on them.
 pub(crate) struct Finder<'a> {
     pub(crate) reference: &'a TriMesh,
-    aligner: Aligner<'a>,
+    aligner: Aligner,
     /// What it took to make it.
     pub(crate) seconds: f64,
 }
@@ -39,11 +40,11 @@ impl<'a> Finder<'a> {
     /// Brings the suspect onto the reference (section 4.4.1).
     pub(crate) fn find(&self, suspect: &TriMesh) -> Result<Found> {
         let begun = Instant::now();
-        let found = self.aligner.align(suspect, &())?;
+        let found = self.aligner.align(suspect, &Job::default())?;
         Ok(Found {
             transform: found.transform,
             aligned: found.aligned,
-            basis: found.basis,
+            basis: found.matched_by,
             overlap: found.overlap,
             survivors: found.correspondence,
             seconds: begun.elapsed().as_secs_f64(),
@@ -77,7 +78,7 @@ impl<'a> Reader<'a> {
     pub(crate) fn new(reference: &'a TriMesh, suspect: &'a TriMesh, found: &'a Found) -> Self {
         let begun = Instant::now();
         let seen = match (found.basis, &found.survivors) {
-            (Basis::Connectivity, Some(map)) => Seen::Vertices(map.carry(suspect)),
+            (MatchedBy::Connectivity, Some(map)) => Seen::Vertices(map.carry(suspect)),
             (_, Some(map)) => Seen::Surface(Box::new(Sampler::new(reference, suspect).survivors(map))),
             (_, None) => Seen::Surface(Box::new(Sampler::new(reference, suspect))),
         };
@@ -92,13 +93,13 @@ impl<'a> Reader<'a> {
     pub(crate) fn read(&self, prepared: &dyn Prepared, alpha: f64, transform: &Similarity) -> Result<Read> {
         let begun = Instant::now();
         let registered = match &self.seen {
-            Seen::Surface(sampler) => sampler.sample(transform, Work::default())?,
+            Seen::Surface(sampler) => sampler.sample(transform, &Job::default())?,
             Seen::Vertices(places) => {
                 let placed = places.iter().map(|place| place.map(|p| transform.apply(p)));
                 Registered::by_vertices(placed.collect())
             }
         };
-        let readings = prepared.extract(&registered, alpha, Work::default())?;
+        let readings = prepared.extract(&registered, alpha, &Job::default())?;
         Ok(Read {
             readings,
             missing: registered.missing(),

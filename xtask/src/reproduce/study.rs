@@ -1,9 +1,10 @@
 //! One model and one algorithm: its strength, its marks, and what is left of them after each attack.
 
-use std::{borrow::Cow, fs, ops::ControlFlow, path::Path, sync::OnceLock, time::Instant};
+use std::{borrow::Cow, fs, path::Path, sync::OnceLock, time::Instant};
 
 use anyhow::{Context, Result, bail, ensure};
 use baselines::{Algorithm, Prepared, Reference, Subject};
+use job::Job;
 use mesh::{Similarity, TriMesh, shapes};
 use mesh_io::{Asset, Format, Precision, write_mesh};
 use quality::{
@@ -14,9 +15,8 @@ use quality::{
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use sigmark::{
-    PatchCount, Patches, Work,
-    signature::{PublicKey, Scheme, Signature},
-    statistics::extraction_rate,
+    PatchCount, PublicKey, Scheme, Signature,
+    mark::{Patches, extraction_rate},
 };
 
 use super::{
@@ -223,7 +223,7 @@ impl<'a> Study<'a> {
                 patches: &self.scene.patches,
                 bits: SCHEME.bits(),
             };
-            let prepared = self.algorithm.prepare(&subject, self.work())?;
+            let prepared = self.algorithm.prepare(&subject, &self.job())?;
             let preparation = Preparation {
                 patches: prepared.patches(),
                 functions: prepared.functions(),
@@ -244,11 +244,8 @@ impl<'a> Study<'a> {
         self.prepared().map(drop)
     }
 
-    fn work(&self) -> Work<'static> {
-        Work {
-            threads: self.bench().threads,
-            observer: &(),
-        }
+    fn job(&self) -> Job {
+        Job::new(self.bench().threads)
     }
 
     pub(crate) fn preparation(&self) -> Result<Preparation> {
@@ -263,7 +260,7 @@ impl<'a> Study<'a> {
     fn positions(&self, signature: usize, alpha: f64) -> Result<Vec<[f64; 3]>> {
         Ok(self
             .prepared()?
-            .embed(&self.bits(signature), alpha, self.work())?)
+            .embed(&self.bits(signature), alpha, &self.job())?)
     }
 
     /// The mesh with a signature.
@@ -274,11 +271,7 @@ impl<'a> Study<'a> {
     }
 
     fn d_rmse(&self, marked: &TriMesh) -> Result<(f64, f64)> {
-        let options = DistanceOptions {
-            threads: self.bench().threads,
-            ..Default::default()
-        };
-        let distance = surface_distance(marked, self.original(), &options)?;
+        let distance = surface_distance(marked, self.original(), &DistanceOptions::default(), &self.job())?;
         let per_cent = 100.0 / self.original().bounding_box().diagonal();
         Ok((per_cent * distance.rmse, per_cent * distance.maximum))
     }
@@ -387,14 +380,14 @@ impl<'a> Study<'a> {
         let begun = Instant::now();
         let (d_rmse, hausdorff) = self.d_rmse(&marked)?;
         let msdm2 = (signature == 0 && marked.vertex_count() <= MOST_FOR_MSDM2)
-            .then(|| Msdm2::between(&marked, self.original(), self.bench().threads))
+            .then(|| Msdm2::between(&marked, self.original(), &self.job()))
             .transpose()?;
         let mark = Mark {
             alpha,
             d_rmse,
             hausdorff,
             d_2_50: self.scene.shape_dna()?.distance(
-                &ShapeDna::of(&marked, &ShapeDnaOptions::default())?,
+                &ShapeDna::of(&marked, &ShapeDnaOptions::default(), &self.job())?,
                 2.0,
                 Normalisation::FirstEigenvalue,
             )?,
@@ -445,12 +438,7 @@ impl<'a> Study<'a> {
                 .map(|&octets| f64::from(f32::from_le_bytes(octets)))
                 .collect());
         }
-        let distances = vertex_distances(
-            &self.marked(signature, alpha)?,
-            self.original(),
-            self.bench().threads,
-            &|_| ControlFlow::Continue(()),
-        )?;
+        let distances = vertex_distances(&self.marked(signature, alpha)?, self.original(), &self.job())?;
         let octets: Vec<u8> = distances.iter().flat_map(|&d| (d as f32).to_le_bytes()).collect();
         store.put_bytes("distances", &inputs, "f32", &octets)?;
         Ok(distances)
@@ -618,7 +606,7 @@ impl<'a> Scene<'a> {
         Ok(Self {
             bench,
             standin,
-            patches: Patches::cut(&standin.mesh, functions, count, bench.threads)?,
+            patches: Patches::cut(&standin.mesh, functions, count, &Job::new(bench.threads))?,
             shape_dna: OnceLock::new(),
         })
     }
@@ -626,7 +614,7 @@ impl<'a> Scene<'a> {
     /// The original's, with which every mark is compared.
     fn shape_dna(&self) -> Result<&ShapeDna> {
         if self.shape_dna.get().is_none() {
-            let dna = ShapeDna::of(&self.standin.mesh, &ShapeDnaOptions::default())?;
+            let dna = ShapeDna::of(&self.standin.mesh, &ShapeDnaOptions::default(), &Job::default())?;
             let _ = self.shape_dna.set(dna);
         }
         self.shape_dna.get().context("it was just computed")

@@ -1,7 +1,7 @@
 //! Tables 1–5, what they leave unexplained, and one long table with every cell.
 
 use baselines::PAPER_DETECTOR;
-use sigmark::statistics::binomial_tail;
+use sigmark::claim::statistics::binomial_tail;
 
 use super::{
     paper::{ATTACKS, Attack, BEYOND, BY_MESHLAB, COMBINED, Printed, Times},

@@ -1,14 +1,14 @@
 use std::{
     collections::BTreeMap,
-    ops::ControlFlow,
     path::{Path, PathBuf},
-    thread,
+    sync::Arc,
 };
 
-use anyhow::{Context, Result, anyhow, bail};
+use anyhow::{Context, Result, bail};
+use job::{Job, Stage};
 use mesh::TriMesh;
 use quality::{
-    Dame, DistanceOptions, Msdm2, Normalisation, QualityError, Scale, ShapeDna, ShapeDnaOptions,
+    Dame, DistanceOptions, MetricStage, Msdm2, Normalisation, QualityError, Scale, ShapeDna, ShapeDnaOptions,
     SymmetricDistance, Visibility, heatmap, vertex_distances,
 };
 use registration::match_connectivity;
@@ -42,6 +42,16 @@ struct Pair {
     diagonal: f64,
 }
 
+/// The stage in which a heat map is painted.
+#[derive(Clone, Copy, Debug)]
+struct Painting;
+
+impl Stage for Painting {
+    fn name(&self) -> &'static str {
+        "heatmap"
+    }
+}
+
 /// A heat map that was painted.
 struct Painted {
     file: PathBuf,
@@ -51,7 +61,8 @@ struct Painted {
 
 pub(crate) fn run(arguments: &Compare) -> Result<Answer> {
     check_heatmap(arguments)?;
-    let progress = Progress::new();
+    let progress = Arc::new(Progress::new());
+    let job = progress.job(arguments.threads.count());
     progress.begin("reading", "reading");
     let [reference, distorted] =
         [&arguments.reference, &arguments.distorted].map(|path| files::open_mesh(path));
@@ -61,8 +72,8 @@ pub(crate) fn run(arguments: &Compare) -> Result<Answer> {
         reference,
         distorted,
     };
-    let measured = measure(arguments, &pair, &progress)?;
-    let painted = paint(arguments, &pair, measured.msdm2.as_ref(), &progress)?;
+    let measured = measure(arguments, &pair, &job)?;
+    let painted = paint(arguments, &pair, measured.msdm2.as_ref(), &job)?;
     if let Some(painted) = &painted {
         let output = Output {
             path: &painted.file,
@@ -101,7 +112,7 @@ fn is(path: &Path, extension: &str) -> bool {
 }
 
 /// Measures what was asked for; fails with the first reason if nothing of it can be measured.
-fn measure(arguments: &Compare, pair: &Pair, progress: &Progress) -> Result<Measured> {
+fn measure(arguments: &Compare, pair: &Pair, job: &Job) -> Result<Measured> {
     let mut measured = Measured::default();
     let mut first_reason = None;
     let mut keep = |name: &'static str, result: Result<()>| {
@@ -116,29 +127,28 @@ fn measure(arguments: &Compare, pair: &Pair, progress: &Progress) -> Result<Meas
         }
         match metric {
             Metric::Distance => {
-                progress.begin("distance", "measuring distances");
                 keep(
                     "distance",
-                    distance(arguments, pair, progress).map(|d| measured.distance = Some(d)),
+                    distance(arguments, pair, job).map(|d| measured.distance = Some(d)),
                 );
             }
             Metric::ShapeDna => {
-                progress.begin("shape_dna", "computing eigenvalues");
                 keep(
                     "shape_dna",
-                    shape_dna(arguments, pair, progress).map(|d| measured.shape_dna = Some(d)),
+                    shape_dna(arguments, pair, job).map(|d| measured.shape_dna = Some(d)),
                 );
             }
             Metric::Msdm2 => {
-                progress.begin("msdm2", "comparing curvatures");
                 keep(
                     "msdm2",
-                    msdm2(arguments, pair, progress).map(|m| measured.msdm2 = Some(m)),
+                    msdm2(arguments, pair, job).map(|m| measured.msdm2 = Some(m)),
                 );
             }
             Metric::Dame => {
-                progress.begin("dame", "comparing angles");
-                keep("dame", dame(arguments, pair).map(|d| measured.dame = Some(d)));
+                keep(
+                    "dame",
+                    dame(arguments, pair, job).map(|d| measured.dame = Some(d)),
+                );
             }
         }
     }
@@ -156,65 +166,44 @@ fn distinct(metrics: &[Metric]) -> usize {
         .count()
 }
 
-fn distance(arguments: &Compare, pair: &Pair, progress: &Progress) -> Result<SymmetricDistance> {
+fn distance(arguments: &Compare, pair: &Pair, job: &Job) -> Result<SymmetricDistance> {
     let options = DistanceOptions {
         interval: arguments.interval,
-        threads: arguments.threads.count(),
     };
-    SymmetricDistance::between_observed(&pair.distorted, &pair.reference, &options, &watch(progress))
+    SymmetricDistance::between(&pair.distorted, &pair.reference, &options, job)
         .map_err(|error| blame(arguments, pair, error))
 }
 
 /// d_{p,m}, and how many components both have.
-fn shape_dna(arguments: &Compare, pair: &Pair, progress: &Progress) -> Result<(f64, [usize; 2])> {
+fn shape_dna(arguments: &Compare, pair: &Pair, job: &Job) -> Result<(f64, [usize; 2])> {
     let options = ShapeDnaOptions {
         count: arguments.eigenvalues,
         ..Default::default()
     };
-    let of = |mesh: &TriMesh, path: &Path, observer: quality::Observer<'_>| {
-        ShapeDna::of_observed(mesh, &options, observer).with_context(|| path.display().to_string())
+    let of = |mesh: &TriMesh, path: &Path, job: &Job| {
+        ShapeDna::of(mesh, &options, job).with_context(|| path.display().to_string())
     };
-    let reference = || of(&pair.reference, &arguments.reference, &watch(progress));
-    let distorted = || of(&pair.distorted, &arguments.distorted, &quality::unobserved);
-    let (reference, distorted) = if arguments.threads.count() > 1 {
-        thread::scope(|scope| {
-            let other = scope.spawn(distorted);
-            let reference = reference();
-            let distorted = other.join().map_err(|_| anyhow!("a thread failed"))?;
-            anyhow::Ok((reference?, distorted?))
-        })?
-    } else {
-        (reference()?, distorted()?)
-    };
+    let (reference, distorted) = job.join(
+        || of(&pair.reference, &arguments.reference, job),
+        || of(&pair.distorted, &arguments.distorted, &job.quiet()),
+    )?;
+    let (reference, distorted) = (reference?, distorted?);
     let distance = distorted.distance(&reference, arguments.norm, Normalisation::FirstEigenvalue)?;
     Ok((distance, [reference.components(), distorted.components()]))
 }
 
-fn msdm2(arguments: &Compare, pair: &Pair, progress: &Progress) -> Result<Msdm2> {
-    Msdm2::between_observed(
-        &pair.distorted,
-        &pair.reference,
-        arguments.threads.count(),
-        &watch(progress),
-    )
-    .map_err(|error| blame(arguments, pair, error))
+fn msdm2(arguments: &Compare, pair: &Pair, job: &Job) -> Result<Msdm2> {
+    Msdm2::between(&pair.distorted, &pair.reference, job).map_err(|error| blame(arguments, pair, error))
 }
 
-fn dame(arguments: &Compare, pair: &Pair) -> Result<Dame> {
-    let matched = match_connectivity(&pair.reference, &pair.distorted)
+fn dame(arguments: &Compare, pair: &Pair, job: &Job) -> Result<Dame> {
+    let matched = match_connectivity(&pair.reference, &pair.distorted, job)
         .with_context(|| arguments.distorted.display().to_string())?;
     let carried = matched.carry(&pair.distorted);
     let positions: Option<Vec<[f64; 3]>> = carried.into_iter().collect();
     let positions = positions.context("the reference has vertices that no face uses")?;
     let in_order = pair.reference.with_positions(positions)?;
-    Ok(Dame::between(&in_order, &pair.reference, Visibility::Seen)?)
-}
-
-fn watch(progress: &Progress) -> impl Fn(f64) -> ControlFlow<()> + Sync {
-    |done| {
-        progress.done(done);
-        ControlFlow::Continue(())
-    }
+    Ok(Dame::between(&in_order, &pair.reference, Visibility::Seen, job)?)
 }
 
 /// The error with the name of the file that it is about, if it is about one.
@@ -231,21 +220,28 @@ fn paint(
     arguments: &Compare,
     pair: &Pair,
     msdm2_known: Option<&Msdm2>,
-    progress: &Progress,
+    job: &Job,
 ) -> Result<Option<Painted>> {
     let Some(file) = &arguments.heatmap else {
         return Ok(None);
     };
-    progress.begin("heatmap", "painting");
+    job.begin(Painting)?;
     let (values, unit, factor) = match (arguments.heatmap_of, msdm2_known) {
         (Heat::Distance, _) => {
-            let threads = arguments.threads.count();
-            let distances = vertex_distances(&pair.distorted, &pair.reference, threads, &watch(progress))?;
+            let distances = vertex_distances(
+                &pair.distorted,
+                &pair.reference,
+                &job.within(MetricStage::Distance),
+            )?;
             let fractions = distances.into_iter().map(|d| d / pair.diagonal).collect();
             (fractions, "distance, % of diagonal", 100.0)
         }
         (Heat::Msdm2, Some(known)) => (known.local.clone(), "local msdm2", 1.0),
-        (Heat::Msdm2, None) => (msdm2(arguments, pair, progress)?.local, "local msdm2", 1.0),
+        (Heat::Msdm2, None) => (
+            msdm2(arguments, pair, &job.within(MetricStage::Msdm2))?.local,
+            "local msdm2",
+            1.0,
+        ),
     };
     let scale = arguments
         .heatmap_max

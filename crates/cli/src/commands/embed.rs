@@ -1,12 +1,10 @@
-use std::path::Path;
+use std::{path::Path, sync::Arc};
 
 use anyhow::{Context, Result, bail};
+use job::Job;
 use mesh_io::Asset;
 use serde_json::{Value, json};
-use sigmark::{
-    Embedder, Signed, Work,
-    signature::{Scheme, SigningKey},
-};
+use sigmark::{Curve, Embedder, Scheme, Signed, SigningKey};
 
 use crate::{
     Answer,
@@ -27,15 +25,16 @@ pub(crate) fn run(arguments: &Embed) -> Result<Answer> {
     let key = keys::read_private(&arguments.key)?;
     let embedder = embedder(arguments, &key)?;
 
-    let progress = Progress::new();
+    let progress = Arc::new(Progress::new());
+    let job = progress.job(arguments.threads.count());
     progress.begin("reading", "reading");
     let asset = files::open_mesh(&arguments.model)?;
     asset.check_name(&arguments.output)?;
     let signed = embedder
-        .embed_observed(asset.mesh(), &progress)
+        .embed(asset.mesh(), &job)
         .with_context(|| arguments.model.display().to_string())?;
     progress.begin("writing", "writing");
-    write(arguments, &certificate_path, &asset, &signed, &progress)?;
+    write(arguments, &certificate_path, &asset, &signed, &job)?;
     let seconds = progress.finish();
 
     if arguments.json {
@@ -47,20 +46,10 @@ pub(crate) fn run(arguments: &Embed) -> Result<Answer> {
 }
 
 /// Writes the signed mesh and the certificate, if the whole signature can be read back from the one as the file holds it.
-fn write(
-    arguments: &Embed,
-    certificate: &Path,
-    asset: &Asset,
-    signed: &Signed,
-    progress: &Progress,
-) -> Result<()> {
+fn write(arguments: &Embed, certificate: &Path, asset: &Asset, signed: &Signed, job: &Job) -> Result<()> {
     let marked = asset.with_positions(signed.positions())?;
     // What counts is what the file holds: its precision may be coarser than the mark.
-    let work = Work {
-        threads: arguments.threads.count(),
-        observer: progress,
-    };
-    let read_back = signed.read_back(marked.mesh().positions(), work)?;
+    let read_back = signed.read_back(marked.mesh().positions(), job)?;
     if read_back < 1.0 {
         bail!(
             "{}: only {:.1} % of the bits survive the precision of this file; mark more strongly with --distortion, \
@@ -114,14 +103,13 @@ fn check_outputs(arguments: &Embed, certificate: &Path) -> Result<()> {
     files::check_free(certificate, arguments.force)
 }
 
-fn embedder<'k>(arguments: &Embed, key: &'k SigningKey) -> Result<Embedder<'k>> {
+fn embedder(arguments: &Embed, key: &SigningKey) -> Result<Embedder> {
     let mut embedder = Embedder::new(key)
         .message(&arguments.message)
         .chip_rate(arguments.chip_rate)
         .strength(arguments.strength())
         .patches(arguments.patches)
-        .laplacian(arguments.laplacian.kind())
-        .threads(arguments.threads.count());
+        .laplacian(arguments.laplacian.kind());
     if let Some(profile) = arguments.profile {
         if profile.curve() != key.curve() {
             let name = if profile == Profile::Paper {
@@ -140,8 +128,8 @@ fn embedder<'k>(arguments: &Embed, key: &'k SigningKey) -> Result<Embedder<'k>> 
     }
     if arguments.sha1 {
         embedder = match key.curve() {
-            sigmark::signature::Curve::P256 => embedder.scheme(Scheme::EcdsaP256Sha1),
-            sigmark::signature::Curve::B163 => embedder, // which hashes with SHA-1 anyway
+            Curve::P256 => embedder.scheme(Scheme::EcdsaP256Sha1),
+            Curve::B163 => embedder, // which hashes with SHA-1 anyway
         };
     }
     Ok(embedder)

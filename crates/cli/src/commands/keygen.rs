@@ -1,7 +1,7 @@
 use anyhow::{Context, Result};
 use rand_core::UnwrapErr;
 use serde_json::json;
-use sigmark::signature::SigningKey;
+use sigmark::SigningKey;
 
 use crate::{
     Answer,

@@ -1,9 +1,10 @@
-use std::path::Path;
+use std::{path::Path, sync::Arc};
 
 use anyhow::{Context, Result};
-use registration::Basis;
+use job::JobError;
+use registration::MatchedBy;
 use serde_json::{Value, json};
-use sigmark::{Certificate, GeometryDigest, Outcome, SigmarkError, Verdict, Verifier};
+use sigmark::{Certificate, GeometryDigest, Outcome, SigmarkError, Verdict, Verifier, mark::MarkError};
 
 use crate::{
     Answer,
@@ -15,7 +16,7 @@ use crate::{
 };
 
 pub(crate) fn run(arguments: &Verify) -> Result<Answer> {
-    let progress = Progress::within(arguments.time_limit.duration());
+    let progress = Arc::new(Progress::within(arguments.time_limit.duration()));
     progress.begin("reading", "reading");
     let text = files::read_text(&arguments.certificate, Text::Certificate)?;
     let certificate =
@@ -34,8 +35,7 @@ pub(crate) fn run(arguments: &Verify) -> Result<Answer> {
     })?;
     let verdict = verifier
         .p_bound(arguments.p_bound)
-        .threads(arguments.threads.count())
-        .verify_observed(suspect.mesh(), &progress)
+        .verify(suspect.mesh(), &progress.job(arguments.threads.count()))
         .map_err(|error| blame(error, arguments))?;
     let seconds = progress.finish();
 
@@ -78,10 +78,12 @@ fn object(verdict: &Verdict, certificate: &Certificate, seconds: &[(&'static str
 /// The error with the name of the file that it is about.
 fn blame(error: SigmarkError, arguments: &Verify) -> anyhow::Error {
     let file: &Path = match error {
-        SigmarkError::Cancelled => return arguments.time_limit.exceeded(),
+        SigmarkError::Job(JobError::Cancelled) => return arguments.time_limit.exceeded(),
         SigmarkError::AnotherKey { .. } => &arguments.public_key,
-        SigmarkError::Certificate(_) | SigmarkError::EmptyLayout { .. } => &arguments.certificate,
-        SigmarkError::Registration(_) | SigmarkError::Mesh(_) => &arguments.suspect,
+        SigmarkError::Certificate(_) | SigmarkError::Mark(MarkError::EmptyLayout { .. }) => {
+            &arguments.certificate
+        }
+        SigmarkError::Mark(MarkError::Registration(_) | MarkError::Mesh(_)) => &arguments.suspect,
         _ => &arguments.original,
     };
     anyhow::Error::new(error).context(file.display().to_string())
@@ -174,8 +176,8 @@ fn summary(
 /// What the suspect was recognised by, and how much of the original it is.
 fn registered(verdict: &Verdict) -> String {
     let by = match verdict.basis {
-        Basis::Connectivity => "by its vertices",
-        Basis::Surroundings => "by the vertices that are left",
+        MatchedBy::Connectivity => "by its vertices",
+        MatchedBy::Surroundings => "by the vertices that are left",
         _ => "by its surface",
     };
     let poses = match verdict.poses {

@@ -8,6 +8,7 @@
 use std::sync::{Mutex, PoisonError};
 
 use faer::Mat;
+use job::JobError;
 
 use super::factor::Factor;
 use super::krylov::{Krylov, orthogonalise, orthonormalise_one_by_one};
@@ -25,7 +26,7 @@ pub(crate) struct Band {
 
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Count {
-    /// Proven: the search goes on until all are found.
+    /// Proven: the search goes on until all are found, or it has restarted too often.
     Exactly(usize),
     /// Expected: the search ends when no more show up, and the caller checks.
     About(usize),
@@ -38,6 +39,14 @@ pub(crate) struct Pairs {
     pub(crate) vectors: Tall,
     /// Residual ‖A y − λ y‖ of each.
     pub(crate) residuals: Vec<f64>,
+}
+
+/// Called after each block of a Krylov space; an error ends the search.
+pub(crate) type Advance<'a> = &'a (dyn Fn() -> Result<(), JobError> + Sync);
+
+/// After how many blocks of `block` columns a search for so many pairs is likely to end: some 2.8 columns a pair.
+pub(crate) fn likely_blocks(pairs: usize, block: usize) -> usize {
+    (3 * pairs).div_ceil(block.next_multiple_of(LANES)) + 1
 }
 
 /// Memory that one search after another uses again.
@@ -76,6 +85,7 @@ pub(crate) fn solve(
     block: usize,
     tolerance: f64,
     workspaces: &Workspaces,
+    advance: Advance<'_>,
 ) -> Result<Pairs, SpectrumError> {
     let mut search = Search {
         factor,
@@ -84,6 +94,7 @@ pub(crate) fn solve(
         exact: false,
         tolerance,
         locked: deflated,
+        advance,
     };
     let exactly = match band.count {
         Count::About(expected) => {
@@ -111,16 +122,6 @@ pub(crate) fn solve(
         orthonormalise_one_by_one(&mut new.vectors, count, &[locked.all()], 0.0);
         locked.append(&new.vectors);
         found.take(&new);
-    }
-    // More pairs than exist mean that the count or a Ritz value at the band's edge is not to be trusted.
-    if found.values.len() != exactly {
-        let (lower, upper) = (band.lower, band.upper);
-        return Err(SpectrumError::Incomplete {
-            lower,
-            upper,
-            found: found.values.len(),
-            expected: exactly,
-        });
     }
     Ok(found)
 }
@@ -157,6 +158,7 @@ struct Search<'a> {
     exact: bool,
     tolerance: f64,
     locked: &'a Tall,
+    advance: Advance<'a>,
 }
 
 /// Ritz pairs of the shifted inverse in a Krylov space of dimension d.
@@ -186,6 +188,7 @@ impl Search<'_> {
         let mut next_check = 5 * self.expected / 2;
         loop {
             space.grow();
+            (self.advance)()?;
             let full = space.size() + width > limit;
             if space.size() >= next_check || full {
                 space.settle();

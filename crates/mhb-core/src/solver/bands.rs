@@ -2,20 +2,18 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use rayon::prelude::*;
+use job::Job;
 
-use super::Progress;
 use super::band::{self, Band, Count, Pairs, Workspaces};
 use super::factor::{Analysis, Factor};
-use super::slicing::{Cut, subdivide};
+use super::slicing::subdivide;
 use super::tall::Tall;
-use crate::observer::Phase;
-use crate::{SpectrumError, SpectrumOptions};
+use crate::{InertiaCount, SpectrumError, SpectrumOptions};
 
 /// Pairs of several bands, all of them counted.
 pub(crate) struct Certified {
     /// Where eigenvalues were counted, ascending.
-    pub(crate) cuts: Vec<Cut>,
+    pub(crate) cuts: Vec<InertiaCount>,
     /// Ascending by value.
     pub(crate) pairs: Vec<Pair>,
     /// The matrices that hold the vectors.
@@ -65,7 +63,7 @@ pub(crate) struct Bands<'a> {
     /// How many these are.
     pub(crate) zeros: usize,
     pub(crate) options: &'a SpectrumOptions,
-    pub(crate) progress: &'a Progress<'a>,
+    pub(crate) job: &'a Job,
     pub(crate) workspaces: Workspaces,
 }
 
@@ -77,8 +75,8 @@ impl Bands<'_> {
     /// between two shifts than their counts say, the interval is solved again, more carefully.
     pub(crate) fn solve(
         &self,
-        bottom: Cut,
-        top: Cut,
+        bottom: InertiaCount,
+        top: InertiaCount,
         certified: &mut Certified,
     ) -> Result<(), SpectrumError> {
         let lower = bottom.shift.max(0.0);
@@ -89,34 +87,28 @@ impl Bands<'_> {
         };
         let width = (top.shift - lower) / number as f64;
         let expected = (top.below - bottom.below).div_ceil(number);
-        let done = AtomicUsize::new(0);
-        let solved: Vec<(Cut, Pairs)> = (0..number)
-            .into_par_iter()
-            .map(|k| {
-                let start = lower + width * k as f64;
-                let factor = self.analysis.factorise_near(start + 0.5 * width, 0.013 * width)?;
-                let band = Band {
-                    lower: if k == 0 { bottom.shift } else { start },
-                    upper: if k + 1 == number {
-                        top.shift
-                    } else {
-                        lower + width * (k + 1) as f64
-                    },
-                    count: Count::About(expected),
-                };
-                let pairs = self.around(&factor, band)?;
-                let finished = done.fetch_add(1, Ordering::Relaxed) + 1;
-                self.progress
-                    .report(Phase::Solving, finished as f64 / number as f64)?;
-                Ok((
-                    Cut {
-                        shift: factor.shift(),
-                        below: factor.below(),
-                    },
-                    pairs,
-                ))
-            })
-            .collect::<Result<_, SpectrumError>>()?;
+        let blocks = AtomicUsize::new(0);
+        let likely = number * band::likely_blocks(expected, self.options.block);
+        let advance = || {
+            let done = 1 + blocks.fetch_add(1, Ordering::Relaxed);
+            self.job.progress((done as f64 / likely as f64).min(0.99))
+        };
+        let solved = self.job.map(number, 1, |k| {
+            self.job.go_on()?;
+            let start = lower + width * k as f64;
+            let factor = self.analysis.factorise_near(start + 0.5 * width, 0.013 * width)?;
+            let band = Band {
+                lower: if k == 0 { bottom.shift } else { start },
+                upper: if k + 1 == number {
+                    top.shift
+                } else {
+                    lower + width * (k + 1) as f64
+                },
+                count: Count::About(expected),
+            };
+            Ok((factor.inertia(), self.around(&factor, band, &advance)?))
+        })?;
+        let solved = solved.into_iter().collect::<Result<_, SpectrumError>>()?;
         self.certify(bottom, solved, top, certified)
     }
 
@@ -124,16 +116,16 @@ impl Bands<'_> {
     /// again.
     fn certify(
         &self,
-        bottom: Cut,
-        solved: Vec<(Cut, Pairs)>,
-        top: Cut,
+        bottom: InertiaCount,
+        solved: Vec<(InertiaCount, Pairs)>,
+        top: InertiaCount,
         certified: &mut Certified,
     ) -> Result<(), SpectrumError> {
-        let cuts: Vec<Cut> = std::iter::once(bottom)
+        let cuts: Vec<InertiaCount> = std::iter::once(bottom)
             .chain(solved.iter().map(|(cut, _)| *cut))
             .chain([top])
             .collect();
-        let (agreed, open): (Vec<[Cut; 2]>, Vec<[Cut; 2]>) = cuts
+        let (agreed, open): (Vec<[InertiaCount; 2]>, Vec<[InertiaCount; 2]>) = cuts
             .windows(2)
             .map(|ends| [ends[0], ends[1]])
             .partition(|[a, b]| {
@@ -157,28 +149,41 @@ impl Bands<'_> {
     }
 
     /// Pairs between two cuts that are not in the kernel.
-    fn count(&self, a: Cut, b: Cut) -> usize {
+    fn count(&self, a: InertiaCount, b: InertiaCount) -> usize {
         b.below - if a.shift < 0.0 { self.zeros } else { a.below }
     }
 
     /// Adds all pairs between two cuts, by bands whose exact number of pairs is counted first.
-    fn carefully(&self, bottom: Cut, top: Cut, certified: &mut Certified) -> Result<(), SpectrumError> {
-        let cuts = subdivide(self.analysis, bottom, top, self.options.band)?;
-        let solved: Vec<Pairs> = cuts
-            .par_windows(2)
-            .map(|ends| {
-                let [a, b] = [ends[0], ends[1]];
-                let lower = a.shift.max(0.0);
-                let width = b.shift - lower;
-                let factor = self.analysis.factorise_near(lower + 0.5 * width, 0.013 * width)?;
-                let band = Band {
-                    lower: a.shift,
-                    upper: b.shift,
-                    count: Count::Exactly(self.count(a, b)),
-                };
-                self.around(&factor, band)
-            })
-            .collect::<Result<_, SpectrumError>>()?;
+    fn carefully(
+        &self,
+        bottom: InertiaCount,
+        top: InertiaCount,
+        certified: &mut Certified,
+    ) -> Result<(), SpectrumError> {
+        let cuts = subdivide(self.analysis, bottom, top, self.options.band, self.job)?;
+        let solved = self.job.map(cuts.len() - 1, 1, |k| {
+            let [a, b] = [cuts[k], cuts[k + 1]];
+            let lower = a.shift.max(0.0);
+            let width = b.shift - lower;
+            let factor = self.analysis.factorise_near(lower + 0.5 * width, 0.013 * width)?;
+            let count = self.count(a, b);
+            let band = Band {
+                lower: a.shift,
+                upper: b.shift,
+                count: Count::Exactly(count),
+            };
+            let pairs = self.around(&factor, band, &|| self.job.go_on())?;
+            // More pairs than exist mean that the count or a Ritz value at the band's edge is not to be trusted.
+            match pairs.values.len() {
+                found if found == count => Ok(pairs),
+                found => Err(SpectrumError::Incomplete {
+                    shift: b.shift,
+                    proven: b.below,
+                    found: b.below - count + found,
+                }),
+            }
+        })?;
+        let solved = solved.into_iter().collect::<Result<Vec<_>, _>>()?;
         for pairs in solved {
             certified.add(pairs, |_| true);
         }
@@ -186,7 +191,13 @@ impl Bands<'_> {
         Ok(())
     }
 
-    fn around(&self, factor: &Factor, band: Band) -> Result<Pairs, SpectrumError> {
+    /// The pairs of a band; `advance` is called after each block.
+    fn around(
+        &self,
+        factor: &Factor,
+        band: Band,
+        advance: band::Advance<'_>,
+    ) -> Result<Pairs, SpectrumError> {
         let nothing = Tall::zeros(self.kernel.rows(), 0);
         let deflated = if band.lower < 0.0 { self.kernel } else { &nothing };
         band::solve(
@@ -196,6 +207,7 @@ impl Bands<'_> {
             self.options.block,
             self.options.tolerance,
             &self.workspaces,
+            advance,
         )
     }
 }

@@ -12,9 +12,9 @@ use faer::{Par, Side};
 
 use super::packed::Packed;
 use super::tall::LANES;
-use crate::SpectrumError;
-use crate::canonical::Noise;
+use crate::noise::Noise;
 use crate::operator::Operator;
+use crate::{InertiaCount, SpectrumError};
 
 /// Largest componentwise backward error of a probe solve that is let pass.
 const ACCURACY: f64 = 1e-9;
@@ -195,9 +195,12 @@ impl Factor {
         self.norm_bound
     }
 
-    /// How many eigenvalues of A lie below σ: the negative pivots, by Sylvester's law of inertia.
-    pub(crate) fn below(&self) -> usize {
-        self.below
+    /// How many eigenvalues of A lie below σ: as many as there are negative pivots.
+    pub(crate) fn inertia(&self) -> InertiaCount {
+        InertiaCount {
+            shift: self.shift,
+            below: self.below,
+        }
     }
 
     /// X ← (A − σ I)⁻¹ X, for blocks of columns as [`Tall`](super::tall::Tall) has them.

@@ -2,7 +2,7 @@
 
 use faer::reborrow::ReborrowMut;
 use faer::{Mat, MatMut, MatRef};
-use rayon::prelude::*;
+use job::{Job, JobError};
 
 use super::bands::Certified;
 use super::tall::LANES;
@@ -26,7 +26,8 @@ pub(crate) fn join(
     kept: usize,
     inverse: &[u32],
     tolerance: f64,
-) -> Mat<f64> {
+    job: &Job,
+) -> Result<Mat<f64>, JobError> {
     let mut joined = Mat::zeros(kernel.nrows(), kept);
     let zeros = kernel.ncols().min(kept);
     joined
@@ -43,20 +44,17 @@ pub(crate) fn join(
         .map(dense::contiguous)
         .collect();
     // Vertices in the order of the targets; eight columns at a time share the cache lines that they are read from.
-    columns
-        .par_chunks_mut(LANES)
-        .zip(pairs.par_chunks(LANES))
-        .for_each(|(columns, pairs)| {
-            for (old, &i) in inverse.iter().enumerate() {
-                for (column, pair) in columns.iter_mut().zip(pairs) {
-                    column[old] = certified.vectors[pair.matrix].at(i as usize, pair.column);
-                }
+    job.for_chunks(&mut columns, LANES, |chunk, columns| {
+        for (old, &i) in inverse.iter().enumerate() {
+            for (column, pair) in columns.iter_mut().zip(&pairs[chunk * LANES..]) {
+                column[old] = certified.vectors[pair.matrix].at(i as usize, pair.column);
             }
-        });
+        }
+    })?;
     drop(columns);
     drop(certified);
-    orthonormalise(&mut joined, &residuals, ORTHONORMAL.max(SLACK * tolerance));
-    joined
+    orthonormalise(&mut joined, &residuals, ORTHONORMAL.max(SLACK * tolerance), job)?;
+    Ok(joined)
 }
 
 /// Newton's iteration towards an orthonormal set: x_j ← x_j − Σ_i w_ij (x_iᵀx_j − δ_ij) x_i with w_ij + w_ji = 1.
@@ -64,9 +62,9 @@ pub(crate) fn join(
 /// Equal weights give X (XᵀX)^-1/2. Weighting by the residuals, w_ij = r_j / (r_i + r_j), lets the less accurate vector
 /// of two give way, so that pairs from the middle of a band are not spoilt by those from the edge of another. Inner products
 /// of `goal` are let pass.
-fn orthonormalise(x: &mut Mat<f64>, residuals: &[f64], goal: f64) {
+fn orthonormalise(x: &mut Mat<f64>, residuals: &[f64], goal: f64, job: &Job) -> Result<(), JobError> {
     for _ in 0..6 {
-        let mut correction = gram(x.as_ref());
+        let mut correction = gram(x.as_ref(), job)?;
         let mut defect: f64 = 0.0;
         for j in 0..correction.ncols() {
             for i in 0..correction.nrows() {
@@ -78,15 +76,16 @@ fn orthonormalise(x: &mut Mat<f64>, residuals: &[f64], goal: f64) {
             }
         }
         if defect < goal {
-            return;
+            break;
         }
         // Of the two corrections of a pair, what is left out stays below half of the goal together.
-        add_multiple(x, correction.as_ref(), 0.25 * goal);
+        add_multiple(x, correction.as_ref(), 0.25 * goal, job)?;
         // What is left is of second order: a few columns overlap with the same one.
         if 8.0 * defect * defect < goal {
-            return;
+            break;
         }
     }
+    Ok(())
 }
 
 /// Ranges that cover 0..k.
@@ -97,25 +96,25 @@ fn blocks(k: usize, width: usize) -> impl Iterator<Item = (usize, usize)> {
 }
 
 /// XᵀX by blocks of columns.
-fn gram(x: MatRef<'_, f64>) -> Mat<f64> {
+fn gram(x: MatRef<'_, f64>, job: &Job) -> Result<Mat<f64>, JobError> {
     let k = x.ncols();
-    let strips: Vec<Mat<f64>> = blocks(k, 4 * COLUMNS)
-        .collect::<Vec<_>>()
-        .into_par_iter()
-        .map(|(j, width)| dense::product(x.subcols(j, k - j).transpose(), x.subcols(j, width)))
-        .collect();
+    let blocks: Vec<_> = blocks(k, 4 * COLUMNS).collect();
+    let strips = job.map(blocks.len(), 1, |i| {
+        let (j, width) = blocks[i];
+        dense::product(x.subcols(j, k - j).transpose(), x.subcols(j, width))
+    })?;
     let mut gram = Mat::zeros(k, k);
-    for ((j, width), strip) in blocks(k, 4 * COLUMNS).zip(&strips) {
+    for ((j, width), strip) in blocks.into_iter().zip(&strips) {
         gram.as_mut().submatrix_mut(j, j, k - j, width).copy_from(strip);
         gram.as_mut()
             .submatrix_mut(j, j, width, k - j)
             .copy_from(strip.transpose());
     }
-    gram
+    Ok(gram)
 }
 
 /// X ← X + X C, by blocks of rows, without the blocks of C whose entries are all below `negligible`.
-fn add_multiple(x: &mut Mat<f64>, c: MatRef<'_, f64>, negligible: f64) {
+fn add_multiple(x: &mut Mat<f64>, c: MatRef<'_, f64>, negligible: f64, job: &Job) -> Result<(), JobError> {
     let k = x.ncols();
     let tiles: Vec<_> = blocks(k, COLUMNS)
         .flat_map(|source| blocks(k, COLUMNS).map(move |target| (source, target)))
@@ -129,16 +128,17 @@ fn add_multiple(x: &mut Mat<f64>, c: MatRef<'_, f64>, negligible: f64) {
         rest = below;
     }
     row_blocks.push(rest);
-    row_blocks.into_par_iter().for_each(|mut block| {
-        let before = block.to_owned();
-        for &((i, height), (j, width)) in &tiles {
-            let coefficients = c.submatrix(i, j, height, width);
-            dense::add_product(
-                block.rb_mut().subcols_mut(j, width),
-                1.0,
-                before.as_ref().subcols(i, height),
-                coefficients,
-            );
+    job.for_chunks(&mut row_blocks, 1, |_, blocks| {
+        for block in blocks {
+            let before = block.to_owned();
+            for &((i, height), (j, width)) in &tiles {
+                dense::add_product(
+                    block.rb_mut().subcols_mut(j, width),
+                    1.0,
+                    before.as_ref().subcols(i, height),
+                    c.submatrix(i, j, height, width),
+                );
+            }
         }
-    });
+    })
 }

@@ -9,8 +9,8 @@ use faer::{Mat, MatRef};
 
 use super::factor::Factor;
 use super::tall::{LANES, Tall, add, inner, multiply};
-use crate::canonical::Noise;
 use crate::dense;
+use crate::noise::Noise;
 
 /// Overlaps between basis vectors below this are rounding, and left alone.
 const NEGLIGIBLE: f64 = 1e-13;

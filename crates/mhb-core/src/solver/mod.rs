@@ -11,19 +11,16 @@ mod packed;
 mod slicing;
 mod tall;
 
-use std::ops::ControlFlow;
-
 use faer::{Mat, MatRef};
+use job::Job;
 
 use self::band::Workspaces;
 use self::bands::{Bands, Certified};
 use self::factor::Analysis;
-use self::slicing::Cut;
 use self::tall::Tall;
 use crate::canonical::in_one_cluster;
-use crate::observer::{Observer, Phase};
 use crate::operator::Operator;
-use crate::{SpectrumError, SpectrumOptions, dense};
+use crate::{InertiaCount, SpectrumError, SpectrumOptions, SpectrumStage, dense, inertia};
 
 /// Up to this size a dense eigenproblem is quicker than a sparse one.
 const DENSE: usize = 640;
@@ -34,39 +31,20 @@ pub(crate) struct Solution {
     pub(crate) eigenvalues: Vec<f64>,
     pub(crate) vectors: Mat<f64>,
     /// Where eigenvalues were counted by inertia.
-    pub(crate) counts: Vec<Cut>,
-    /// Whether as many pairs were found below each of them.
-    pub(crate) complete: bool,
+    pub(crate) counts: Vec<InertiaCount>,
 }
 
-/// An observer with its answer turned into a result.
-pub(crate) struct Progress<'a>(&'a dyn Observer);
-
-impl<'a> Progress<'a> {
-    pub(crate) fn new(observer: &'a dyn Observer) -> Self {
-        Self(observer)
-    }
-
-    pub(crate) fn report(&self, phase: Phase, fraction: f64) -> Result<(), SpectrumError> {
-        match self.0.progress(phase, fraction) {
-            ControlFlow::Continue(()) => Ok(()),
-            ControlFlow::Break(()) => Err(SpectrumError::Cancelled),
-        }
-    }
-}
-
-/// The lowest pairs of A, whose kernel is known. Runs in the caller's thread pool.
+/// The lowest pairs of A, whose kernel is known.
 pub(crate) fn lowest(
     operator: &Operator,
     kernel: MatRef<'_, f64>,
     options: &SpectrumOptions,
-    progress: &Progress<'_>,
+    job: &Job,
 ) -> Result<Solution, SpectrumError> {
     if operator.size() <= DENSE {
-        progress.report(Phase::Solving, 0.0)?;
-        return densely(operator, kernel, options.count);
+        return densely(operator, kernel, options.count, job);
     }
-    by_bands(operator, kernel, options, progress)
+    by_bands(operator, kernel, options, job)
 }
 
 /// Solves bands around shifts of their own, checks their number against the inertia at the shifts, mends where it
@@ -75,9 +53,9 @@ fn by_bands(
     operator: &Operator,
     kernel: MatRef<'_, f64>,
     options: &SpectrumOptions,
-    progress: &Progress<'_>,
+    job: &Job,
 ) -> Result<Solution, SpectrumError> {
-    progress.report(Phase::Ordering, 0.0)?;
+    job.begin(SpectrumStage::Ordering)?;
     let analysis = Analysis::new(operator)?;
     let mut reordered = Tall::zeros(kernel.nrows(), kernel.ncols());
     for k in 0..kernel.ncols() {
@@ -90,19 +68,19 @@ fn by_bands(
         kernel: &reordered,
         zeros,
         options,
-        progress,
+        job,
         workspaces: Workspaces::default(),
     };
-    let mut bottom = Cut {
+    let mut bottom = InertiaCount {
         shift: -1.0,
         below: 0,
     };
     let mut certified = Certified::none();
     let mut wanted = options.count.max(zeros);
     let eigenvalues = loop {
-        progress.report(Phase::Slicing, 0.0)?;
-        let top = slicing::top(&analysis, bottom, wanted, options.band)?;
-        progress.report(Phase::Solving, 0.0)?;
+        job.begin(SpectrumStage::Slicing)?;
+        let top = slicing::top(&analysis, bottom, wanted, options.band, job)?;
+        job.begin(SpectrumStage::Solving)?;
         bands.solve(bottom, top, &mut certified)?;
         bottom = top;
         let mut eigenvalues = vec![0.0; zeros];
@@ -112,22 +90,34 @@ fn by_bands(
             break eigenvalues;
         }
     };
-    progress.report(Phase::Finishing, 0.0)?;
-    let complete = agree(&certified.cuts, &eigenvalues);
+    job.begin(SpectrumStage::Finishing)?;
+    inertia::check(&certified.cuts, &eigenvalues)?;
     let kept = whole_cluster(&eigenvalues, options.count);
     let eigenvalues = eigenvalues[..kept].to_vec();
     let counts = std::mem::take(&mut certified.cuts);
-    let vectors = joint::join(kernel, certified, kept, analysis.inverse(), options.tolerance);
+    let vectors = joint::join(
+        kernel,
+        certified,
+        kept,
+        analysis.inverse(),
+        options.tolerance,
+        job,
+    )?;
     Ok(Solution {
         eigenvalues,
         vectors,
         counts,
-        complete,
     })
 }
 
 /// All pairs by a dense eigenproblem, in which the kernel is moved to the far end of the spectrum.
-fn densely(operator: &Operator, kernel: MatRef<'_, f64>, count: usize) -> Result<Solution, SpectrumError> {
+fn densely(
+    operator: &Operator,
+    kernel: MatRef<'_, f64>,
+    count: usize,
+    job: &Job,
+) -> Result<Solution, SpectrumError> {
+    job.begin(SpectrumStage::Solving)?;
     let mut a = operator.to_dense();
     dense::add_product(
         a.as_mut(),
@@ -136,13 +126,14 @@ fn densely(operator: &Operator, kernel: MatRef<'_, f64>, count: usize) -> Result
         kernel.transpose(),
     );
     let (values, vectors) = dense::symmetric_eigen(a.as_ref())?;
+    job.begin(SpectrumStage::Finishing)?;
     let zeros = kernel.ncols();
     let rest = operator.size() - zeros;
     let mut eigenvalues = vec![0.0; zeros];
     eigenvalues.extend(values[..rest].iter().map(|l| l.max(0.0)));
     let kept = whole_cluster(&eigenvalues, count);
     let counts = count_beyond(operator, &eigenvalues, kept)?;
-    let complete = agree(&counts, &eigenvalues);
+    inertia::check(&counts, &eigenvalues)?;
     eigenvalues.truncate(kept);
     let mut all = Mat::zeros(operator.size(), kept);
     let zeros = zeros.min(kept);
@@ -156,29 +147,22 @@ fn densely(operator: &Operator, kernel: MatRef<'_, f64>, count: usize) -> Result
         eigenvalues,
         vectors: all,
         counts,
-        complete,
     })
 }
 
 /// Counts eigenvalues half-way between pair `kept − 1` and the next.
-fn count_beyond(operator: &Operator, eigenvalues: &[f64], kept: usize) -> Result<Vec<Cut>, SpectrumError> {
+fn count_beyond(
+    operator: &Operator,
+    eigenvalues: &[f64],
+    kept: usize,
+) -> Result<Vec<InertiaCount>, SpectrumError> {
     let Some(next) = eigenvalues.get(kept) else {
         return Ok(Vec::new());
     };
     let gap = next - eigenvalues[kept - 1];
     let analysis = Analysis::new(operator)?;
     let factor = analysis.factorise_near(next - 0.5 * gap, 0.07 * gap)?;
-    Ok(vec![Cut {
-        shift: factor.shift(),
-        below: factor.below(),
-    }])
-}
-
-/// Whether as many eigenvalues were found below each cut as inertia proves.
-fn agree(counts: &[Cut], eigenvalues: &[f64]) -> bool {
-    counts
-        .iter()
-        .all(|cut| eigenvalues.partition_point(|&l| l < cut.shift) == cut.below)
+    Ok(vec![factor.inertia()])
 }
 
 /// The end of the cluster that pair `count − 1` belongs to.

@@ -2,36 +2,22 @@
 
 use std::f64::consts::PI;
 
-use rayon::prelude::*;
+use job::Job;
 
 use super::factor::Analysis;
-use crate::SpectrumError;
-
-/// A shift, and how many eigenvalues inertia proves below it.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Cut {
-    pub(crate) shift: f64,
-    pub(crate) below: usize,
-}
-
-fn count(analysis: &Analysis, shift: f64, step: f64) -> Result<Cut, SpectrumError> {
-    let factor = analysis.factorise_near(shift, step)?;
-    Ok(Cut {
-        shift: factor.shift(),
-        below: factor.below(),
-    })
-}
+use crate::{InertiaCount, SpectrumError};
 
 /// A cut with `wanted` + 1 to `wanted` + `band` / 2 eigenvalues below it, if no cluster prevents that.
 pub(crate) fn top(
     analysis: &Analysis,
-    bottom: Cut,
+    bottom: InertiaCount,
     wanted: usize,
     band: usize,
-) -> Result<Cut, SpectrumError> {
+    job: &Job,
+) -> Result<InertiaCount, SpectrumError> {
     let size = analysis.operator().size();
     let target = wanted + 2;
-    let everything = Cut {
+    let everything = InertiaCount {
         shift: 1.01 * analysis.operator().norm_bound(),
         below: size,
     };
@@ -39,7 +25,7 @@ pub(crate) fn top(
         return Ok(everything);
     }
     let (mut lower, mut upper) = (
-        Cut {
+        InertiaCount {
             shift: bottom.shift.max(0.0),
             below: bottom.below,
         },
@@ -51,7 +37,8 @@ pub(crate) fn top(
         if !(shift > lower.shift && shift < upper.shift) {
             shift = 0.5 * (lower.shift + upper.shift);
         }
-        let cut = count(analysis, shift, 1e-3 * shift)?;
+        job.go_on()?;
+        let cut = analysis.factorise_near(shift, 1e-3 * shift)?.inertia();
         let narrow = upper.shift - lower.shift < 1e-4 * upper.shift;
         if cut.below > wanted && (cut.below <= wanted + band / 2 || narrow) {
             return Ok(cut);
@@ -70,13 +57,14 @@ pub(crate) fn top(
     }
 }
 
-/// Cuts from `bottom` to `top`, both included, with about `band` eigenvalues between neighbours.
+/// InertiaCounts from `bottom` to `top`, both included, with about `band` eigenvalues between neighbours.
 pub(crate) fn subdivide(
     analysis: &Analysis,
-    bottom: Cut,
-    top: Cut,
+    bottom: InertiaCount,
+    top: InertiaCount,
     band: usize,
-) -> Result<Vec<Cut>, SpectrumError> {
+    job: &Job,
+) -> Result<Vec<InertiaCount>, SpectrumError> {
     let mut cuts = vec![bottom, top];
     loop {
         let shifts: Vec<(f64, f64)> = cuts
@@ -86,17 +74,18 @@ pub(crate) fn subdivide(
         if shifts.is_empty() {
             return Ok(cuts);
         }
-        let new: Result<Vec<Cut>, _> = shifts
-            .par_iter()
-            .map(|&(shift, step)| count(analysis, shift, step))
-            .collect();
-        cuts.extend(new?);
+        let new = job.map(shifts.len(), 1, |i| {
+            job.go_on()?;
+            let (shift, step) = shifts[i];
+            Ok(analysis.factorise_near(shift, step)?.inertia())
+        })?;
+        cuts.extend(new.into_iter().collect::<Result<Vec<_>, SpectrumError>>()?);
         cuts.sort_by(|a, b| a.shift.total_cmp(&b.shift));
     }
 }
 
 /// Evenly spaced shifts that split an interval with too many eigenvalues, each with a step to move it by if need be.
-fn inner(a: Cut, b: Cut, band: usize) -> Vec<(f64, f64)> {
+fn inner(a: InertiaCount, b: InertiaCount, band: usize) -> Vec<(f64, f64)> {
     let (lower, count) = (a.shift.max(0.0), b.below - a.below);
     let width = b.shift - lower;
     let parts = if 2 * count > 3 * band && width > 1e-3 * b.shift {

@@ -320,8 +320,8 @@ fn combine<S: Simd, const R: usize, const K: usize, const FRESH: bool>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::canonical::Noise;
     use crate::dense;
+    use crate::noise::Noise;
 
     fn noise(rows: usize, columns: usize, stream: u64) -> (Tall, Mat<f64>) {
         let mut noise = Noise::new(7, stream);

@@ -5,8 +5,7 @@ use mesh::vector::{norm, sub, unit};
 use mesh::{Edges, TriMesh};
 
 use super::walk::{Star, Walker};
-use crate::QualityError;
-use crate::work::{Observer, by_chunks};
+use job::{Job, JobError};
 
 /// A mesh with what curvature needs.
 pub(crate) struct Bending<'a> {
@@ -36,8 +35,8 @@ impl<'a> Bending<'a> {
     /// the arc sine of the sine of the bend, so that an edge folded beyond a right angle counts as less. This is what Lavoué's program
     /// measures: smaller than the curvature for want of the other edges (a quarter on a sphere where the radius is three edges), and larger
     /// where edges are longer than the radius.
-    pub(crate) fn amplitudes(&self, radius: f64, observer: Observer<'_>) -> Result<Vec<f64>, QualityError> {
-        let chunks = by_chunks(self.mesh.vertex_count(), CHUNK, observer, |vertices| {
+    pub(crate) fn amplitudes(&self, radius: f64, job: &Job) -> Result<Vec<f64>, JobError> {
+        let chunks = job.map_chunks(self.mesh.vertex_count(), CHUNK, |vertices| {
             let mut walker = Walker::new(self.mesh, &self.edges, &self.star);
             vertices
                 .map(|v| self.amplitude(v as u32, radius, &mut walker))
@@ -85,13 +84,12 @@ fn eigenvalues(a: &[[f64; 3]; 3]) -> [f64; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::work::unobserved;
     use mesh::shapes;
     use mesh::vector::Vec3;
     use proptest::prelude::*;
 
     fn mean(mesh: &TriMesh, radius: f64, wanted: impl Fn(&Vec3) -> bool) -> f64 {
-        let amplitudes = Bending::new(mesh).amplitudes(radius, &unobserved).unwrap();
+        let amplitudes = Bending::new(mesh).amplitudes(radius, &Job::default()).unwrap();
         let chosen: Vec<f64> = mesh
             .positions()
             .iter()

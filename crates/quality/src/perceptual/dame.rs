@@ -1,12 +1,13 @@
 //! DAME (Váša and Rus, *Dihedral Angle Mesh Error: a fast perception correlated distortion measure for fixed connectivity triangle
 //! meshes*, SGP 2012).
 
+use job::{Job, JobError};
 use mesh::{Edges, TriMesh};
 use serde::Serialize;
 
 use super::dihedral::bends;
-use crate::QualityError;
 use crate::picture::visible_samples;
+use crate::{MetricStage, QualityError};
 
 /// What is left of the weight of an edge where the surface is folded flat onto itself: κ = √(ln 0.2)/π.
 const FOLDED: f64 = 0.2;
@@ -47,27 +48,31 @@ impl Dame {
     /// Compares a mesh with a reference of the same triangles over the same vertices.
     ///
     /// ```
+    /// use job::Job;
     /// use quality::{Dame, Visibility};
+    /// let job = Job::default();
     /// let smooth = mesh::shapes::icosphere(3);
     /// let noisy = mesh::shapes::jittered(&smooth, 0.05, 1);
-    /// assert_eq!(Dame::between(&smooth, &smooth, Visibility::Seen)?.error, 0.0);
-    /// assert!(Dame::between(&noisy, &smooth, Visibility::Seen)?.error > 0.02);
+    /// assert_eq!(Dame::between(&smooth, &smooth, Visibility::Seen, &job)?.error, 0.0);
+    /// assert!(Dame::between(&noisy, &smooth, Visibility::Seen, &job)?.error > 0.02);
     /// # Ok::<(), quality::QualityError>(())
     /// ```
     ///
     /// # Errors
-    /// [`QualityError::Connectivity`] if the triangles differ.
+    /// [`QualityError::Connectivity`] if the triangles differ; [`QualityError::Job`].
     pub fn between(
         distorted: &TriMesh,
         reference: &TriMesh,
         visibility: Visibility,
+        job: &Job,
     ) -> Result<Self, QualityError> {
+        job.begin(MetricStage::Dame)?;
         same_connectivity(distorted, reference)?;
         let edges = Edges::of(reference);
         let (before, after) = (bends(reference, &edges), bends(distorted, &edges));
         let weights = match visibility {
             Visibility::Uniform => vec![1.0; reference.triangle_count()],
-            Visibility::Seen => seen(reference),
+            Visibility::Seen => seen(reference, job)?,
         };
         let (mut sum, mut total, mut compared) = (0.0, 0.0, 0);
         for (e, angles) in before.into_iter().zip(after).enumerate() {
@@ -111,19 +116,21 @@ pub fn same_connectivity(a: &TriMesh, b: &TriMesh) -> Result<(), QualityError> {
 }
 
 /// How many samples of each triangle are seen, over twelve views.
-fn seen(mesh: &TriMesh) -> Vec<f64> {
+fn seen(mesh: &TriMesh, job: &Job) -> Result<Vec<f64>, JobError> {
     let golden = 0.5 * (1.0 + 5.0_f64.sqrt());
     let mut counts = vec![0.0; mesh.triangle_count()];
-    for (i, j) in [(0, 1), (1, 2), (2, 0)] {
+    for (axes, (i, j)) in [(0, 1), (1, 2), (2, 0)].into_iter().enumerate() {
         for (x, y) in [(1.0, golden), (1.0, -golden), (-1.0, golden), (-1.0, -golden)] {
             let mut eye = [0.0; 3];
             (eye[i], eye[j]) = (x, y);
             for triangle in visible_samples(mesh, eye, VIEW) {
                 counts[triangle as usize] += 1.0;
             }
+            job.go_on()?;
         }
+        job.progress((axes + 1) as f64 / 3.0)?;
     }
-    counts
+    Ok(counts)
 }
 
 #[cfg(test)]
@@ -150,7 +157,13 @@ mod tests {
     #[test]
     fn folding_one_edge_costs_its_angle_masked_by_the_angle_that_it_had() {
         for (before, after) in [(0.0, 0.3), (0.0, -0.3), (1.0, 1.2), (1.0, -0.5), (3.0, -3.0)] {
-            let dame = Dame::between(&folded(after), &folded(before), Visibility::Uniform).unwrap();
+            let dame = Dame::between(
+                &folded(after),
+                &folded(before),
+                Visibility::Uniform,
+                &Job::default(),
+            )
+            .unwrap();
             let mask = 0.2_f64.powf((before / std::f64::consts::PI).powi(2));
             assert!(
                 (dame.error - mask * (after - before).abs()).abs() < 1e-12,
@@ -169,7 +182,11 @@ mod tests {
                 (noisy.clone(), smooth.clone()),
                 (shapes::inside_out(&noisy), shapes::inside_out(&smooth)),
             ]
-            .map(|(a, b)| Dame::between(&a, &b, Visibility::Uniform).unwrap().error);
+            .map(|(a, b)| {
+                Dame::between(&a, &b, Visibility::Uniform, &Job::default())
+                    .unwrap()
+                    .error
+            });
             assert!(0.0 < there && there < std::f64::consts::TAU, "{there}");
             assert!((there - turned).abs() < 1e-12, "{there} {turned}");
         }
@@ -182,11 +199,13 @@ mod tests {
         let both = shapes::disjoint_union(&[outside.clone(), inside.clone()]);
         let crumpled = shapes::disjoint_union(&[outside, shapes::jittered(&inside, 0.2, 1)]);
         assert_eq!(
-            Dame::between(&crumpled, &both, Visibility::Seen).unwrap().error,
+            Dame::between(&crumpled, &both, Visibility::Seen, &Job::default())
+                .unwrap()
+                .error,
             0.0
         );
         assert!(
-            Dame::between(&crumpled, &both, Visibility::Uniform)
+            Dame::between(&crumpled, &both, Visibility::Uniform, &Job::default())
                 .unwrap()
                 .error
                 > 0.05
@@ -197,7 +216,7 @@ mod tests {
     fn other_connectivity_is_refused_with_the_difference() {
         let cube = shapes::cube(1.0);
         let refused = |other: &TriMesh| {
-            Dame::between(other, &cube, Visibility::Seen)
+            Dame::between(other, &cube, Visibility::Seen, &Job::default())
                 .unwrap_err()
                 .to_string()
         };
@@ -212,12 +231,12 @@ mod tests {
         fn noise_costs_the_more_the_stronger_and_moving_both_changes_nothing(seed in 0..99_u64, angles in prop::array::uniform4(-1.0..1.0_f64), scale in 0.01..100.0_f64) {
             let smooth = shapes::bumpy_sphere(3, seed);
             let [weak, strong] = [0.02, 0.1].map(|amount| shapes::jittered(&smooth, amount, seed));
-            let error = |mesh: &TriMesh| Dame::between(mesh, &smooth, Visibility::Seen).unwrap().error;
+            let error = |mesh: &TriMesh| Dame::between(mesh, &smooth, Visibility::Seen, &Job::default()).unwrap().error;
             prop_assert_eq!(error(&smooth), 0.0);
             prop_assert!(error(&weak) < error(&strong));
             let moved = Similarity { scale, translation: [1.0, 2.0, 3.0], ..Similarity::from_quaternion(angles) };
-            let after = |visibility| Dame::between(&shapes::moved(&strong, &moved), &shapes::moved(&smooth, &moved), visibility).unwrap().error;
-            let before = Dame::between(&strong, &smooth, Visibility::Uniform).unwrap().error;
+            let after = |visibility| Dame::between(&shapes::moved(&strong, &moved), &shapes::moved(&smooth, &moved), visibility, &Job::default()).unwrap().error;
+            let before = Dame::between(&strong, &smooth, Visibility::Uniform, &Job::default()).unwrap().error;
             prop_assert!((after(Visibility::Uniform) - before).abs() < 1e-9);
             // The views do not turn with the mesh.
             prop_assert!((after(Visibility::Seen) / error(&strong) - 1.0).abs() < 0.1);

@@ -1,13 +1,13 @@
 //! MSDM2 (Lavoué, *A multiscale metric for 3D mesh visual quality assessment*, SGP 2011).
 
+use job::{Job, JobError};
 use mesh::TriMesh;
 use registration::Surface;
 use serde::Serialize;
 
 use super::curvature::Bending;
 use super::walk::Walker;
-use crate::QualityError;
-use crate::work::{Observer, by_chunks, in_pool, unobserved};
+use crate::{MetricStage, QualityError};
 use mesh::vector::{Vec3, add, cross, norm, scaled, sub};
 
 /// Radii over which curvature is measured, as fractions of the longest edge of the bounding box.
@@ -67,44 +67,30 @@ impl Msdm2 {
     /// ```
     /// let smooth = mesh::shapes::icosphere(4);
     /// let [slightly, badly] = [0.01, 0.1].map(|amount| mesh::shapes::jittered(&smooth, amount, 1));
-    /// let noticed = |distorted| quality::Msdm2::between(distorted, &smooth, 1).unwrap().symmetric;
+    /// let noticed = |distorted| quality::Msdm2::between(distorted, &smooth, &job::Job::default()).unwrap().symmetric;
     /// assert!(noticed(&smooth) < 1e-9 && noticed(&slightly) < noticed(&badly));
     /// ```
     ///
     /// # Errors
-    /// [`QualityError::NoSurface`] if a mesh has no area.
-    pub fn between(distorted: &TriMesh, reference: &TriMesh, threads: usize) -> Result<Self, QualityError> {
-        Self::between_observed(distorted, reference, threads, &unobserved)
-    }
-
-    /// As [`between`](Self::between), watched.
-    ///
-    /// # Errors
-    /// As [`between`](Self::between), and [`QualityError::Cancelled`].
-    pub fn between_observed(
-        distorted: &TriMesh,
-        reference: &TriMesh,
-        threads: usize,
-        observer: Observer<'_>,
-    ) -> Result<Self, QualityError> {
+    /// [`QualityError::NoSurface`] if a mesh has no area; [`QualityError::Job`].
+    pub fn between(distorted: &TriMesh, reference: &TriMesh, job: &Job) -> Result<Self, QualityError> {
+        job.begin(MetricStage::Msdm2)?;
         for mesh in [distorted, reference] {
             let area = mesh.area();
             if !area.is_normal() {
                 return Err(QualityError::NoSurface { area });
             }
         }
-        in_pool(threads, || {
-            let [here, there] = [distorted, reference].map(Bending::new);
-            let local = here.distortions(&there, &|done| observer(0.5 * done))?;
-            let forward = here.pooled(&local);
-            let back = there.distortions(&here, &|done| observer(0.5 + 0.5 * done))?;
-            let backward = there.pooled(&back);
-            Ok(Self {
-                forward,
-                backward,
-                symmetric: 0.5 * (forward + backward),
-                local,
-            })
+        let [here, there] = [distorted, reference].map(Bending::new);
+        let local = here.distortions(&there, &job.part(0.0, 0.5))?;
+        let forward = here.pooled(&local);
+        let back = there.distortions(&here, &job.part(0.5, 1.0))?;
+        let backward = there.pooled(&back);
+        Ok(Self {
+            forward,
+            backward,
+            symmetric: 0.5 * (forward + backward),
+            local,
         })
     }
 }
@@ -118,9 +104,9 @@ struct Matched {
 }
 
 impl Matched {
-    fn new(from: &TriMesh, to: &TriMesh, observer: Observer<'_>) -> Result<Self, QualityError> {
+    fn new(from: &TriMesh, to: &TriMesh, job: &Job) -> Result<Self, JobError> {
         let surface = Surface::new(to);
-        let nearest = crate::work::map(from.vertex_count(), observer, |v| {
+        let nearest = job.map_reported(from.vertex_count(), CHUNK, |v| {
             let nearest = surface.nearest(from.positions()[v]);
             let triangle = nearest.triangle as usize;
             let weights = shares(to.corners(triangle).map(Into::into), nearest.point);
@@ -158,20 +144,23 @@ struct Sample {
 
 impl Bending<'_> {
     /// The local distortion at each vertex, against another mesh.
-    fn distortions(&self, other: &Bending<'_>, observer: Observer<'_>) -> Result<Vec<f64>, QualityError> {
+    fn distortions(&self, other: &Bending<'_>, job: &Job) -> Result<Vec<f64>, JobError> {
         let size = self.mesh.bounding_box().size().into_iter().fold(0.0, f64::max);
-        let matched = Matched::new(self.mesh, other.mesh, &|done| observer(0.1 * done))?;
+        let matched = Matched::new(self.mesh, other.mesh, &job.part(0.0, 0.1))?;
         let mut local = vec![0.0; self.mesh.vertex_count()];
         for (scale, fraction) in RADII.into_iter().enumerate() {
-            let part = |from: f64| move |done: f64| observer(0.1 + 0.3 * (scale as f64 + from + done / 3.0));
+            let step = |third: usize| {
+                let from = 0.1 + 0.1 * (3 * scale + third) as f64;
+                job.part(from, from + 0.1)
+            };
             let radius = fraction * size;
             let [own, there] = [
-                self.amplitudes(radius, &part(0.0))?,
-                other.amplitudes(radius, &part(1.0 / 3.0))?,
+                self.amplitudes(radius, &step(0))?,
+                other.amplitudes(radius, &step(1))?,
             ]
             .map(|k| k.into_iter().map(|k| k * size).collect::<Vec<f64>>());
             let seen = matched.interpolate(&there);
-            let distortions = by_chunks(self.mesh.vertex_count(), CHUNK, &part(2.0 / 3.0), |vertices| {
+            let distortions = step(2).map_chunks(self.mesh.vertex_count(), CHUNK, |vertices| {
                 let mut walker = Walker::new(self.mesh, &self.edges, &self.star);
                 let mut window = Vec::new();
                 vertices
@@ -269,11 +258,11 @@ mod tests {
         let mut last = 0.0;
         for amount in [0.0, 0.02, 0.05, 0.1, 0.2] {
             let noisy = shapes::jittered(&smooth, amount, 2);
-            let value = Msdm2::between(&noisy, &smooth, 2).unwrap();
+            let value = Msdm2::between(&noisy, &smooth, &Job::new(2)).unwrap();
             assert_eq!(value.symmetric, 0.5 * (value.forward + value.backward));
             assert!(value.symmetric > last || amount == 0.0, "{amount} {value:?}");
             assert!(value.local.iter().all(|d| (0.0..1.2).contains(d)));
-            let back = Msdm2::between(&smooth, &noisy, 1).unwrap();
+            let back = Msdm2::between(&smooth, &noisy, &Job::new(1)).unwrap();
             assert_eq!([back.forward, back.backward], [value.backward, value.forward]);
             last = value.symmetric;
         }
@@ -288,7 +277,8 @@ mod tests {
             (shapes::rectangle(30, 30, 1.0, 1.0), 0.669948370709, 0.66373531438),
         ];
         for (reference, forward, backward) in pairs {
-            let value = Msdm2::between(&shapes::jittered(&reference, 0.1, 2), &reference, 2).unwrap();
+            let value =
+                Msdm2::between(&shapes::jittered(&reference, 0.1, 2), &reference, &Job::new(2)).unwrap();
             assert!((value.forward - forward).abs() < 1e-9, "{value:?}");
             assert!((value.backward - backward).abs() < 1e-9, "{value:?}");
         }
@@ -298,15 +288,15 @@ mod tests {
     fn the_same_surface_with_other_triangles_is_nearer_than_a_noisy_one() {
         let flat = shapes::rectangle(30, 30, 1.0, 1.0);
         let other = shapes::rectangle(41, 23, 1.0, 1.0);
-        assert!(Msdm2::between(&other, &flat, 1).unwrap().symmetric < 1e-12);
+        assert!(Msdm2::between(&other, &flat, &Job::new(1)).unwrap().symmetric < 1e-12);
         let noisy = shapes::jittered(&flat, 0.1, 1);
-        assert!(Msdm2::between(&noisy, &flat, 1).unwrap().symmetric > 0.01);
+        assert!(Msdm2::between(&noisy, &flat, &Job::new(1)).unwrap().symmetric > 0.01);
     }
 
     #[test]
     fn surfaces_without_area_are_refused() {
         let flat = TriMesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]], vec![[0, 1, 2]]).unwrap();
-        let refused = Msdm2::between(&flat, &shapes::cube(1.0), 1);
+        let refused = Msdm2::between(&flat, &shapes::cube(1.0), &Job::new(1));
         assert!(matches!(refused, Err(QualityError::NoSurface { .. })));
     }
 
@@ -316,11 +306,11 @@ mod tests {
         #[test]
         fn identical_meshes_have_none_and_scaling_and_shifting_both_changes_nothing(seed in 0..99_u64, scale in 0.01..100.0_f64) {
             let a = shapes::bumpy_sphere(3, seed);
-            prop_assert!(Msdm2::between(&a, &a, 1).unwrap().symmetric < 1e-7);
+            prop_assert!(Msdm2::between(&a, &a, &Job::new(1)).unwrap().symmetric < 1e-7);
             let b = shapes::jittered(&a, 0.1, seed);
             let moved = Similarity { scale, translation: [1.0, -2.0, 3.0], ..Similarity::IDENTITY };
-            let before = Msdm2::between(&b, &a, 1).unwrap();
-            let after = Msdm2::between(&shapes::moved(&b, &moved), &shapes::moved(&a, &moved), 2).unwrap();
+            let before = Msdm2::between(&b, &a, &Job::new(1)).unwrap();
+            let after = Msdm2::between(&shapes::moved(&b, &moved), &shapes::moved(&a, &moved), &Job::new(2)).unwrap();
             prop_assert!((before.symmetric - after.symmetric).abs() < 1e-6);
         }
     }

@@ -10,12 +10,12 @@ use faer::linalg::evd::{ComputeEigenvectors, self_adjoint_evd, self_adjoint_evd_
 use faer::linalg::matmul::matmul;
 use faer::reborrow::ReborrowMut;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
+use job::Job;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
 
 use super::pencil::{Analysis, Factor, Pencil};
 use crate::QualityError;
-use crate::work::Observer;
 
 /// Below the spectrum, in units of 1 / area: near enough to zero to set the lowest eigenvalues apart, far enough to be solved
 /// with accurately.
@@ -48,11 +48,7 @@ fn room_for(pairs: usize) -> usize {
 const ROUNDS: u64 = 20;
 
 /// The `count` lowest eigenvalues that are not 0, ascending.
-pub(crate) fn lowest(
-    pencil: &Pencil,
-    count: usize,
-    observer: Observer<'_>,
-) -> Result<Vec<f64>, QualityError> {
+pub(crate) fn lowest(pencil: &Pencil, count: usize, job: &Job) -> Result<Vec<f64>, QualityError> {
     let available = pencil.size() - pencil.components();
     if count == 0 || count > available {
         return Err(QualityError::TooFewEigenvalues {
@@ -69,7 +65,7 @@ pub(crate) fn lowest(
         values.truncate(count);
         return Ok(values);
     }
-    sparsely(pencil, count, observer)
+    sparsely(pencil, count, job)
 }
 
 /// Refuses what would need more than 8 GiB, or hours of dense algebra.
@@ -92,11 +88,7 @@ fn check_memory(pencil: &Pencil, count: usize, dense: bool) -> Result<(), Qualit
 }
 
 /// Searches until as many are found as inertia proves.
-pub(super) fn sparsely(
-    pencil: &Pencil,
-    count: usize,
-    observer: Observer<'_>,
-) -> Result<Vec<f64>, QualityError> {
+pub(super) fn sparsely(pencil: &Pencil, count: usize, job: &Job) -> Result<Vec<f64>, QualityError> {
     let available = pencil.size() - pencil.components();
     let analysis = Analysis::new(pencil)?;
     let factor = analysis.factorise(SHIFT)?;
@@ -110,7 +102,7 @@ pub(super) fn sparsely(
             factor: &factor,
             locked: found.vectors.as_ref(),
         };
-        let new = search.run(missing, round, &|done| observer(0.95 * done))?;
+        let new = search.run(missing, round, job)?;
         found.take(new);
         let sorted = found.sorted();
         if sorted.len() < count {
@@ -205,7 +197,7 @@ struct Search<'a> {
 
 impl Search<'_> {
     /// The lowest pairs, `wanted` of them unless the space has grown to its limit before.
-    fn run(&self, wanted: usize, round: u64, observer: Observer<'_>) -> Result<Found, QualityError> {
+    fn run(&self, wanted: usize, round: u64, job: &Job) -> Result<Found, QualityError> {
         let rows = self.pencil.size();
         let room = rows - self.pencil.components() - self.locked.ncols();
         if room < 2 * WIDTH {
@@ -232,9 +224,7 @@ impl Search<'_> {
                 .copy_from(&coefficients);
             size += WIDTH;
             let full = size + WIDTH > limit;
-            if observer((size as f64 / (3 * wanted + 6 * WIDTH) as f64).min(0.99)).is_break() {
-                return Err(QualityError::Cancelled);
-            }
+            job.progress((size as f64 / (3 * wanted + 6 * WIDTH) as f64).min(0.95))?;
             if size >= next_check || full {
                 let ritz = Ritz::new(projected.as_ref().submatrix(0, 0, size, size), last.as_ref())?;
                 let converged = ritz.converged();

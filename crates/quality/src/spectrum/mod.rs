@@ -3,12 +3,12 @@
 mod lowest;
 mod pencil;
 
+use job::Job;
 use mesh::TriMesh;
 use serde::Serialize;
 
 use self::pencil::Pencil;
-use crate::QualityError;
-use crate::work::{Observer, unobserved};
+use crate::{MetricStage, QualityError};
 
 /// How a Shape-DNA is computed.
 #[derive(Clone, Debug, PartialEq)]
@@ -67,21 +67,10 @@ impl ShapeDna {
     /// # Errors
     /// [`QualityError::TooFewEigenvalues`], [`QualityError::TooManyEigenvalues`], [`QualityError::Spectrum`] of surfaces without area or with unused vertices, and
     /// what extreme triangles cause.
-    pub fn of(mesh: &TriMesh, options: &ShapeDnaOptions) -> Result<Self, QualityError> {
-        Self::of_observed(mesh, options, &unobserved)
-    }
-
-    /// As [`of`](Self::of), watched.
-    ///
-    /// # Errors
-    /// As [`of`](Self::of), and [`QualityError::Cancelled`].
-    pub fn of_observed(
-        mesh: &TriMesh,
-        options: &ShapeDnaOptions,
-        observer: Observer<'_>,
-    ) -> Result<Self, QualityError> {
+    pub fn of(mesh: &TriMesh, options: &ShapeDnaOptions, job: &Job) -> Result<Self, QualityError> {
+        job.begin(MetricStage::ShapeDna)?;
         let pencil = Pencil::new(mesh, options.mass)?;
-        let values = lowest::lowest(&pencil, options.count, observer)?;
+        let values = lowest::lowest(&pencil, options.count, job)?;
         Ok(Self {
             eigenvalues: values.iter().map(|l| l / pencil.area()).collect(),
             components: pencil.components(),
@@ -137,7 +126,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn dna(mesh: &TriMesh, count: usize, mass: Mass) -> Vec<f64> {
-        let dna = ShapeDna::of(mesh, &ShapeDnaOptions { count, mass }).unwrap();
+        let dna = ShapeDna::of(mesh, &ShapeDnaOptions { count, mass }, &Job::default()).unwrap();
         dna.eigenvalues().to_vec()
     }
 
@@ -173,7 +162,7 @@ mod tests {
             count: 31,
             ..Default::default()
         };
-        let harmonics = mhb_core::Spectrum::compute(&mesh, &options).unwrap();
+        let harmonics = mhb_core::Spectrum::compute(&mesh, &options, &Job::default()).unwrap();
         agree(
             &dna(&mesh, 30, Mass::Lumped),
             &harmonics.eigenvalues()[1..],
@@ -192,7 +181,7 @@ mod tests {
                 let pencil = Pencil::new(&mesh, mass).unwrap();
                 let count = 20.min(pencil.size() - pencil.components());
                 let dense = lowest::densely(&pencil).unwrap();
-                let sparse = lowest::sparsely(&pencil, count, &unobserved).unwrap();
+                let sparse = lowest::sparsely(&pencil, count, &Job::default()).unwrap();
                 agree(&sparse, &dense[pencil.components()..][..count], 1e-10);
             }
         }
@@ -209,6 +198,7 @@ mod tests {
                 count: 95,
                 ..Default::default()
             },
+            &Job::default(),
         )
         .unwrap();
         assert_eq!(all.components(), pieces);
@@ -226,6 +216,7 @@ mod tests {
                     count,
                     ..Default::default()
                 },
+                &Job::default(),
             );
             assert!(matches!(
                 refused,
@@ -236,7 +227,7 @@ mod tests {
             count,
             ..Default::default()
         };
-        let refused = ShapeDna::of(&shapes::icosphere(5), &options(9000));
+        let refused = ShapeDna::of(&shapes::icosphere(5), &options(9000), &Job::default());
         assert!(
             matches!(refused, Err(QualityError::TooManyEigenvalues { most: 2504, .. })),
             "{refused:?}"
@@ -245,7 +236,7 @@ mod tests {
         positions.push([5.0; 3]);
         let unused = TriMesh::new(positions, cube.triangles().to_vec()).unwrap();
         assert!(matches!(
-            ShapeDna::of(&unused, &ShapeDnaOptions::default()),
+            ShapeDna::of(&unused, &ShapeDnaOptions::default(), &Job::default()),
             Err(QualityError::Spectrum(_))
         ));
         let [x, y] = [3, 4].map(|count| {
@@ -255,6 +246,7 @@ mod tests {
                     count,
                     ..Default::default()
                 },
+                &Job::default(),
             )
             .unwrap()
         });
@@ -271,7 +263,7 @@ mod tests {
         #[test]
         fn the_distance_is_a_metric_that_similarity_transforms_do_not_change(seed in 0..99_u64, angles in prop::array::uniform4(-1.0..1.0_f64), scale in 0.01..100.0_f64, p in 1.0..4.0_f64) {
             let options = ShapeDnaOptions { count: 12, ..Default::default() };
-            let of = |mesh: &TriMesh| ShapeDna::of(mesh, &options).unwrap();
+            let of = |mesh: &TriMesh| ShapeDna::of(mesh, &options, &Job::default()).unwrap();
             let base = shapes::bumpy_sphere(3, seed);
             let moved = shapes::moved(&base, &Similarity { scale, translation: [1.0, 2.0, 3.0], ..Similarity::from_quaternion(angles) });
             let [a, b, c] = [of(&base), of(&shapes::bumpy_sphere(3, seed + 1)), of(&shapes::bumped(&base, 0.02, seed))];

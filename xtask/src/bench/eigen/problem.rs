@@ -4,10 +4,11 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use bench_harness::{fingerprint, mesh_files, name_of, write_matrices};
+use job::Job;
 use mesh::TriMesh;
 use mesh_io::Asset;
 use mhb_core::Laplacian;
-use sigmark::{LARGEST_PATCH, PatchCount, Patches};
+use sigmark::mark::{LARGEST_PATCH, PatchCount, Patches};
 
 /// A surface whose matrices lie in a folder.
 pub(super) struct Problem {
@@ -57,7 +58,7 @@ pub(super) const HARMONICS: usize = 325;
 
 /// The patches of a mesh, the largest first.
 pub(super) fn cut(mesh: &TriMesh, count: PatchCount) -> Result<Vec<TriMesh>> {
-    let mut patches: Vec<TriMesh> = Patches::cut(mesh, HARMONICS, count, 2)?
+    let mut patches: Vec<TriMesh> = Patches::cut(mesh, HARMONICS, count, &Job::new(2))?
         .iter()
         .map(|patch| patch.mesh().clone())
         .collect();

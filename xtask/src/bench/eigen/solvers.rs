@@ -9,7 +9,8 @@ use std::{
 use anyhow::{Context, Result, bail};
 use bench_harness::{faer_lanczos, read_matrices, worst_residual};
 use clap::Args;
-use mhb_core::{Laplacian, Spectrum};
+use job::Job;
+use mhb_core::{Laplacian, Spectrum, SpectrumOptions};
 use serde_json::{Value, json};
 
 use super::problem::Problem;
@@ -25,6 +26,16 @@ use crate::{
 pub(super) struct Case {
     pub(super) count: usize,
     pub(super) tolerance: f64,
+}
+
+impl Case {
+    fn options(self) -> SpectrumOptions {
+        SpectrumOptions {
+            count: self.count,
+            tolerance: self.tolerance,
+            ..Default::default()
+        }
+    }
 }
 
 /// Another solver.
@@ -282,15 +293,9 @@ impl Spectra {
 
 /// Ours, in this process.
 pub(super) fn ours(laplacian: &Laplacian, case: Case, threads: usize) -> Result<Outcome> {
-    let builder = Spectrum::builder()
-        .count(case.count)
-        .tolerance(case.tolerance)
-        .threads(threads);
-    let (spectrum, cost) = timed(|| builder.compute_of(laplacian));
+    let (options, job) = (case.options(), Job::new(threads));
+    let (spectrum, cost) = timed(|| Spectrum::of_laplacian(laplacian, &options, &job));
     let spectrum = spectrum?;
-    if !spectrum.certificate().complete {
-        bail!("pairs are missing");
-    }
     let residual = worst_residual(laplacian, spectrum.eigenvalues(), |k| spectrum.eigenfunction(k));
     let (cpu, wall) = (cost.cpu, cost.wall);
     Ok(Outcome::Done { cpu, wall, residual })
@@ -313,8 +318,8 @@ pub(crate) fn solve_alone(alone: &Alone) -> Result<()> {
     let &Alone { count, tolerance, .. } = alone;
     let (cost, peak, residual) = match alone.solver.as_str() {
         "ours" => {
-            let builder = Spectrum::builder().count(count).tolerance(tolerance);
-            let (spectrum, cost) = timed(|| builder.compute_of(&laplacian));
+            let options = Case { count, tolerance }.options();
+            let (spectrum, cost) = timed(|| Spectrum::of_laplacian(&laplacian, &options, &Job::default()));
             let (spectrum, peak) = (spectrum?, peak_memory());
             let function = |k| spectrum.eigenfunction(k);
             (

@@ -1,0 +1,261 @@
+use std::sync::Arc;
+
+use job::Job;
+use mesh::TriMesh;
+use mhb_core::LaplacianKind;
+
+use super::{
+    Certificate, Coverage, SigmarkError,
+    certificate::{MarkRecord, OriginalRecord, PackedLabels, PatchRecord},
+    keys::SigningKey,
+};
+use crate::{
+    mark::{
+        ChipLayout, CoefficientDetector, Detector, MarkStage, Original, Patch, PatchBasis, PatchCount,
+        Registered, Strength, distortion, extraction_rate,
+    },
+    payload::{Curve, GeometryDigest, Scheme, Signature},
+};
+
+/// Signs a message and writes the signature into the shape of meshes.
+///
+/// Every choice has a default; [`embed`](Self::embed) does the work.
+#[derive(Clone, Debug)]
+pub struct Embedder {
+    key: SigningKey,
+    scheme: Scheme,
+    coverage: Coverage,
+    message: String,
+    chip_rate: usize,
+    strength: Strength,
+    patches: PatchCount,
+    laplacian: LaplacianKind,
+}
+
+impl Embedder {
+    /// An embedder for a key, with the scheme that suits the key's curve: SHA-256 on P-256; on the paper's curve SHA-1,
+    /// and the signature covers the message alone.
+    pub fn new(key: &SigningKey) -> Self {
+        let (scheme, coverage) = match key.curve() {
+            Curve::B163 => (Scheme::EcdsaB163Sha1, Coverage::Message),
+            Curve::P256 => (Scheme::EcdsaP256Sha256, Coverage::MessageAndGeometry),
+        };
+        Self {
+            key: key.clone(),
+            scheme,
+            coverage,
+            message: String::new(),
+            chip_rate: 3,
+            strength: Strength::default(),
+            patches: PatchCount::Auto,
+            laplacian: LaplacianKind::default(),
+        }
+    }
+
+    /// What is asserted: a text that will stand in the certificate. Empty by default.
+    pub fn message(mut self, message: impl Into<String>) -> Self {
+        self.message = message.into();
+        self
+    }
+
+    /// The signature scheme; its curve must be the key's.
+    pub fn scheme(mut self, scheme: Scheme) -> Self {
+        self.scheme = scheme;
+        self
+    }
+
+    /// What the signature covers.
+    pub fn coverage(mut self, coverage: Coverage) -> Self {
+        self.coverage = coverage;
+        self
+    }
+
+    /// c, how often each bit is repeated in a patch; 3 by default.
+    pub fn chip_rate(mut self, rate: usize) -> Self {
+        self.chip_rate = rate;
+        self
+    }
+
+    /// How strongly to mark.
+    pub fn strength(mut self, strength: Strength) -> Self {
+        self.strength = strength;
+        self
+    }
+
+    /// Into how many patches the mesh is cut; each carries the whole signature.
+    pub fn patches(mut self, count: PatchCount) -> Self {
+        self.patches = count;
+        self
+    }
+
+    /// Which Laplacian gives the harmonics: the cotangent one, as in the paper, by default. The intrinsic one also suits
+    /// slivers and non-manifold edges.
+    pub fn laplacian(mut self, kind: LaplacianKind) -> Self {
+        self.laplacian = kind;
+        self
+    }
+
+    /// Signs the mesh.
+    ///
+    /// # Errors
+    /// When the key does not fit the scheme, the strength is out of bounds, or the mesh has no patch with room for the signature;
+    /// [`SigmarkError::Job`].
+    pub fn embed(&self, mesh: &TriMesh, job: &Job) -> Result<Signed, SigmarkError> {
+        self.strength.checked()?;
+        let original = Original::cut(mesh.clone(), self.layout()?, self.patches, job)?;
+        self.embed_in(&Arc::new(original.with_laplacian(self.laplacian)), job)
+    }
+
+    /// Signs a mesh that was cut into patches already, with the Laplacian chosen there. Who signs one model for many receivers calls
+    /// [`Original::keep_bases`] first, so that they are computed once.
+    ///
+    /// # Errors
+    /// As [`embed`](Self::embed), and when `original` was cut for another number of bits or chips.
+    pub fn embed_in(&self, original: &Arc<Original>, job: &Job) -> Result<Signed, SigmarkError> {
+        self.strength.checked()?;
+        original.layout().check(&self.layout()?)?;
+        let mesh = original.mesh();
+        let digest = GeometryDigest::of(mesh);
+        let signature = self
+            .key
+            .sign(self.scheme, &self.coverage.signed_bytes(&self.message, &digest))?;
+        let bits = signature.bits();
+        let alphas = self.strength.alphas(original)?;
+        let written = |index: usize, patch: &Patch, basis: &PatchBasis| {
+            let record = PatchRecord {
+                vertices: patch.vertices().len(),
+                alpha: alphas[index],
+                last_eigenvalue: basis.last_eigenvalue(),
+            };
+            (
+                basis.displacement(original.layout(), &bits, alphas[index]),
+                record,
+            )
+        };
+        let (displacements, patches) = original.map_bases(written, job)?.into_iter().unzip();
+        job.begin(MarkStage::Embedding)?;
+        let positions = mesh.positions().iter().zip(original.scatter(displacements));
+        let positions = positions.map(|(p, d)| std::array::from_fn(|axis| p[axis] + d[axis]));
+        let marked = mesh
+            .with_positions(positions.collect())
+            .map_err(crate::mark::MarkError::from)?;
+        let certificate = Certificate::issue(
+            &self.key,
+            self.message.clone(),
+            OriginalRecord {
+                digest,
+                vertices: mesh.vertex_count(),
+                triangles: mesh.triangle_count(),
+            },
+            MarkRecord {
+                coverage: self.coverage,
+                signature,
+                chip_rate: self.chip_rate,
+                laplacian: original.laplacian(),
+                labels: PackedLabels::pack(original.patches().labels()),
+                patches,
+            },
+        )?;
+        Ok(Signed {
+            marked,
+            certificate,
+            original: Arc::clone(original),
+            distortion_rms: distortion(original, &alphas),
+            alphas,
+        })
+    }
+
+    fn layout(&self) -> Result<ChipLayout, SigmarkError> {
+        Ok(ChipLayout::new(self.scheme.bits(), self.chip_rate)?)
+    }
+}
+
+/// A marked mesh with its certificate.
+#[derive(Debug)]
+pub struct Signed {
+    marked: TriMesh,
+    certificate: Certificate,
+    original: Arc<Original>,
+    alphas: Vec<f64>,
+    distortion_rms: f64,
+}
+
+impl Signed {
+    /// The marked mesh: the original's triangles over new positions.
+    pub fn mesh(&self) -> &TriMesh {
+        &self.marked
+    }
+
+    /// The marked positions, one a vertex of the original.
+    pub fn positions(&self) -> &[[f64; 3]] {
+        self.marked.positions()
+    }
+
+    /// What a verifier needs besides the original and the public key.
+    pub fn certificate(&self) -> &Certificate {
+        &self.certificate
+    }
+
+    /// The original with its patches and bases.
+    pub fn original(&self) -> &Arc<Original> {
+        &self.original
+    }
+
+    /// The signature that was written.
+    pub fn signature(&self) -> &Signature {
+        &self.certificate.mark().signature
+    }
+
+    /// α in the scale-free convention: the same for every patch, or, when the paper's α was given, the root mean square
+    /// over the marked surface.
+    pub fn alpha(&self) -> f64 {
+        let areas = self.original.patches().iter().map(|patch| patch.mesh().area());
+        let square: f64 = areas
+            .clone()
+            .zip(&self.alphas)
+            .map(|(area, alpha)| area * alpha * alpha)
+            .sum();
+        (square / areas.sum::<f64>()).sqrt()
+    }
+
+    /// Root mean square displacement of the marked surface, as a fraction of the bounding box's diagonal.
+    pub fn distortion_rms(&self) -> f64 {
+        self.distortion_rms
+    }
+
+    /// Extraction rate from positions in the original's frame, such as the marked ones rounded to a file's precision.
+    ///
+    /// Positions so near the marked ones that no bit can be lost need no bases: by the Cauchy–Schwarz inequality an error
+    /// field ε changes a coefficient by ‖ε‖ at most, over unit area.
+    ///
+    /// # Errors
+    /// As [`Original::map_bases`].
+    pub fn read_back(&self, positions: &[[f64; 3]], job: &Job) -> Result<f64, SigmarkError> {
+        if self.is_surely_readable(positions) {
+            return Ok(1.0);
+        }
+        let registered = Registered::by_vertices(positions.iter().copied().map(Some).collect());
+        let extracted = CoefficientDetector
+            .detect(&self.original, &self.alphas, &registered, job)?
+            .hard();
+        Ok(extraction_rate(&self.signature().bits(), &extracted))
+    }
+
+    fn is_surely_readable(&self, positions: &[[f64; 3]]) -> bool {
+        let (mut written, mut lost) = ([0.0; 3], [0.0; 3]);
+        for (patch, alpha) in self.original.patches().iter().zip(&self.alphas) {
+            let (marked, held) = (patch.gather(self.positions()), patch.gather(positions));
+            for axis in 0..3 {
+                // The largest error bounds the root of its mean square.
+                let error = marked
+                    .iter()
+                    .zip(&held)
+                    .map(|(m, h)| (m[axis] - h[axis]).abs())
+                    .fold(0.0, f64::max);
+                written[axis] += alpha * patch.size()[axis];
+                lost[axis] += error;
+            }
+        }
+        (0..3).all(|axis| lost[axis] < written[axis])
+    }
+}

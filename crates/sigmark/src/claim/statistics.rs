@@ -1,0 +1,106 @@
+//! How sure the answer is.
+//!
+//! The bits of a signature are pseudo-random and do not depend on the suspect. For any estimate x that a detector makes
+//! without looking at them, a mesh that does not carry the mark gives fair coin flips, whatever the attack was.
+
+use crate::mark::correlation;
+
+/// The probability that a mesh without the mark agrees with `signature` at least as well as `soft` does, or better: an
+/// upper bound that holds for every attack and every noise.
+///
+/// Two tails are known. T is a Rademacher sum, so P(T ≥ τ) ≤ exp(−τ²/2) (Hoeffding 1963). The number of matching signs
+/// is binomial with p = ½ over the non-zero xₜ, whose tail is exact. The smaller of the two counts, doubled because
+/// there are two of them.
+pub fn p_value(signature: &[bool], soft: &[f64]) -> f64 {
+    let t = correlation(signature, soft);
+    let by_correlation = if t > 0.0 { (-0.5 * t * t).exp() } else { 1.0 };
+    let decided = signature.iter().zip(soft).filter(|(_, x)| **x != 0.0);
+    let (mut n, mut matches) = (0, 0);
+    for (&s, &x) in decided {
+        n += 1;
+        matches += usize::from(s == (x > 0.0));
+    }
+    (2.0 * by_correlation.min(binomial_tail(n, matches))).min(1.0)
+}
+
+/// P(X ≥ k) for X ~ Binomial(n, ½), to about 12 digits.
+pub fn binomial_tail(n: usize, k: usize) -> f64 {
+    if k == 0 {
+        return 1.0;
+    }
+    if 2 * k <= n {
+        return 1.0 - binomial_tail(n, n - k + 1);
+    }
+    // From the largest term outwards: C(n, k) 2⁻ⁿ, then ratios C(n, i+1)/C(n, i) = (n − i)/(i + 1).
+    let log_choose: f64 = (0..n.saturating_sub(k))
+        .map(|i| ((n - i) as f64 / (i + 1) as f64).ln())
+        .sum();
+    let mut term = 1.0;
+    let mut sum = 0.0;
+    for i in k..=n {
+        sum += term;
+        term *= (n - i) as f64 / (i + 1) as f64;
+    }
+    sum * (log_choose - n as f64 * std::f64::consts::LN_2).exp()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_binomial_tail_sums_small_cases_exactly() {
+        assert!((binomial_tail(4, 0) - 1.0).abs() < 1e-15);
+        assert!((binomial_tail(4, 1) - 15.0 / 16.0).abs() < 1e-12);
+        assert!((binomial_tail(4, 2) - 11.0 / 16.0).abs() < 1e-12);
+        assert!((binomial_tail(4, 3) - 5.0 / 16.0).abs() < 1e-12);
+        assert!((binomial_tail(4, 4) - 1.0 / 16.0).abs() < 1e-12);
+        assert_eq!(binomial_tail(4, 5), 0.0);
+    }
+
+    #[test]
+    fn the_known_thresholds_of_324_bits_come_out() {
+        // Matches needed for a false-positive rate of 1e-6, 1e-9, 1e-12 and 2^-80.
+        for (matches, bound) in [(206, 1e-6), (216, 1e-9), (226, 1e-12), (252, 2f64.powi(-80))] {
+            assert!(binomial_tail(324, matches) <= bound);
+            assert!(binomial_tail(324, matches - 1) > bound);
+        }
+        // The paper's threshold of 56.1 %: 182 matches, a false-positive rate of about 1.5 %.
+        assert!((binomial_tail(324, 182) - 0.015).abs() < 0.002);
+    }
+
+    #[test]
+    fn silence_proves_nothing() {
+        assert_eq!(p_value(&[true; 324], &[0.0; 324]), 1.0);
+        assert_eq!(correlation(&[true; 3], &[0.0; 3]), 0.0);
+    }
+
+    #[test]
+    fn a_perfect_reading_is_sure_and_an_inverted_one_is_not() {
+        let signature: Vec<bool> = (0..324).map(|i| i % 3 == 0).collect();
+        let soft: Vec<f64> = signature.iter().map(|&s| if s { 2.0 } else { -2.0 }).collect();
+        assert!((correlation(&signature, &soft) - 18.0).abs() < 1e-12);
+        assert!(p_value(&signature, &soft) < 1e-90);
+        let inverted: Vec<f64> = soft.iter().map(|x| -x).collect();
+        assert_eq!(p_value(&signature, &inverted), 1.0);
+    }
+
+    #[test]
+    fn the_bound_holds_for_random_signs() {
+        use rand_chacha::{
+            ChaCha8Rng,
+            rand_core::{Rng, SeedableRng},
+        };
+        let mut rng = ChaCha8Rng::seed_from_u64(5);
+        let soft: Vec<f64> = (0..64).map(|t| f64::from(t % 7) - 2.5).collect();
+        let mut below = [0usize; 3];
+        for _ in 0..20_000 {
+            let signature: Vec<bool> = (0..64).map(|_| rng.next_u32() & 1 == 1).collect();
+            let p = p_value(&signature, &soft);
+            for (count, level) in below.iter_mut().zip([0.1, 0.01, 0.001]) {
+                *count += usize::from(p <= level);
+            }
+        }
+        assert!(below[0] <= 2000 && below[1] <= 200 && below[2] <= 20, "{below:?}");
+    }
+}

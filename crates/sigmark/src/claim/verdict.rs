@@ -1,0 +1,53 @@
+use mesh::Similarity;
+use registration::MatchedBy;
+
+/// The answer to "is this our model?".
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Outcome {
+    /// The signature was read back from the shape, bit for bit, and checks against the public key.
+    Verified,
+    /// Not every bit could be read, but a mesh without the mark would agree this well with probability `p` at most.
+    Detected {
+        /// See [`p_value`](super::statistics::p_value).
+        p: f64,
+    },
+    /// Nothing that chance does not explain.
+    NotFound {
+        /// See [`p_value`](super::statistics::p_value); 1 where the suspect does not fit the original at all.
+        p: f64,
+    },
+}
+
+/// What was found, and how.
+#[derive(Clone, Debug)]
+pub struct Verdict {
+    /// The answer.
+    pub outcome: Outcome,
+    /// ER (eq. 18), from 0 to 1; `None` if the suspect does not fit the original.
+    pub extraction_rate: Option<f64>,
+    /// The probability of such agreement without the mark, an upper bound; 1 if the suspect does not fit. Where the best of several
+    /// readings was taken, since the suspect could lie in several ways or was read in two, it is multiplied by their number.
+    pub p_value: f64,
+    /// T = Σ sₜ xₜ / √(Σ xₜ²).
+    pub correlation: f64,
+    /// l.
+    pub bits: usize,
+    /// Bits read wrong; `None` if the suspect does not fit.
+    pub bit_errors: Option<usize>,
+    /// How the suspect was laid onto the original: by its vertices, or by its surface.
+    pub basis: MatchedBy,
+    /// In how many ways it could lie there; above 1 for symmetric shapes.
+    pub poses: usize,
+    /// Share of the suspect's surface that lies on the original, from 0 to 1; measured where it does not fit, too.
+    pub overlap: f64,
+    /// Share of the original's surface that lies on the suspect, from 0 to 1.
+    pub coverage: f64,
+    /// Share of the original's vertices at which the suspect has no surface, from 0 to 1; 1 where it does not fit.
+    pub missing: f64,
+    /// RMS distance of corresponding points after alignment, as a fraction of the original's diagonal.
+    pub residual: Option<f64>,
+    /// Takes the suspect to the original.
+    pub transform: Option<Similarity>,
+    /// Why the suspect does not fit, in words.
+    pub remark: Option<String>,
+}

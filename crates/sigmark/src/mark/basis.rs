@@ -1,0 +1,80 @@
+use mhb_core::Spectrum;
+
+use super::{ChipLayout, Patch};
+
+/// The manifold harmonics of a patch in the scale-free convention: the patch is taken to unit area, so that Σ Dᵢᵢ = 1 and
+/// every basis function has mean square 1. Coefficients keep the unit of length of the model.
+#[derive(Debug)]
+pub struct PatchBasis {
+    spectrum: Spectrum,
+    area: f64,
+    size: [f64; 3],
+}
+
+impl PatchBasis {
+    /// Joins a patch's size and the spectrum of its mesh.
+    pub(crate) fn new(patch: &Patch, spectrum: Spectrum) -> Self {
+        let area = spectrum.mass().iter().sum();
+        Self {
+            spectrum,
+            area,
+            size: patch.size(),
+        }
+    }
+
+    /// The spectrum in the model's own unit.
+    pub fn spectrum(&self) -> &Spectrum {
+        &self.spectrum
+    }
+
+    /// The patch's area in the square of the model's unit.
+    pub fn area(&self) -> f64 {
+        self.area
+    }
+
+    /// φ, the edges of the patch's bounding box.
+    pub fn size(&self) -> [f64; 3] {
+        self.size
+    }
+
+    /// The highest eigenvalue at unit area: tells whether two programs compute the same basis.
+    pub fn last_eigenvalue(&self) -> f64 {
+        self.spectrum.eigenvalues().last().copied().unwrap_or(0.0) * self.area
+    }
+
+    /// Coefficients of a vector field over the patch's vertices (MHT, eq. 6): m by 3.
+    pub fn transform(&self, field: &[[f64; 3]]) -> Vec<[f64; 3]> {
+        let unit = self.area.sqrt().recip();
+        self.spectrum
+            .transform_positions(field)
+            .into_iter()
+            .map(|row| row.map(|x| unit * x))
+            .collect()
+    }
+
+    /// The vector field with given coefficients (IMHT, eq. 7): #V by 3.
+    pub fn inverse_transform(&self, coefficients: &[[f64; 3]]) -> Vec<[f64; 3]> {
+        let unit = self.area.sqrt();
+        self.spectrum
+            .inverse_transform_positions(coefficients)
+            .into_iter()
+            .map(|row| row.map(|x| unit * x))
+            .collect()
+    }
+
+    /// What the mark adds to the coefficients (eqs. 12, 13): α s″ φ along each axis, m by 3.
+    pub fn modulation(&self, layout: &ChipLayout, bits: &[bool], alpha: f64) -> Vec<[f64; 3]> {
+        let mut added = vec![[0.0; 3]; layout.functions()];
+        for chip in layout.chips() {
+            let sign = if bits[chip.bit] { 1.0 } else { -1.0 };
+            added[chip.frequency][chip.axis] = alpha * sign * self.size[chip.axis];
+        }
+        added
+    }
+
+    /// What the mark adds to the positions. Adding the reconstruction difference (eqs. 8, 14) to the modulated
+    /// reconstruction leaves the original plus the reconstruction of the modulation alone (eq. 26, Theorem 1).
+    pub fn displacement(&self, layout: &ChipLayout, bits: &[bool], alpha: f64) -> Vec<[f64; 3]> {
+        self.inverse_transform(&self.modulation(layout, bits, alpha))
+    }
+}

@@ -1,0 +1,33 @@
+//! Bits in a shape, and back.
+//!
+//! Each patch of a mesh is expanded in its manifold harmonics H; bit t, s″ = ±1, moves low-frequency coefficients by α s″ φ (eqs. 11–14).
+//! Whoever has the original reads the bits back from the difference of the coefficients, after taking the suspect onto the original
+//! (eqs. 15–17). What the bits mean, and who wrote them, is not known here.
+
+mod basis;
+mod bits;
+mod detect;
+mod error;
+mod layout;
+mod original;
+mod patches;
+mod reader;
+mod registered;
+mod stage;
+mod strength;
+
+pub use basis::PatchBasis;
+pub use bits::{SoftBits, correlation, extraction_rate};
+pub use detect::{CoefficientDetector, Detector, LeastSquaresDetector};
+pub use error::MarkError;
+pub use layout::{Chip, ChipLayout};
+pub use original::Original;
+pub use patches::{LARGEST_PATCH, Patch, PatchCount, Patches};
+pub use reader::Sampler;
+pub use registered::Registered;
+pub use stage::MarkStage;
+pub use strength::{MOST_DISTORTION, Strength};
+
+pub(crate) use detect::Equations;
+pub(crate) use reader::{Aligned, align};
+pub(crate) use strength::distortion;

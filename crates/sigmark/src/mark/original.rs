@@ -1,0 +1,235 @@
+use std::sync::{
+    Arc, OnceLock,
+    atomic::{AtomicUsize, Ordering},
+};
+
+use job::Job;
+use mesh::TriMesh;
+use mhb_core::{LaplacianKind, Spectrum, SpectrumError, SpectrumOptions, SpectrumStage};
+
+use super::{ChipLayout, MarkError, MarkStage, Patch, PatchBasis, PatchCount, Patches};
+
+/// What does not depend on the bits: the original mesh, its patches, and their bases.
+///
+/// Bases are large, 8 m bytes a vertex. They are computed when they are needed, patch by patch, and dropped again, unless
+/// [`keep_bases`](Self::keep_bases) was called: worth it for who signs one model for many receivers, or judges many suspects.
+/// Clones share everything, bases that are kept later too.
+#[derive(Clone, Debug)]
+pub struct Original {
+    mesh: Arc<TriMesh>,
+    layout: ChipLayout,
+    patches: Arc<Patches>,
+    laplacian: LaplacianKind,
+    /// The last eigenvalue of each basis, where it is known.
+    expected: Option<Vec<f64>>,
+    kept: Arc<OnceLock<Vec<PatchBasis>>>,
+}
+
+/// Two correct programs agree on eigenvalues far better than this, relative to them.
+const SAME_EIGENVALUE: f64 = 1e-6;
+
+impl Original {
+    /// Cuts a mesh into patches with room for `layout`.
+    ///
+    /// # Errors
+    /// As [`Patches::cut`].
+    pub fn cut(
+        mesh: impl Into<Arc<TriMesh>>,
+        layout: ChipLayout,
+        count: PatchCount,
+        job: &Job,
+    ) -> Result<Self, MarkError> {
+        job.begin(MarkStage::Patches)?;
+        let mesh = mesh.into();
+        let patches = Patches::cut(&mesh, layout.functions(), count, job)?;
+        Ok(Self::with_patches(mesh, layout, patches))
+    }
+
+    /// A mesh whose patches are known.
+    pub fn with_patches(mesh: impl Into<Arc<TriMesh>>, layout: ChipLayout, patches: Patches) -> Self {
+        Self {
+            mesh: mesh.into(),
+            layout,
+            patches: Arc::new(patches),
+            laplacian: LaplacianKind::default(),
+            expected: None,
+            kept: Arc::default(),
+        }
+    }
+
+    /// Takes the patches' harmonics from another Laplacian than the cotangent one. Bases kept so far are not used.
+    pub fn with_laplacian(self, laplacian: LaplacianKind) -> Self {
+        Self {
+            laplacian,
+            kept: Arc::default(),
+            ..self
+        }
+    }
+
+    /// The same original, for bases that have these [last eigenvalues](PatchBasis::last_eigenvalue), one a patch: any other is an
+    /// error when it is computed or used.
+    ///
+    /// # Errors
+    /// [`MarkError::Patches`] when there is not one a patch.
+    pub fn expecting(&self, eigenvalues: Vec<f64>) -> Result<Self, MarkError> {
+        self.check_patches(eigenvalues.len())?;
+        Ok(Self {
+            expected: Some(eigenvalues),
+            ..self.clone()
+        })
+    }
+
+    /// The mesh.
+    pub fn mesh(&self) -> &Arc<TriMesh> {
+        &self.mesh
+    }
+
+    /// Where the chips sit in each patch.
+    pub fn layout(&self) -> &ChipLayout {
+        &self.layout
+    }
+
+    /// Which Laplacian the patches' harmonics belong to.
+    pub fn laplacian(&self) -> LaplacianKind {
+        self.laplacian
+    }
+
+    /// The patches.
+    pub fn patches(&self) -> &Patches {
+        &self.patches
+    }
+
+    /// Bytes that all bases take together.
+    pub fn basis_bytes(&self) -> usize {
+        let vertices: usize = self.patches.iter().map(|patch| patch.vertices().len()).sum();
+        vertices.saturating_mul(8).saturating_mul(self.layout.functions())
+    }
+
+    /// Computes the bases and keeps them until this value and its clones are dropped.
+    ///
+    /// # Errors
+    /// As [`map_bases`](Self::map_bases).
+    pub fn keep_bases(&self, job: &Job) -> Result<(), MarkError> {
+        if self.kept.get().is_none() {
+            let bases = self.compute_bases(|_, _, basis| basis, job)?;
+            // Whoever was first has computed the same.
+            let _ = self.kept.set(bases);
+        }
+        Ok(())
+    }
+
+    /// What `f` makes of the number of each patch, the patch and its basis, in the order of the patches.
+    ///
+    /// Patches are worked on side by side, so memory is that of as many bases as there are threads.
+    ///
+    /// # Errors
+    /// When a basis can't be computed, or is not the [expected](Self::expecting) one; [`MarkError::Job`].
+    pub fn map_bases<T: Send>(
+        &self,
+        f: impl Fn(usize, &Patch, &PatchBasis) -> T + Sync + Send,
+        job: &Job,
+    ) -> Result<Vec<T>, MarkError> {
+        let Some(bases) = self.kept.get() else {
+            return self.compute_bases(|i, patch, basis| f(i, patch, &basis), job);
+        };
+        let of = |i: usize| {
+            self.check_basis(i, &bases[i])?;
+            Ok(f(i, &self.patches[i], &bases[i]))
+        };
+        job.map(bases.len(), 1, of)?.into_iter().collect()
+    }
+
+    /// What a signature adds to the positions of the whole mesh; zero outside the patches. One α a patch.
+    ///
+    /// # Errors
+    /// As [`map_bases`](Self::map_bases).
+    pub fn displacement(&self, bits: &[bool], alphas: &[f64], job: &Job) -> Result<Vec<[f64; 3]>, MarkError> {
+        self.check_patches(alphas.len())?;
+        let added =
+            |i: usize, _: &Patch, basis: &PatchBasis| basis.displacement(&self.layout, bits, alphas[i]);
+        Ok(self.scatter(self.map_bases(added, job)?))
+    }
+
+    /// Joins fields over the patches to one over the mesh; zero outside.
+    pub(crate) fn scatter(&self, fields: Vec<Vec<[f64; 3]>>) -> Vec<[f64; 3]> {
+        let mut whole = vec![[0.0; 3]; self.mesh.vertex_count()];
+        for (patch, field) in self.patches.iter().zip(fields) {
+            for (&v, value) in patch.vertices().iter().zip(field) {
+                whole[v as usize] = value;
+            }
+        }
+        whole
+    }
+
+    /// Computes every basis once and hands it over. The threads work on one patch if there is one, otherwise each on its own:
+    /// a basis that waited for another's threads would be one more in memory.
+    fn compute_bases<T: Send>(
+        &self,
+        f: impl Fn(usize, &Patch, PatchBasis) -> T + Sync + Send,
+        job: &Job,
+    ) -> Result<Vec<T>, MarkError> {
+        job.begin(MarkStage::Harmonics)?;
+        if let [patch] = &self.patches[..] {
+            return Ok(vec![f(0, patch, self.basis(0, patch, job)?)]);
+        }
+        let alone = job.alone().quiet();
+        let failed = AtomicUsize::new(usize::MAX);
+        let of = |i: usize| {
+            // After a failure no later patch is begun.
+            if i > failed.load(Ordering::Relaxed) {
+                return None;
+            }
+            let patch = &self.patches[i];
+            let result = self.basis(i, patch, &alone).map(|basis| f(i, patch, basis));
+            if result.is_err() {
+                failed.fetch_min(i, Ordering::Relaxed);
+            }
+            Some(result)
+        };
+        let results = job.map_reported(self.patches.len(), 1, of)?;
+        results.into_iter().flatten().collect()
+    }
+
+    fn basis(&self, index: usize, patch: &Patch, job: &Job) -> Result<PatchBasis, MarkError> {
+        if patch.mesh().area() == 0.0 {
+            return Err(MarkError::NoArea { patch: index });
+        }
+        let options = SpectrumOptions {
+            count: self.layout.functions(),
+            laplacian: self.laplacian,
+            ..Default::default()
+        };
+        let spectrum = Spectrum::compute(patch.mesh(), &options, &job.within(SpectrumStage::Solving));
+        let spectrum = spectrum.map_err(|source| match source {
+            SpectrumError::Job(error) => MarkError::Job(error),
+            source => MarkError::Spectrum { patch: index, source },
+        })?;
+        let basis = PatchBasis::new(patch, spectrum);
+        self.check_basis(index, &basis)?;
+        Ok(basis)
+    }
+
+    /// Whether a basis is the expected one.
+    fn check_basis(&self, patch: usize, basis: &PatchBasis) -> Result<(), MarkError> {
+        let found = basis.last_eigenvalue();
+        match self.expected.as_ref().map(|expected| expected[patch]) {
+            Some(expected) if (expected - found).abs() > SAME_EIGENVALUE * found.abs() => {
+                Err(MarkError::BasisMismatch {
+                    patch,
+                    expected,
+                    found,
+                })
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Whether there is one value a patch.
+    pub(crate) fn check_patches(&self, given: usize) -> Result<(), MarkError> {
+        let patches = self.patches.len();
+        if given == patches {
+            return Ok(());
+        }
+        Err(MarkError::Patches { given, patches })
+    }
+}

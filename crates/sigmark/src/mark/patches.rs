@@ -1,0 +1,357 @@
+use job::Job;
+use mesh::{Components, Edges, TriMesh, components};
+use partition::{Graph, Options, PartitionStage, partition};
+
+use super::MarkError;
+
+/// A connected piece of a mesh that carries the whole signature, with the mesh vertices that it covers.
+#[derive(Clone, Debug)]
+pub struct Patch {
+    vertices: Vec<u32>,
+    mesh: TriMesh,
+}
+
+impl Patch {
+    /// The mesh vertex of each patch vertex, ascending.
+    pub fn vertices(&self) -> &[u32] {
+        &self.vertices
+    }
+
+    /// The patch as a mesh of its own; a triangle belongs to a patch if its three vertices do.
+    pub fn mesh(&self) -> &TriMesh {
+        &self.mesh
+    }
+
+    /// φ, the edges of the patch's bounding box.
+    pub fn size(&self) -> [f64; 3] {
+        self.mesh.bounding_box().size()
+    }
+
+    /// The values of the patch's vertices in a field over the whole mesh.
+    pub fn gather<T: Copy>(&self, field: &[T]) -> Vec<T> {
+        self.vertices.iter().map(|&v| field[v as usize]).collect()
+    }
+}
+
+/// Into how many patches a mesh is cut.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum PatchCount {
+    /// As few as keep every patch below 30 000 vertices, as the paper has it.
+    #[default]
+    Auto,
+    /// So many in all, shared out among the components by their size; a component is at least one.
+    Exactly(usize),
+}
+
+/// Patches of `Auto` stay below this.
+const AUTO_LIMIT: usize = 30_000;
+
+/// How unequal the patches of a component may be.
+const IMBALANCE: f64 = 0.03;
+
+/// The largest patch: the basis of a larger one costs more memory and time than a user expects.
+pub const LARGEST_PATCH: usize = 60_000;
+
+/// A basis of m functions says something about a surface only if that has clearly more vertices.
+const VERTICES_PER_FUNCTION: usize = 2;
+
+/// Which patch each vertex of a mesh belongs to, and the patches.
+///
+/// Patches are cut from connected components. A component with fewer than twice as many vertices as the basis has
+/// functions stays unmarked, and so do vertices at the borders of patches that no triangle of their patch uses, or that
+/// only a piece of it apart from the rest does.
+#[derive(Clone, Debug)]
+pub struct Patches {
+    labels: Vec<u32>,
+    patches: Vec<Patch>,
+}
+
+impl Patches {
+    /// Cuts a mesh.
+    ///
+    /// # Errors
+    /// When no component has room for `functions` manifold harmonics, or a patch would be too small or too large.
+    pub fn cut(mesh: &TriMesh, functions: usize, count: PatchCount, job: &Job) -> Result<Self, MarkError> {
+        let components = components(mesh);
+        let least = functions.saturating_mul(VERTICES_PER_FUNCTION);
+        let largest = components.sizes.iter().copied().max().unwrap_or(0);
+        if largest < least {
+            return Err(MarkError::TooFewVertices {
+                largest,
+                least,
+                functions,
+            });
+        }
+        let eligible: usize = components.sizes.iter().filter(|&&size| size >= least).sum();
+        let parts: Vec<usize> = components
+            .sizes
+            .iter()
+            .map(|&size| parts(size, least, eligible, count))
+            .collect();
+        let labels = label(mesh, &components, &parts, job)?;
+        let cut = Self::from_labels(mesh, &labels)?;
+        for patch in &cut.patches {
+            let vertices = patch.vertices.len();
+            if vertices < least {
+                return Err(MarkError::PatchTooSmall {
+                    vertices,
+                    least,
+                    functions,
+                });
+            }
+            if vertices > LARGEST_PATCH {
+                let enough = mesh.vertex_count().div_ceil(AUTO_LIMIT) + 1;
+                return Err(MarkError::PatchTooLarge {
+                    vertices,
+                    most: LARGEST_PATCH,
+                    enough,
+                });
+            }
+        }
+        Ok(cut)
+    }
+
+    /// The patches that `labels` describe: 0 for an unmarked vertex, patch numbers from 1. Vertices that a patch can't hold
+    /// (see above) become unmarked, so that the labels of the result describe it exactly.
+    ///
+    /// # Errors
+    /// When there is not one label a vertex, or a patch has no triangle.
+    pub fn from_labels(mesh: &TriMesh, labels: &[u32]) -> Result<Self, MarkError> {
+        if labels.len() != mesh.vertex_count() {
+            return Err(MarkError::Labels {
+                given: labels.len(),
+                vertices: mesh.vertex_count(),
+            });
+        }
+        let count = labels.iter().copied().max().unwrap_or(0) as usize;
+        if count > mesh.triangle_count() {
+            // More patches than triangles: some have none. Labels may come from a file, so nothing is allocated for them.
+            return Err(MarkError::EmptyPatch { patch: count - 1 });
+        }
+        let mut triangles: Vec<Vec<[u32; 3]>> = vec![Vec::new(); count];
+        for &triangle in mesh.triangles() {
+            let [a, b, c] = triangle.map(|v| labels[v as usize]);
+            if a == b && b == c && a > 0 {
+                triangles[a as usize - 1].push(triangle);
+            }
+        }
+        let mut labels = vec![0; labels.len()];
+        let mut place = vec![0u32; labels.len()];
+        let mut patches = Vec::with_capacity(count);
+        for (index, triangles) in triangles.into_iter().enumerate() {
+            let triangles = largest_piece(triangles).ok_or(MarkError::EmptyPatch { patch: index })?;
+            let mut vertices: Vec<u32> = triangles.iter().flatten().copied().collect();
+            vertices.sort_unstable();
+            vertices.dedup();
+            for (local, &v) in vertices.iter().enumerate() {
+                place[v as usize] = local as u32;
+                labels[v as usize] = index as u32 + 1;
+            }
+            let positions = vertices.iter().map(|&v| mesh.positions()[v as usize]).collect();
+            let triangles = triangles.iter().map(|t| t.map(|v| place[v as usize])).collect();
+            patches.push(Patch {
+                mesh: TriMesh::new(positions, triangles)?,
+                vertices,
+            });
+        }
+        Ok(Self { labels, patches })
+    }
+
+    /// 0 for an unmarked vertex, otherwise the number of its patch from 1: #V.
+    pub fn labels(&self) -> &[u32] {
+        &self.labels
+    }
+
+    /// How many vertices carry no mark.
+    pub fn unmarked_vertices(&self) -> usize {
+        self.labels.iter().filter(|&&label| label == 0).count()
+    }
+}
+
+impl std::ops::Deref for Patches {
+    type Target = [Patch];
+
+    fn deref(&self) -> &[Patch] {
+        &self.patches
+    }
+}
+
+/// How many patches a component of `size` vertices becomes; none if it is too small.
+fn parts(size: usize, least: usize, eligible: usize, count: PatchCount) -> usize {
+    match count {
+        _ if size < least => 0,
+        PatchCount::Auto if size < AUTO_LIMIT => 1,
+        PatchCount::Auto => ((1.0 + IMBALANCE) * size as f64 / (AUTO_LIMIT - 1) as f64).ceil() as usize,
+        PatchCount::Exactly(count) => {
+            (count as f64 * size as f64 / eligible as f64).round().max(1.0) as usize
+        }
+    }
+}
+
+/// Labels of all vertices before borders are cleaned.
+fn label(mesh: &TriMesh, components: &Components, parts: &[usize], job: &Job) -> Result<Vec<u32>, MarkError> {
+    let mut place = vec![0u32; mesh.vertex_count()];
+    let mut sizes = vec![0u32; components.count];
+    for (v, &component) in components.of_vertex.iter().enumerate() {
+        place[v] = sizes[component as usize];
+        sizes[component as usize] += 1;
+    }
+    let mut edges: Vec<Vec<(u32, u32, i32)>> = vec![Vec::new(); components.count];
+    for &[a, b] in Edges::of(mesh).vertices() {
+        let component = components.of_vertex[a as usize] as usize;
+        if parts[component] > 1 {
+            edges[component].push((place[a as usize], place[b as usize], 1));
+        }
+    }
+    let mut first = 1;
+    let mut labels_of: Vec<Vec<u32>> = Vec::with_capacity(components.count);
+    for (component, edges) in edges.iter().enumerate() {
+        let size = sizes[component] as usize;
+        labels_of.push(match parts[component] {
+            0 => vec![0; size],
+            1 => vec![first; size],
+            parts => {
+                let options = Options {
+                    parts,
+                    imbalance: IMBALANCE,
+                    contiguous: true,
+                    ..Options::default()
+                };
+                let graph = Graph::from_edges(size, edges)?;
+                partition(&graph, &options, &job.within(PartitionStage::Refinement))?
+                    .part_of
+                    .iter()
+                    .map(|part| first + part)
+                    .collect()
+            }
+        });
+        first += parts[component] as u32;
+    }
+    let label = |v: usize| labels_of[components.of_vertex[v] as usize][place[v] as usize];
+    Ok((0..mesh.vertex_count()).map(label).collect())
+}
+
+/// The triangles of the largest connected piece by vertices, the first of equals; `None` of no triangles.
+fn largest_piece(triangles: Vec<[u32; 3]>) -> Option<Vec<[u32; 3]>> {
+    let mut vertices: Vec<u32> = triangles.iter().flatten().copied().collect();
+    vertices.sort_unstable();
+    vertices.dedup();
+    let place = |v: u32| vertices.binary_search(&v).unwrap_or_default();
+    let local = triangles.iter().map(|t| t.map(|v| place(v) as u32)).collect();
+    // Only connectivity counts here.
+    let surface = TriMesh::new(vec![[0.0; 3]; vertices.len()], local).ok()?;
+    let pieces = components(&surface);
+    let most = *pieces.sizes.iter().max()?;
+    let chosen = pieces.sizes.iter().position(|&size| size == most)? as u32;
+    let kept = surface
+        .triangles()
+        .iter()
+        .map(|t| pieces.of_vertex[t[0] as usize] == chosen);
+    Some(
+        triangles
+            .iter()
+            .zip(kept)
+            .filter_map(|(&t, kept)| kept.then_some(t))
+            .collect(),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mesh::shapes;
+
+    #[test]
+    fn every_large_component_becomes_a_patch_and_small_ones_stay_unmarked() {
+        let mesh = shapes::disjoint_union(&[
+            shapes::icosphere(3),
+            shapes::tetrahedron(),
+            shapes::translated(&shapes::icosphere(3), [5.0, 0.0, 0.0]),
+        ]);
+        let patches = Patches::cut(&mesh, 100, PatchCount::Auto, &Job::default()).unwrap();
+        assert_eq!((patches.len(), patches.unmarked_vertices()), (2, 4));
+        for patch in patches.iter() {
+            assert_eq!(
+                (patch.mesh().vertex_count(), patch.mesh().triangle_count()),
+                (642, 1280)
+            );
+            assert_eq!(patch.gather(mesh.positions()), patch.mesh().positions());
+        }
+    }
+
+    #[test]
+    fn a_mesh_without_a_large_enough_component_is_refused() {
+        let error = Patches::cut(&shapes::icosphere(2), 325, PatchCount::Auto, &Job::default()).unwrap_err();
+        assert!(matches!(
+            error,
+            MarkError::TooFewVertices {
+                largest: 162,
+                least: 650,
+                functions: 325
+            }
+        ));
+        let error = Patches::cut(
+            &shapes::icosphere(3),
+            100,
+            PatchCount::Exactly(6),
+            &Job::default(),
+        )
+        .unwrap_err();
+        assert!(matches!(error, MarkError::PatchTooSmall { least: 200, .. }));
+    }
+
+    #[test]
+    fn labels_that_describe_no_patches_are_refused() {
+        let mesh = shapes::icosphere(2);
+        let of = |labels: &[u32]| Patches::from_labels(&mesh, labels).map(|patches| patches.len());
+        assert!(matches!(
+            of(&[1; 161]),
+            Err(MarkError::Labels {
+                given: 161,
+                vertices: 162
+            })
+        ));
+        assert!(matches!(of(&[u32::MAX; 162]), Err(MarkError::EmptyPatch { .. })));
+        assert!(matches!(of(&[2; 162]), Err(MarkError::EmptyPatch { patch: 0 })));
+        assert_eq!(of(&[1; 162]).unwrap(), 1);
+    }
+
+    #[test]
+    fn auto_keeps_every_patch_below_thirty_thousand_vertices() {
+        let mesh = shapes::rectangle(300, 300, 1.0, 1.0);
+        let patches = Patches::cut(&mesh, 10, PatchCount::Auto, &Job::default()).unwrap();
+        assert_eq!(patches.len(), 4);
+        assert!(
+            patches
+                .iter()
+                .all(|patch| (15_000..30_000).contains(&patch.vertices().len()))
+        );
+    }
+
+    #[test]
+    fn patches_are_connected_disjoint_and_described_by_their_labels() {
+        let mesh = shapes::bumpy_torus(90, 40, 3);
+        let patches = Patches::cut(&mesh, 20, PatchCount::Exactly(7), &Job::new(2)).unwrap();
+        assert_eq!(patches.len(), 7);
+        let mut seen = vec![0; mesh.vertex_count()];
+        for (index, patch) in patches.iter().enumerate() {
+            assert_eq!(components(patch.mesh()).count, 1);
+            let used: std::collections::HashSet<u32> =
+                patch.mesh().triangles().iter().flatten().copied().collect();
+            assert_eq!(used.len(), patch.vertices().len());
+            for &v in patch.vertices() {
+                seen[v as usize] = index as u32 + 1;
+            }
+        }
+        assert_eq!(seen, patches.labels());
+        let again = Patches::from_labels(&mesh, patches.labels()).unwrap();
+        assert_eq!(again.labels(), patches.labels());
+        assert_eq!(
+            Patches::cut(&mesh, 20, PatchCount::Exactly(7), &Job::default())
+                .unwrap()
+                .labels(),
+            patches.labels()
+        );
+        assert!(patches.unmarked_vertices() < mesh.vertex_count() / 100);
+    }
+}

@@ -1,0 +1,5 @@
+mod sampler;
+mod vertices;
+
+pub use sampler::Sampler;
+pub(crate) use vertices::{Aligned, align};

@@ -1,0 +1,38 @@
+/// A suspect brought onto an original, and sampled at the original's vertices; everything is in the original's order and frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Registered {
+    /// Where the suspect passes each vertex of the original (#V); `None` where it has no surface.
+    pub positions: Vec<Option<[f64; 3]>>,
+    /// Where only the surface was found again, not the vertex: the vector u for which u·δ is known of a displacement δ (#V).
+    /// A line along the normal n that meets a plane with normal f tells u = f / (f·n).
+    pub along: Vec<Option<[f64; 3]>>,
+    /// What u·δ would be if the suspect's vertices lay on the original: flat triangles cut the corners of a curved surface (#V). Zero
+    /// where the vertex itself was found again.
+    pub facets: Vec<f64>,
+    /// How many vertices the suspect has: no more samples than that are independent.
+    pub suspect_vertices: usize,
+}
+
+impl Registered {
+    /// A suspect whose vertices are known to correspond to the original's.
+    pub fn by_vertices(positions: Vec<Option<[f64; 3]>>) -> Self {
+        Self {
+            along: vec![None; positions.len()],
+            facets: vec![0.0; positions.len()],
+            suspect_vertices: positions.len(),
+            positions,
+        }
+    }
+
+    /// How many samples there are to a vertex of the suspect; at least 1.
+    pub(crate) fn redundancy(&self) -> f64 {
+        let seen = self.positions.iter().flatten().count();
+        (seen as f64 / self.suspect_vertices.max(1) as f64).max(1.0)
+    }
+
+    /// The share of the original's vertices at which the suspect has no surface, from 0 to 1.
+    pub fn missing(&self) -> f64 {
+        let missing = self.positions.iter().filter(|seen| seen.is_none()).count();
+        missing as f64 / self.positions.len().max(1) as f64
+    }
+}

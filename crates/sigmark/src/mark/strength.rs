@@ -1,0 +1,83 @@
+use super::{ChipLayout, MarkError, Original};
+
+/// How strongly a mark is written.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Strength {
+    /// Root mean square displacement of the marked surface, as a fraction of the bounding box's diagonal.
+    Distortion(f64),
+    /// α of eq. 12 for patches of unit area: the same for every patch, whatever the unit of the model.
+    Alpha(f64),
+    /// The α that the paper prints, in the model's unit of length: α/√(area) for each patch.
+    PaperAlpha(f64),
+}
+
+/// A mark that moves the surface by more than this part of the diagonal is not a watermark any more.
+pub const MOST_DISTORTION: f64 = 0.1;
+
+impl Default for Strength {
+    /// 4·10⁻⁴ of the diagonal: about what the paper's α does to the bunny (d_rmse 0.02 % of the diagonal).
+    fn default() -> Self {
+        Self::Distortion(4e-4)
+    }
+}
+
+impl Strength {
+    /// α of every patch, for patches of unit area.
+    ///
+    /// # Errors
+    /// When the strength is no positive number or would ruin the shape, and when a patch has no area.
+    pub fn alphas(self, original: &Original) -> Result<Vec<f64>, MarkError> {
+        let (what, value) = self.checked()?;
+        let areas = areas(original);
+        if let Some(patch) = areas.iter().position(|&area| area == 0.0) {
+            return Err(MarkError::NoArea { patch });
+        }
+        // For a strength of 1; everything grows linearly with it.
+        let unit: Vec<f64> = match self {
+            Self::Distortion(_) => vec![1.0 / distortion(original, &vec![1.0; areas.len()]); areas.len()],
+            Self::Alpha(_) => vec![1.0; areas.len()],
+            Self::PaperAlpha(_) => areas.iter().map(|area| 1.0 / area.sqrt()).collect(),
+        };
+        let most = MOST_DISTORTION / distortion(original, &unit);
+        if value > most {
+            return Err(MarkError::TooStrong { what, value, most });
+        }
+        Ok(unit.iter().map(|alpha| value * alpha).collect())
+    }
+
+    /// What a person calls it, and its number, which is positive.
+    pub(crate) fn checked(self) -> Result<(&'static str, f64), MarkError> {
+        let (what, value) = match self {
+            Self::Distortion(value) => ("distortion", value),
+            Self::Alpha(value) => ("alpha", value),
+            Self::PaperAlpha(value) => ("the paper's alpha", value),
+        };
+        if value > 0.0 && value.is_finite() {
+            Ok((what, value))
+        } else {
+            Err(MarkError::NotPositive { what, value })
+        }
+    }
+}
+
+/// The root mean square displacement of the marked surface by chips of these strengths, as a fraction of the diagonal. The basis
+/// is orthonormal, so each chip adds (α φ)² to the mean square of its patch.
+pub(crate) fn distortion(original: &Original, alphas: &[f64]) -> f64 {
+    let areas = areas(original);
+    let squares = original.patches().iter().zip(&areas).zip(alphas);
+    let squares =
+        squares.map(|((p, area), alpha)| area * alpha * alpha * unit_square(p.size(), original.layout()));
+    let rms = (squares.sum::<f64>() / areas.iter().sum::<f64>()).sqrt();
+    rms / original.mesh().bounding_box().diagonal()
+}
+
+/// The mean square displacement of a patch with edges φ for α = 1.
+fn unit_square(size: [f64; 3], layout: &ChipLayout) -> f64 {
+    let chips = layout.chips_per_axis();
+    (0..3).map(|axis| chips[axis] as f64 * size[axis].powi(2)).sum()
+}
+
+fn areas(original: &Original) -> Vec<f64> {
+    let patches = original.patches().iter();
+    patches.map(|patch| patch.mesh().area()).collect()
+}
