@@ -8,9 +8,9 @@ use std::{
 use anyhow::{Context, Result};
 use evaluation::inputs::name_of;
 use job::Job;
-use mesh::{Similarity, TriMesh, shapes};
+use mesh::{Similarity, Surface, TriMesh, shapes};
 use mesh_io::{Asset, Format, Precision, write_mesh};
-use registration::{AlignOptions, PointPair, PreparedMesh, ResampleOptions, Surface, align_points, resample};
+use registration::{AlignOptions, PointPair, PreparedMesh, ResampleOptions, align_points, resample};
 use serde_json::Value;
 
 use crate::{
