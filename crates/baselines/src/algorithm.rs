@@ -1,8 +1,8 @@
-use std::fmt::Debug;
+use std::{fmt::Debug, sync::Arc};
 
 use job::Job;
 use mesh::TriMesh;
-use sigmark::mark::{LeastSquaresDetector, Patches, Registered, SoftBits};
+use sigmark::mark::{JointEstimator, Patches, Registered, SoftBits};
 
 use crate::{Adapted, BaselineError, Lbf, Mhb, Rbf};
 
@@ -84,7 +84,7 @@ pub struct Reading {
 /// `functions` is m for [`Lbf`].
 pub fn entries(functions: usize) -> Vec<Box<dyn Algorithm>> {
     vec![
-        Box::new(Mhb::default().detector("least squares", LeastSquaresDetector)),
+        Box::new(Mhb::default().detector("least squares", |layout| Arc::new(JointEstimator::new(layout)))),
         Box::new(Lbf::new(functions)),
         Box::new(Rbf::default()),
         Box::new(Lbf::new(functions).compensated()),

@@ -1,7 +1,7 @@
 use std::sync::Arc;
 
 use job::Job;
-use sigmark::mark::{ChipLayout, CoefficientDetector, Detector, Original, Registered};
+use sigmark::mark::{ChipLayout, CoefficientDetector, Detector, MarkLayout, Original, Registered};
 
 use crate::{
     Algorithm, BaselineError, PAPER_DETECTOR, Prepared, Reading, Reference, Subject,
@@ -16,23 +16,28 @@ pub struct Mhb {
     detectors: Detectors,
 }
 
+/// Makes a detector for marks of a layout.
+type MakeDetector = fn(&Arc<MarkLayout>) -> Arc<dyn Detector>;
+
 /// Detectors with their names.
-type Detectors = Vec<(String, Arc<dyn Detector>)>;
+type Detectors = Vec<(String, MakeDetector)>;
 
 impl Default for Mhb {
     /// The paper's.
     fn default() -> Self {
         Self {
             chip_rate: 3,
-            detectors: vec![(PAPER_DETECTOR.into(), Arc::new(CoefficientDetector))],
+            detectors: vec![(PAPER_DETECTOR.into(), |layout| {
+                Arc::new(CoefficientDetector::new(layout))
+            })],
         }
     }
 }
 
 impl Mhb {
     /// Lets another detector read the marks too, under this name.
-    pub fn detector(mut self, name: impl Into<String>, detector: impl Detector + 'static) -> Self {
-        self.detectors.push((name.into(), Arc::new(detector)));
+    pub fn detector(mut self, name: impl Into<String>, detector: MakeDetector) -> Self {
+        self.detectors.push((name.into(), detector));
         self
     }
 
@@ -60,7 +65,7 @@ impl Algorithm for Mhb {
         let original = Original::with_patches(subject.mesh.clone(), layout, subject.patches.clone());
         original.keep_bases(job)?;
         Ok(Box::new(PreparedMhb {
-            original,
+            original: Arc::new(original),
             detectors: self.detectors.clone(),
         }))
     }
@@ -68,15 +73,17 @@ impl Algorithm for Mhb {
 
 #[derive(Debug)]
 struct PreparedMhb {
-    original: Original,
+    original: Arc<Original>,
     detectors: Detectors,
 }
 
 impl PreparedMhb {
-    /// The paper's α over unit area, for each patch.
-    fn alphas(&self, alpha: f64) -> Vec<f64> {
+    /// Marks of the paper's α, which is over unit area for each patch.
+    fn layout(&self, alpha: f64) -> Result<Arc<MarkLayout>, BaselineError> {
         let patches = self.original.patches().iter();
-        patches.map(|patch| alpha / patch.mesh().area().sqrt()).collect()
+        let alphas = patches.map(|patch| alpha / patch.mesh().area().sqrt());
+        let layout = MarkLayout::new(Arc::clone(&self.original), alphas.collect())?;
+        Ok(Arc::new(layout))
     }
 }
 
@@ -92,21 +99,18 @@ impl Prepared for PreparedMhb {
     fn embed(&self, bits: &[bool], alpha: f64, job: &Job) -> Result<Vec<[f64; 3]>, BaselineError> {
         check_bits(bits.len(), self.original.layout().bits())?;
         check_alpha(alpha)?;
-        let displacement = self.original.displacement(bits, &self.alphas(alpha), job)?;
-        let marked = self.original.mesh().positions().iter().zip(displacement);
-        Ok(marked
-            .map(|(p, d)| std::array::from_fn(|axis| p[axis] + d[axis]))
-            .collect())
+        let written = self.layout(alpha)?.write(bits, job)?;
+        Ok(written.positions(&self.original))
     }
 
     fn extract(&self, suspect: &Registered, alpha: f64, job: &Job) -> Result<Vec<Reading>, BaselineError> {
         check_vertices(suspect.positions.len(), self.original.mesh().vertex_count())?;
         check_alpha(alpha)?;
-        let alphas = self.alphas(alpha);
-        let read = |(name, detector): &(String, Arc<dyn Detector>)| {
+        let layout = self.layout(alpha)?;
+        let read = |(name, detector): &(String, MakeDetector)| {
             Ok(Reading {
                 detector: name.clone(),
-                bits: detector.detect(&self.original, &alphas, suspect, job)?,
+                bits: detector(&layout).detect(suspect, job)?,
             })
         };
         self.detectors.iter().map(read).collect()

@@ -21,6 +21,22 @@ pub enum Outcome {
     },
 }
 
+impl Outcome {
+    /// The name in JSON reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Verified => "verified",
+            Self::Detected { .. } => "detected",
+            Self::NotFound { .. } => "not_found",
+        }
+    }
+
+    /// Whether it is our model.
+    pub fn is_found(self) -> bool {
+        !matches!(self, Self::NotFound { .. })
+    }
+}
+
 /// Why a suspect is taken for another shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
