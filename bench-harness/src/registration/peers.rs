@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result};
 use evaluation::{inputs::name_of, python::Python, table::Table};
 use job::Job;
-use mesh::{Similarity, TriMesh, shapes};
+use mesh::{Similarity, Surface, TriMesh, shapes};
 use mesh_io::{Asset, Format, Precision, write_mesh};
-use registration::{AlignOptions, PointPair, PreparedMesh, ResampleOptions, Surface, align_points, resample};
+use registration::{AlignOptions, PointPair, PreparedMesh, ResampleOptions, align_points, resample};
 use serde_json::Value;
 
 use super::suspects::{attacked, misfit};
