@@ -4,7 +4,9 @@ use anyhow::{Context, Result};
 use job::JobError;
 use registration::MatchedBy;
 use serde_json::{Value, json};
-use sigmark::{Certificate, GeometryDigest, Mismatch, Outcome, SigmarkError, Verdict, Verifier, mark::MarkError};
+use sigmark::{
+    Certificate, GeometryDigest, Mismatch, Outcome, SigmarkError, Verdict, Verifier, mark::MarkError,
+};
 
 use crate::{
     Answer,

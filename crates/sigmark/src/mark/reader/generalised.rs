@@ -51,11 +51,7 @@ pub(super) fn fit(
     for _ in 0..STEPS {
         fine = fine.then(&step(&products, &fine)?);
     }
-    let to_unit = Similarity {
-        scale: 1.0 / diagonal,
-        translation: centre.map(|x| -x / diagonal),
-        ..Similarity::IDENTITY
-    };
+    let to_unit = bounds.to_unit_frame();
     Ok(coarse.then(&to_unit).then(&fine).then(&to_unit.inverse()))
 }
 

@@ -21,7 +21,7 @@ pub(super) fn bias(
     job: &Job,
 ) -> Result<Vec<f64>, MarkError> {
     let placed: Vec<[f64; 3]> = suspect.positions().iter().map(|&p| pose.apply(p)).collect();
-    let nearest = original.surface().nearest_of(&placed, job.threads())?;
+    let nearest = original.surface().nearest_of(&placed, job)?;
     let at_vertex = |v: usize| {
         let (along, seen) = (registered.along[v]?, registered.positions[v]?);
         let corners = suspect.triangles()[sampled.triangles[v]? as usize].map(|w| w as usize);

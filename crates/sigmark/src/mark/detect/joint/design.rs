@@ -1,7 +1,7 @@
 //! The design matrix: a row an observation, a column an unknown.
 
 use faer::Mat;
-use mesh::{BoundingBox, Similarity, vector::dot};
+use mesh::{Similarity, vector::dot};
 
 use super::{
     fields::{FIELDS, SIMILARITY_FIELDS, SMOOTHING_FIELDS, similarity_fields},
@@ -16,6 +16,8 @@ pub(super) struct Design<'a> {
     smoothing: &'a [[[f64; 3]; SMOOTHING_FIELDS]],
     centre: [f64; 3],
     pub(super) diagonal: f64,
+    /// To the frame in which the centre is 0 and the diagonal 1.
+    to_unit: Similarity,
 }
 
 /// The patch of some observations, and where its chips are.
@@ -27,12 +29,13 @@ pub(super) struct View<'a> {
 
 impl<'a> Design<'a> {
     pub(super) fn new(original: &'a Original, smoothing: &'a [[[f64; 3]; SMOOTHING_FIELDS]]) -> Self {
-        let bounds: BoundingBox = original.mesh().bounding_box();
+        let bounds = original.mesh().bounding_box();
         Self {
             layout: original.layout(),
             smoothing,
             centre: bounds.centre(),
             diagonal: bounds.diagonal(),
+            to_unit: bounds.to_unit_frame(),
         }
     }
 
@@ -73,18 +76,13 @@ impl<'a> Design<'a> {
         rows
     }
 
-    /// The similarity with parameters θ of the frame in which the original's diagonal is 1 and its centre 0.
+    /// The similarity with parameters θ of that frame.
     pub(super) fn similarity(&self, [scale, a, b, c, x, y, z]: [f64; SIMILARITY_FIELDS]) -> Similarity {
         let turn = Similarity {
             scale: 1.0 + scale,
             translation: [x, y, z],
             ..Similarity::from_quaternion([1.0, a / 2.0, b / 2.0, c / 2.0])
         };
-        let to_unit = Similarity {
-            scale: 1.0 / self.diagonal,
-            translation: self.centre.map(|x| -x / self.diagonal),
-            ..Similarity::IDENTITY
-        };
-        to_unit.then(&turn).then(&to_unit.inverse())
+        self.to_unit.then(&turn).then(&self.to_unit.inverse())
     }
 }
