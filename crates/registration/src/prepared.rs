@@ -1,11 +1,10 @@
 use std::sync::{Arc, OnceLock};
 
-use mesh::TriMesh;
+use mesh::{Surface, TriMesh};
 
 use crate::{
-    RegistrationError, Surface,
+    RegistrationError,
     sampled::{SAMPLES, Sampled},
-    surface::triangle_normals,
 };
 
 /// A mesh with what alignment and resampling ask of it, each computed when it is first needed and kept.
@@ -54,7 +53,7 @@ impl PreparedMesh {
     pub fn triangle_normals(&self) -> &Arc<[[f64; 3]]> {
         self.0
             .triangle_normals
-            .get_or_init(|| triangle_normals(self.mesh()).into())
+            .get_or_init(|| self.mesh().triangle_normals().into())
     }
 
     /// Points all over the surface. `role`, "original" or "suspect", names the mesh in errors.

@@ -1,11 +1,10 @@
 //! The suspect's surface seen from the original's vertices (section 4.4.1 of the paper).
 
 use crate::sampled::GRAIN;
-use crate::surface::{Hit, Surface};
 use crate::vector::{Vec3, add, dot, scaled};
 use crate::{PreparedMesh, RegistrationError};
 use job::{Job, JobError};
-use mesh::{Similarity, TriMesh};
+use mesh::{Hit, Similarity, Surface, TriMesh};
 
 /// How far and at what angle a vertex looks for the suspect's surface.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,7 +1,7 @@
+use crate::PreparedMesh;
 use crate::field::Field;
 use crate::vector::{Mat3, Vec3, add, cross, norm, scaled, sub};
-use crate::{PreparedMesh, Surface};
-use mesh::TriMesh;
+use mesh::{Surface, TriMesh};
 use std::sync::{Arc, OnceLock};
 
 /// How many points stand for a surface.

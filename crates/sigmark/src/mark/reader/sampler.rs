@@ -130,7 +130,7 @@ impl<'a> Sampler<'a> {
             }
         }
         if registered.along.iter().any(Option::is_some) {
-            registered.facets = self.facets(&registered, &sampled, transform, job.threads())?;
+            registered.facets = self.facets(&registered, &sampled, transform, job)?;
         }
         Ok(registered)
     }
@@ -141,12 +141,12 @@ impl<'a> Sampler<'a> {
         registered: &Registered,
         sampled: &Resampled,
         transform: &Similarity,
-        threads: usize,
+        job: &Job,
     ) -> Result<Vec<f64>, MarkError> {
         let suspect = self.suspect.mesh();
         let positions = suspect.positions().iter();
         let placed: Vec<[f64; 3]> = positions.map(|&p| transform.apply(p)).collect();
-        let nearest = self.original.surface().nearest_of(&placed, threads)?;
+        let nearest = self.original.surface().nearest_of(&placed, &job.quiet())?;
         let facet = |v: usize| {
             let (along, seen) = (registered.along[v]?, registered.positions[v]?);
             let corners = suspect.triangles()[sampled.triangles[v]? as usize].map(|w| w as usize);

@@ -1,12 +1,12 @@
-//! The tree of boxes, four boxes to a node, for queries of single points and lines.
+//! The tree of boxes, four boxes to a node, for queries of single points and lines (Wald, Benthin and Boulos 2008).
 //!
 //! Boxes are in single precision, rounded outward, in a frame in which the mesh lies within ±1; the four of a node are tested in
 //! one loop without branches, which the compiler turns into vector instructions. Tests are one-sided: what they reject is farther
 //! off than the bound, rounding included, so that the triangles, in double precision, alone decide. Benchmark: `cargo xtask bench
 //! registration`.
 
-use crate::surface::{DEEPEST, Node};
-use crate::vector::{Vec3, add, scaled, sub};
+use super::tree::{DEEPEST, Node, half_area};
+use crate::Vec3;
 
 /// Boxes of a node.
 const WIDE: usize = 4;
@@ -14,8 +14,8 @@ const WIDE: usize = 4;
 /// Relative error of a test's arithmetic, and of a coordinate, generously.
 const ROUNDING: f32 = 1e-6;
 
-pub(crate) struct Quads {
-    nodes: Vec<Quad>,
+pub(super) struct Bvh4 {
+    nodes: Vec<Node4>,
     centre: Vec3,
     /// 1 / half the longest side.
     unit: f64,
@@ -25,7 +25,7 @@ pub(crate) struct Quads {
 
 /// Up to four boxes side by side, by axis. Leaf: `count` triangles from `first`; inner node (`count` 0): the node `first`.
 #[derive(Clone, Copy)]
-struct Quad {
+struct Node4 {
     min: [[f32; WIDE]; 3],
     max: [[f32; WIDE]; 3],
     first: [u32; WIDE],
@@ -41,59 +41,60 @@ struct Visit {
     bound: f32,
 }
 
-impl Quads {
-    /// From a tree of pairs, whose first node is the root.
-    pub(crate) fn of(pairs: &[Node]) -> Self {
-        let root = &pairs[0];
+impl Bvh4 {
+    /// From a binary tree, whose first node is the root.
+    pub(super) fn of(binary: &[Node]) -> Self {
+        let root = &binary[0].bounds;
         let half = (0..3).fold(0.0_f64, |m, axis| {
             m.max(0.5 * root.max[axis] - 0.5 * root.min[axis])
         });
         let unit = if (1.0 / half).is_normal() { 1.0 / half } else { 1.0 };
-        let mut quads = Self {
-            nodes: Vec::with_capacity(pairs.len() / 4 + 1),
-            centre: add(scaled(root.min, 0.5), scaled(root.max, 0.5)),
+        let mut bvh = Self {
+            nodes: vec![Node4::EMPTY],
+            centre: Vec3(root.centre()),
             unit,
             depth: 0,
         };
-        quads.nodes.push(Quad::EMPTY);
+        bvh.nodes.reserve(binary.len() / 4);
         let mut open = vec![(0_usize, 0_u32, 1)];
-        while let Some((place, pair, depth)) = open.pop() {
-            quads.depth = quads.depth.max(depth);
-            for (lane, child) in four(pairs, pair).into_iter().flatten().enumerate() {
-                let node = &pairs[child as usize];
+        while let Some((place, covered, depth)) = open.pop() {
+            bvh.depth = bvh.depth.max(depth);
+            for (lane, child) in four(binary, covered).into_iter().flatten().enumerate() {
+                let node = &binary[child as usize];
                 let first = if node.count > 0 {
                     node.first
                 } else {
-                    open.push((quads.nodes.len(), child, depth + 1));
-                    quads.nodes.push(Quad::EMPTY);
-                    quads.nodes.len() as u32 - 1
+                    open.push((bvh.nodes.len(), child, depth + 1));
+                    bvh.nodes.push(Node4::EMPTY);
+                    bvh.nodes.len() as u32 - 1
                 };
-                let (min, max) = (quads.local(node.min), quads.local(node.max));
-                let quad = &mut quads.nodes[place];
+                let [min, max] = [node.bounds.min, node.bounds.max].map(|p| bvh.local(Vec3(p)));
+                let node4 = &mut bvh.nodes[place];
                 for axis in 0..3 {
-                    quad.min[axis][lane] = rounded_down(min[axis]);
-                    quad.max[axis][lane] = -rounded_down(-max[axis]);
+                    node4.min[axis][lane] = rounded_down(min[axis]);
+                    node4.max[axis][lane] = -rounded_down(-max[axis]);
                 }
-                quad.first[lane] = first;
-                quad.count[lane] = node.count as u16;
-                quad.used = lane as u8 + 1;
+                node4.first[lane] = first;
+                node4.count[lane] = node.count as u16;
+                node4.used = lane as u8 + 1;
             }
         }
-        quads
+        bvh
     }
 
+    /// A point in the frame of the boxes.
     fn local(&self, p: Vec3) -> Vec3 {
-        scaled(sub(p, self.centre), self.unit)
+        (p - self.centre) * self.unit
     }
 
     /// Visits the leaves that may hold a point nearer to `p` than the root of `best`, about the nearest first; `leaf` is given the
     /// first triangle and how many there are, and the square of the distance to beat.
     #[inline]
-    pub(crate) fn near(&self, p: Vec3, best: &mut f64, mut leaf: impl FnMut(usize, usize, &mut f64)) {
+    pub(super) fn near(&self, p: Vec3, best: &mut f64, mut leaf: impl FnMut(usize, usize, &mut f64)) {
         let [low, high] = widened(self.local(p));
         let scale = self.unit * self.unit;
         self.visit(
-            |quad| quad.squared_distances(low, high),
+            |node| node.squared_distances(low, high),
             |best| (scale * best) as f32 * (1.0 + ROUNDING) + f32::MIN_POSITIVE,
             best,
             &mut leaf,
@@ -102,7 +103,7 @@ impl Quads {
 
     /// Visits the leaves that a line may meet at a smaller |t| than `best`.
     #[inline]
-    pub(crate) fn along(
+    pub(super) fn along(
         &self,
         origin: Vec3,
         direction: Vec3,
@@ -110,13 +111,13 @@ impl Quads {
         mut leaf: impl FnMut(usize, usize, &mut f64),
     ) {
         let [low, high] = widened(self.local(origin));
-        let inverse = direction.map(|d| {
+        let inverse = direction.0.map(|d| {
             let d = self.unit * d;
             // A tiny component in place of zero keeps 0 · ∞ out of the box test.
             (1.0 / if d.abs() < 1e-30 { 1e-30 } else { d }) as f32
         });
         self.visit(
-            |quad| quad.reaches(low, high, inverse),
+            |node| node.reaches(low, high, inverse),
             // Finite, so that boxes which are never met lie beyond.
             |best| lesser(best as f32 * (1.0 + ROUNDING) + f32::MIN_POSITIVE, f32::MAX),
             best,
@@ -128,7 +129,7 @@ impl Quads {
     #[inline(always)]
     fn visit(
         &self,
-        bounds_of: impl Fn(&Quad) -> [f32; WIDE],
+        bounds_of: impl Fn(&Node4) -> [f32; WIDE],
         limit_of: impl Fn(f64) -> f32,
         best: &mut f64,
         leaf: &mut impl FnMut(usize, usize, &mut f64),
@@ -144,7 +145,7 @@ impl Quads {
     #[inline(always)]
     fn visit_within<const STACK: usize>(
         &self,
-        bounds_of: impl Fn(&Quad) -> [f32; WIDE],
+        bounds_of: impl Fn(&Node4) -> [f32; WIDE],
         limit_of: impl Fn(f64) -> f32,
         best: &mut f64,
         leaf: &mut impl FnMut(usize, usize, &mut f64),
@@ -165,14 +166,14 @@ impl Quads {
                 limit = limit_of(*best);
                 continue;
             }
-            let quad = &self.nodes[visit.first as usize];
-            let bounds = bounds_of(quad);
+            let node = &self.nodes[visit.first as usize];
+            let bounds = bounds_of(node);
             let floor = stack.len;
-            for lane in 0..usize::from(quad.used) {
+            for lane in 0..usize::from(node.used) {
                 if bounds[lane] <= limit {
                     let child = Visit {
-                        first: quad.first[lane],
-                        count: quad.count[lane],
+                        first: node.first[lane],
+                        count: node.count[lane],
                         bound: bounds[lane],
                     };
                     stack.insert(floor, child);
@@ -182,7 +183,7 @@ impl Quads {
     }
 }
 
-impl Quad {
+impl Node4 {
     const EMPTY: Self = Self {
         min: [[0.0; WIDE]; 3],
         max: [[0.0; WIDE]; 3],
@@ -244,7 +245,7 @@ fn lesser(x: f32, y: f32) -> f32 {
 /// A point in single precision, from below and from above.
 fn widened(p: Vec3) -> [[f32; 3]; 2] {
     let slack = |x: f32| 0.5 * ROUNDING * x.abs();
-    let p = p.map(|x| x as f32);
+    let p = p.0.map(|x| x as f32);
     [p.map(|x| x - slack(x)), p.map(|x| x + slack(x))]
 }
 
@@ -257,10 +258,10 @@ fn rounded_down(x: f64) -> f32 {
     }
 }
 
-/// Up to four nodes that cover a node of the tree of pairs: its children, the largest of them divided again.
-fn four(pairs: &[Node], node: u32) -> [Option<u32>; WIDE] {
+/// Up to four nodes that cover a node of the binary tree: its children, the largest of them divided again.
+fn four(binary: &[Node], node: u32) -> [Option<u32>; WIDE] {
     let mut chosen = [None; WIDE];
-    let root = &pairs[node as usize];
+    let root = &binary[node as usize];
     if root.count > 0 {
         chosen[0] = Some(node);
         return chosen;
@@ -268,12 +269,12 @@ fn four(pairs: &[Node], node: u32) -> [Option<u32>; WIDE] {
     chosen[0] = Some(root.first);
     chosen[1] = Some(root.first + 1);
     for free in 2..WIDE {
-        let inner = (0..free).filter(|&i| chosen[i].is_some_and(|child| pairs[child as usize].count == 0));
-        let area = |i: usize| chosen[i].map_or(0.0, |child| pairs[child as usize].half_area());
+        let inner = (0..free).filter(|&i| chosen[i].is_some_and(|child| binary[child as usize].count == 0));
+        let area = |i: usize| chosen[i].map_or(0.0, |child| half_area(&binary[child as usize].bounds));
         let Some(largest) = inner.max_by(|&i, &j| area(i).total_cmp(&area(j))) else {
             break;
         };
-        let first = chosen[largest].map_or(0, |child| pairs[child as usize].first);
+        let first = chosen[largest].map_or(0, |child| binary[child as usize].first);
         chosen[largest] = Some(first);
         chosen[free] = Some(first + 1);
     }
