@@ -4,7 +4,7 @@ use job::Job;
 use sigmark::mark::{ChipLayout, CoefficientDetector, Detector, MarkLayout, Original, Registered};
 
 use crate::{
-    Algorithm, BaselineError, PAPER_DETECTOR, Prepared, Reading, Reference, Subject,
+    Algorithm, AlgorithmId, BaselineError, DetectorId, Prepared, Reading, Reference, Subject,
     algorithm::{check_alpha, check_bits, check_vertices},
 };
 
@@ -17,17 +17,16 @@ pub struct Mhb {
 }
 
 /// Makes a detector for marks of a layout.
-type MakeDetector = fn(&Arc<MarkLayout>) -> Arc<dyn Detector>;
+pub type MakeDetector = fn(&Arc<MarkLayout>) -> Arc<dyn Detector>;
 
-/// Detectors with their names.
-type Detectors = Vec<(String, MakeDetector)>;
+type Detectors = Vec<(DetectorId, MakeDetector)>;
 
 impl Default for Mhb {
     /// The paper's.
     fn default() -> Self {
         Self {
             chip_rate: 3,
-            detectors: vec![(PAPER_DETECTOR.into(), |layout| {
+            detectors: vec![(DetectorId::PAPER, |layout| {
                 Arc::new(CoefficientDetector::new(layout))
             })],
         }
@@ -35,9 +34,9 @@ impl Default for Mhb {
 }
 
 impl Mhb {
-    /// Lets another detector read the marks too, under this name.
-    pub fn detector(mut self, name: impl Into<String>, detector: MakeDetector) -> Self {
-        self.detectors.push((name.into(), detector));
+    /// Lets another detector read the marks too.
+    pub fn detector(mut self, id: DetectorId, detector: MakeDetector) -> Self {
+        self.detectors.push((id, detector));
         self
     }
 
@@ -51,6 +50,18 @@ impl Mhb {
 }
 
 impl Algorithm for Mhb {
+    fn id(&self) -> AlgorithmId {
+        AlgorithmId::MHB
+    }
+
+    fn parameters(&self) -> Vec<(&'static str, String)> {
+        let detectors: Vec<String> = self.detectors.iter().map(|(id, _)| id.to_string()).collect();
+        vec![
+            ("chip rate", self.chip_rate.to_string()),
+            ("detectors", detectors.join(", ")),
+        ]
+    }
+
     fn name(&self) -> String {
         "MHBs".into()
     }
@@ -107,9 +118,9 @@ impl Prepared for PreparedMhb {
         check_vertices(suspect.positions.len(), self.original.mesh().vertex_count())?;
         check_alpha(alpha)?;
         let layout = self.layout(alpha)?;
-        let read = |(name, detector): &(String, MakeDetector)| {
+        let read = |(id, detector): &(DetectorId, MakeDetector)| {
             Ok(Reading {
-                detector: name.clone(),
+                detector: id.clone(),
                 bits: detector(&layout).detect(suspect, job)?,
             })
         };
