@@ -17,7 +17,7 @@ use crate::{
         ChipLayout, CoefficientDetector, Detector, JointEstimator, MarkLayout, Original, Patches, Reader,
         Reading, ReadingMethod, Registered,
     },
-    payload::{GeometryDigest, Scheme, Signature},
+    payload::{GeometryDigest, Signature},
 };
 
 /// Judges suspects against one original and its certificate.
@@ -82,7 +82,10 @@ impl Verifier {
         Ok(Self {
             reader: Arc::new(Reader::new(original.mesh())?),
             method: match mark.signature.scheme() {
-                Scheme::EcdsaB163Sha1 => method.with_detector(Arc::new(CoefficientDetector::new(&layout))),
+                #[cfg(feature = "paper")]
+                crate::payload::Scheme::EcdsaB163Sha1 => {
+                    method.with_detector(Arc::new(CoefficientDetector::new(&layout)))
+                }
                 _ => method,
             },
             certificate: Arc::new(certificate.clone()),
