@@ -57,7 +57,7 @@ impl RegistrationBench {
     pub fn run(&self) -> Result<()> {
         let attacks = Python::prepare()?;
         let begin = Instant::now();
-        let code = digest_of_code()?;
+        let code = sources::digest_of_all_but(&NO_PART_IN_DRAWS)?;
         let folder = kept::folder(&format!("registration/{code}"))?;
         let files = by_size(mesh_files(&self.meshes)?)?;
         let trials: Vec<PoseTrial> = PoseTrial::all()
@@ -96,13 +96,18 @@ impl RegistrationBench {
     }
 }
 
-/// The digest of what finished draws depend on.
-fn digest_of_code() -> Result<String> {
-    sources::digest_of(
-        &["mesh", "partition", "mhb-core", "registration", "sigmark"],
-        &["bench-harness/src/registration/runs.rs"],
-    )
-}
+/// What has no part in a draw. All else of the sources has, so that nothing is forgotten that comes.
+const NO_PART_IN_DRAWS: [&str; 9] = [
+    "crates/baselines",
+    "crates/cli",
+    "bench-harness/src/eigen",
+    "bench-harness/src/partition",
+    "bench-harness/src/quality",
+    "bench-harness/src/registration/large.rs",
+    "bench-harness/src/registration/page.rs",
+    "bench-harness/src/registration/peers.rs",
+    "bench-harness/src/registration/tables.rs",
+];
 
 /// The smallest file first.
 fn by_size(files: Vec<PathBuf>) -> Result<Vec<PathBuf>> {
