@@ -23,6 +23,8 @@ use std::{
 };
 
 use anyhow::{Context, Result};
+use clap::{Args, ValueEnum};
+use evaluation::process::root;
 
 use self::{
     measurement::{OURS, OURS_ON_TWO, SolveMeasurement},
@@ -36,7 +38,7 @@ pub use self::{ours::LoneSolve, residual::worst_residual};
 use crate::kept;
 
 /// The meshes that are compared on unless others are asked for, the one of the chart first.
-pub const MESHES: [&str; 4] = [
+const MESHES: [&str; 4] = [
     "stanford_bunny_closed_35k",
     "horse_48k",
     "elephant_refined_44k",
@@ -47,37 +49,48 @@ pub const MESHES: [&str; 4] = [
 const TOLERANCES: [f64; 2] = [1e-6, 1e-8];
 
 /// What to measure, and on what.
+#[derive(Args)]
 pub struct EigenBench {
-    /// Folder with mesh files; of one with more than 60 000 vertices, the largest patch is taken.
+    /// Mesh files; of one with more than 60 000 vertices, the largest patch is taken
+    #[arg(long, value_name = "DIR")]
     pub meshes: PathBuf,
-    /// Files of the comparison whose names begin so, in this order. The chart shows the first.
+    /// Files whose name begins so, in this order; may be given again
+    #[arg(long, value_name = "NAME", default_values = MESHES)]
     pub only: Vec<String>,
-    /// Numbers of pairs. The first is solved to 1e-6 and 1e-8, the others to 1e-6, and by the peers on the first mesh alone.
+    /// Numbers of pairs; the first to 1e-6 and 1e-8, the others to 1e-6, and by the peers on the first mesh alone
+    #[arg(long, value_delimiter = ',', default_value = "325,513")]
     pub counts: Vec<usize>,
-    /// Our times are medians over so many rounds, at least one.
+    /// Our times are medians over so many rounds
+    #[arg(long, value_name = "N", default_value_t = 3)]
     pub rounds: usize,
-    /// And the peers' over so many.
+    /// And the peers' over so many
+    #[arg(long, value_name = "N", default_value_t = 1)]
     pub peer_rounds: usize,
-    /// A peer is stopped after so many CPU seconds.
+    /// A peer is stopped after so many CPU seconds
+    #[arg(long, value_name = "SECONDS", default_value_t = 900)]
     pub limit: u64,
-    /// What to measure.
+    /// What to measure; all unless said
+    #[arg(long, value_delimiter = ',', default_value = "comparison,loose,scaling")]
     pub parts: Vec<EigenPart>,
-    /// The mesh that is cut into patches for the scaling.
+    /// The mesh that is cut into patches for the scaling
+    #[arg(long, value_name = "NAME", default_value = "ct_skull_1081k_closed")]
     pub scaling: String,
-    /// Into so many.
+    /// Into so many
+    #[arg(long, value_name = "N", default_value_t = 33)]
     pub patches: usize,
-    /// Where the tables and the chart go.
+    /// Where the tables and the chart go
+    #[arg(long, value_name = "DIR", default_value_os_t = root().join("results"))]
     pub output: PathBuf,
 }
 
 /// A part of the benchmark.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum EigenPart {
-    /// Ours beside the peers.
+    /// Ours beside the peers
     Comparison,
-    /// Ours at the tolerances that HSIM is made for.
+    /// Ours at HSIM's tolerances
     Loose,
-    /// Many patches; many pairs.
+    /// Many patches; many pairs
     Scaling,
 }
 

@@ -3,6 +3,7 @@
 use std::{path::PathBuf, process::Command};
 
 use anyhow::{Context, Result, bail};
+use clap::Args;
 use evaluation::{machine::peak_memory, process::output};
 use job::Job;
 use mhb_core::{Laplacian, Spectrum};
@@ -28,14 +29,15 @@ pub(crate) fn ours(laplacian: &Laplacian, task: EigenTask, threads: usize) -> Re
 }
 
 /// One problem for a process of its own, which can be stopped, and whose memory can be told from others'.
+#[derive(Args)]
 pub struct LoneSolve {
-    /// `ours` or `faer`.
+    /// `ours` or `faer`
     pub solver: String,
-    /// Folder with the matrices.
+    /// Folder with the matrices
     pub matrices: PathBuf,
-    /// How many pairs.
+    /// How many pairs
     pub count: usize,
-    /// How accurate.
+    /// How accurate
     pub tolerance: f64,
 }
 

@@ -13,21 +13,27 @@ mod problem;
 use std::path::PathBuf;
 
 use anyhow::Result;
+use clap::Args;
 
 use self::comparison::Comparison;
 pub use self::ours::LoneDivision;
 use crate::peers;
 
 /// What to measure, and on what.
+#[derive(Args)]
 pub struct PartitionBench {
-    /// Folder with METIS graph files, `.graph` or `.graph.gz`.
+    /// METIS graph files, .graph or .graph.gz
+    #[arg(long, value_name = "DIR")]
     pub graphs: PathBuf,
-    /// Folder with mesh files; the edges of some of them are graphs, too.
+    /// Mesh files; the edges of some of them are graphs too
+    #[arg(long, value_name = "DIR")]
     pub meshes: PathBuf,
-    /// Times are medians over so many rounds, at least one.
+    /// Times are medians over so many rounds
+    #[arg(long, value_name = "N", default_value_t = 3)]
     pub rounds: usize,
-    /// Whether KaFFPa-strong takes part, which takes a hundred times as long as the others.
-    pub with_kaffpa: bool,
+    /// Leave KaFFPa-strong out: it takes a hundred times as long as the others
+    #[arg(long)]
+    pub no_kaffpa: bool,
 }
 
 impl PartitionBench {
@@ -37,8 +43,7 @@ impl PartitionBench {
     /// When METIS is not there, there are no graphs, a file can't be read or written, or a program fails.
     pub fn run(&self) -> Result<()> {
         metis::check()?;
-        let python = self
-            .with_kaffpa
+        let python = (!self.no_kaffpa)
             .then(peers::prepare)
             .transpose()
             .unwrap_or_else(|missing| {

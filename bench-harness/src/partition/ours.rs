@@ -6,6 +6,7 @@ use std::{
 };
 
 use anyhow::{Context, Result};
+use clap::Args;
 use evaluation::{inputs::read_graph, machine, process::output};
 use job::Job;
 use partition::{Effort, partition};
@@ -14,10 +15,11 @@ use serde::{Deserialize, Serialize};
 use super::problem::options;
 
 /// One graph for a process of its own.
+#[derive(Args)]
 pub struct LoneDivision {
-    /// METIS graph file.
+    /// METIS graph file
     pub file: PathBuf,
-    /// Into so many.
+    /// Into so many
     pub parts: usize,
 }
 

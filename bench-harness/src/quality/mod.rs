@@ -10,6 +10,7 @@ mod shape_dna;
 use std::path::PathBuf;
 
 use anyhow::{Result, ensure};
+use clap::Args;
 use evaluation::inputs::{mesh_files, name_of};
 use mesh_io::Asset;
 
@@ -20,12 +21,16 @@ use crate::{kept, peers, selection::is_chosen};
 const LARGEST: usize = 140_000;
 
 /// What to measure, and on what.
+#[derive(Args)]
 pub struct QualityBench {
-    /// Folder with mesh files; those with more than 140 000 vertices are passed over.
+    /// Mesh files; those with more than 140 000 vertices are passed over
+    #[arg(long, value_name = "DIR")]
     pub meshes: PathBuf,
-    /// Beginnings of the names of those that are taken; all if empty.
+    /// Only files whose name begins so; may be given again
+    #[arg(long, value_name = "NAME")]
     pub only: Vec<String>,
-    /// Times are medians over so many rounds, at least one.
+    /// Times are medians over so many rounds
+    #[arg(long, value_name = "N", default_value_t = 3)]
     pub rounds: usize,
 }
 

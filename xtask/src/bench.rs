@@ -1,11 +1,12 @@
 //! `cargo xtask bench`: ours beside the peers, on the same inputs in one run.
 
-mod eigen;
-mod partition;
-mod quality;
-mod registration;
-
 use anyhow::Result;
+use bench_harness::{
+    eigen::{EigenBench, LoneSolve},
+    partition::{LoneDivision, PartitionBench},
+    quality::QualityBench,
+    registration::RegistrationBench,
+};
 use clap::Subcommand;
 
 #[derive(Subcommand)]
@@ -13,39 +14,39 @@ pub(crate) enum Bench {
     /// Partitioner beside METIS 5.1 and KaFFPa-strong: cut, balance, volume, connection, time, memory
     ///
     /// Needs gpmetis (Debian: apt-get install metis). What KaFFPa finished is kept in .cache/bench/partition.
-    Partition(partition::Partition),
+    Partition(PartitionBench),
     /// Eigen-solver beside ARPACK, Spectra, LOBPCG and faer's Lanczos; at loose tolerances; on many patches, for many pairs
     ///
     /// Makes a Python environment in bench-harness/.venv, and compiles bench-harness/peers/spectra.cpp. What is missing is left out, and
     /// said. What peers finished is kept in .cache/bench/eigen, so that a run that was interrupted goes on; remove that folder to
     /// measure all anew.
-    Eigen(eigen::Eigen),
+    Eigen(EigenBench),
     /// Registration: how often, how exactly and how fast attacked and moved meshes come back; beside its peers
     ///
     /// Makes Python environments in attacks/.venv and bench-harness/.venv. Goes from the smallest mesh to the largest. Finished
     /// draws are kept in .cache/bench/registration by the digest of the code that made them, so that a run that was interrupted goes on.
-    Registration(registration::Registration),
+    Registration(RegistrationBench),
     /// Distances beside MeshLab's filter, Shape-DNA beside scipy and LaPy: figures and time
     ///
     /// Makes a Python environment in bench-harness/.venv. What peers finished is kept in .cache/bench/quality.
-    Quality(quality::Quality),
+    Quality(QualityBench),
     /// Solve one problem in a process of its own, for `eigen`
     #[command(hide = true)]
-    Solve(eigen::Solve),
+    Solve(LoneSolve),
     /// Divide one graph in a process of its own, for `partition`
     #[command(hide = true)]
-    Divide(partition::Divide),
+    Divide(LoneDivision),
 }
 
 impl Bench {
     pub(crate) fn run(self) -> Result<()> {
         match self {
-            Self::Partition(task) => task.run(),
-            Self::Eigen(task) => task.run(),
-            Self::Registration(task) => task.run(),
-            Self::Quality(task) => task.run(),
-            Self::Solve(task) => task.run(),
-            Self::Divide(task) => task.run(),
+            Self::Partition(bench) => bench.run(),
+            Self::Eigen(bench) => bench.run(),
+            Self::Registration(bench) => bench.run(),
+            Self::Quality(bench) => bench.run(),
+            Self::Solve(alone) => alone.run(),
+            Self::Divide(alone) => alone.run(),
         }
     }
 }
