@@ -103,6 +103,7 @@ pub enum QualityError {
         size: usize,
     },
     /// A picture could not be encoded.
+    #[cfg(feature = "png")]
     #[error("the picture can't be encoded ({reason})")]
     Picture {
         /// What the encoder said.

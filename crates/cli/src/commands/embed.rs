@@ -81,8 +81,8 @@ fn object(arguments: &Embed, signed: &Signed, certificate: &Path, seconds: &[(&'
         "functions": signed.original().layout().functions(),
         "patches": signed.original().patches().len(),
         "unmarked_vertices": signed.original().patches().unmarked_vertices(),
-        "alpha": signed.alpha(),
-        "distortion_rms": signed.distortion_rms(),
+        "alpha": signed.layout().alpha(),
+        "distortion_rms": signed.layout().distortion_rms(),
         "seconds": report::seconds_json(seconds),
     })
 }
@@ -129,7 +129,7 @@ fn embedder(arguments: &Embed, key: &SigningKey) -> Result<Embedder> {
     if arguments.sha1 {
         embedder = match key.curve() {
             Curve::P256 => embedder.scheme(Scheme::EcdsaP256Sha1),
-            Curve::B163 => embedder, // which hashes with SHA-1 anyway
+            _ => embedder, // the paper's curve, whose scheme hashes with SHA-1 anyway
         };
     }
     Ok(embedder)
@@ -165,8 +165,8 @@ fn summary(
             "distortion",
             format!(
                 "RMS {:.4} % of the diagonal (α = {:.3e})",
-                100.0 * signed.distortion_rms(),
-                signed.alpha()
+                100.0 * signed.layout().distortion_rms(),
+                signed.layout().alpha()
             ),
         ),
     ];
