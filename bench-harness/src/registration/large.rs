@@ -4,8 +4,8 @@ use std::{path::PathBuf, thread};
 
 use anyhow::Result;
 use evaluation::{
+    attacks::random_similarity,
     machine::{forget_peak_memory, peak_memory},
-    meshes::random_similarity,
     python::Python,
     table::Table,
 };

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
-use evaluation::{meshes::random_similarity, python::Python};
+use evaluation::{attacks::random_similarity, python::Python};
 use job::Job;
 use mesh::{Similarity, TriMesh, shapes};
 use mesh_io::Asset;

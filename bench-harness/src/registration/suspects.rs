@@ -22,7 +22,7 @@ pub(crate) fn attacked(
 ) -> Result<TriMesh> {
     let folder = kept::folder("registration/suspects")?;
     let bytes = write_mesh(original, Format::Ply, Precision::Double);
-    let inputs = digest(&[&bytes, sources::digest_of(&[], &[])?.as_bytes()].concat());
+    let inputs = digest(&[&bytes, sources::digest_of_attacks()?.as_bytes()].concat());
     let name_of_attack = spec.replace(':', "-");
     let result = folder.join(format!("{name}-{name_of_attack}-{seed}-{inputs}.ply"));
     if !result.is_file() {
