@@ -7,7 +7,7 @@
 //! figure is missing or can't be right.
 //!
 //! ```
-//! use evaluation::{attacks, table::{Entry, Figure, Table}};
+//! use evaluation::{attacks, table::{Entry, Measured, Table}};
 //!
 //! // The one list of attacks, attacks/attacks.toml, says what tables have for columns.
 //! let smoothing = attacks::tables().table4.iter().find(|attack| attack.spec == "laplacian:5").unwrap();
@@ -15,7 +15,7 @@
 //!
 //! // Three signatures' extraction rates in per cent, beside the printed one.
 //! let mut table = Table::new("Rates", &["model", &smoothing.name]);
-//! table.row([Entry::from("bunny"), Figure::rates(vec![74.1, 75.6, 73.2], Some(74.07)).into()]);
+//! table.row([Entry::from("bunny"), Measured::rates(vec![74.1, 75.6, 73.2], Some(74.07)).into()]);
 //! assert!(table.markdown().contains("| bunny | 74.3 ± 1.2 (74.07) |"));
 //! ```
 //!

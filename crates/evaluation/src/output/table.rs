@@ -9,10 +9,10 @@ use super::markup::escaped;
 /// Rows of entries under a header, with a sentence below.
 ///
 /// ```
-/// use evaluation::table::{Entry, Figure, Table};
+/// use evaluation::table::{Entry, Measured, Table};
 ///
 /// let mut table = Table::new("Rates", &["mesh", "rate"]);
-/// table.row([Entry::from("bunny"), Figure::rates(vec![80.0, 90.0], Some(84.0)).into()]);
+/// table.row([Entry::from("bunny"), Measured::rates(vec![80.0, 90.0], Some(84.0)).into()]);
 /// assert!(table.markdown().ends_with("| bunny | 85.0 ± 7.1 (84) |\n"));
 /// ```
 #[derive(Clone, Debug)]
@@ -34,12 +34,12 @@ pub enum Entry {
     /// Words, or a number as it is to be shown.
     Text(String),
     /// A measured figure, and what was printed of it elsewhere.
-    Figure(Figure),
+    Measured(Measured),
 }
 
 /// A figure that was measured, perhaps more than once, beside a printed one.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Figure {
+pub struct Measured {
     /// All that was measured; empty where nothing could be.
     pub values: Vec<f64>,
     /// What the paper prints.
@@ -53,7 +53,7 @@ pub struct Figure {
 /// Points of extraction rate below the printed figure that need an explanation.
 pub const TOLERATED: f64 = 5.0;
 
-impl Figure {
+impl Measured {
     /// Measured values beside a printed one.
     pub fn new(values: Vec<f64>, printed: Option<f64>, digits: usize) -> Self {
         Self {
@@ -134,14 +134,14 @@ impl Entry {
     fn markdown(&self) -> String {
         match self {
             Self::Text(text) => text.clone(),
-            Self::Figure(figure) => figure.markdown(),
+            Self::Measured(figure) => figure.markdown(),
         }
     }
 
     fn html(&self) -> String {
         match self {
             Self::Text(text) => format!("<td>{}</td>", escaped(text)),
-            Self::Figure(figure) => figure.html(),
+            Self::Measured(figure) => figure.html(),
         }
     }
 }
@@ -158,9 +158,9 @@ impl From<&str> for Entry {
     }
 }
 
-impl From<Figure> for Entry {
-    fn from(figure: Figure) -> Self {
-        Self::Figure(figure)
+impl From<Measured> for Entry {
+    fn from(figure: Measured) -> Self {
+        Self::Measured(figure)
     }
 }
 
@@ -244,7 +244,7 @@ impl Table {
             .map(|i| {
                 self.rows
                     .iter()
-                    .any(|row| matches!(row.get(i), Some(Entry::Figure(_))))
+                    .any(|row| matches!(row.get(i), Some(Entry::Measured(_))))
             })
             .collect();
         let mut lines: Vec<Vec<String>> = vec![Vec::new()];
@@ -263,7 +263,7 @@ impl Table {
                         line.push(text.clone());
                         line.extend(vec![String::new(); if figure { 2 } else { 0 }]);
                     }
-                    Entry::Figure(figure) => {
+                    Entry::Measured(figure) => {
                         line.extend([figure.mean(), figure.spread(), figure.printed].map(number));
                     }
                 }
@@ -293,19 +293,19 @@ mod tests {
 
     #[test]
     fn a_rate_stands_beside_the_printed_one_and_stands_out_where_it_is_far_below() {
-        let near = Figure::rates(vec![80.0, 90.0], Some(89.9));
+        let near = Measured::rates(vec![80.0, 90.0], Some(89.9));
         assert_eq!(near.markdown(), "85.0 ± 7.1 (89.9)");
-        let far = Figure::rates(vec![80.0], Some(89.9));
+        let far = Measured::rates(vec![80.0], Some(89.9));
         assert_eq!(far.markdown(), "**80.0** (89.9)");
         assert!(far.html().contains("class=\"below\""));
         assert!(
-            Figure::rates(vec![96.0], Some(89.9))
+            Measured::rates(vec![96.0], Some(89.9))
                 .html()
                 .contains("class=\"above\"")
         );
-        assert_eq!(Figure::rates(vec![], Some(50.0)).markdown(), "– (50)");
-        assert_eq!(Figure::rates(vec![50.0], None).markdown(), "50.0");
-        assert_eq!(Figure::new(vec![0.25], Some(9.0), 3).markdown(), "0.250 (9)");
+        assert_eq!(Measured::rates(vec![], Some(50.0)).markdown(), "– (50)");
+        assert_eq!(Measured::rates(vec![50.0], None).markdown(), "50.0");
+        assert_eq!(Measured::new(vec![0.25], Some(9.0), 3).markdown(), "0.250 (9)");
     }
 
     #[test]
@@ -313,7 +313,7 @@ mod tests {
         let mut table = Table::new("t", &["model", "rate"]).note("n");
         table.row([
             Entry::from("a, b"),
-            Figure::rates(vec![1.0, 2.0], Some(3.0)).into(),
+            Measured::rates(vec![1.0, 2.0], Some(3.0)).into(),
         ]);
         table.row(["c", "none"]);
         let csv = table.csv();

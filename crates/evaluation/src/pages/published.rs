@@ -101,7 +101,13 @@ fn results() -> Results {
             strangers: vec![0.5],
             verified: line["verified"] == "true",
         };
-        let trials = if column.strength.unwrap().alpha == alpha {
+        let target = match line["signature"].parse::<usize>() {
+            Ok(number) => Target::Marked(number - 1),
+            Err(_) => Target::Unmarked,
+        };
+        // Marked meshes come before unmarked ones, and those of the sweep behind them.
+        let first_part = column.trials.iter().all(Trial::is_marked);
+        let trials = if first_part || matches!(target, Target::Unmarked) {
             &mut column.trials
         } else {
             if column.sweep.last().is_none_or(|(mark, _)| mark.alpha != alpha) {
@@ -114,10 +120,7 @@ fn results() -> Results {
             continue;
         }
         trials.push(Trial {
-            target: match line["signature"].parse::<usize>() {
-                Ok(number) => Target::Marked(number - 1),
-                Err(_) => Target::Unmarked,
-            },
+            target,
             attack: all().find(|attack| attack.spec == line["attack"]).unwrap(),
             cell: Cell {
                 attack: serde_json::Value::Null,

@@ -96,15 +96,10 @@ impl<'a> Study<'a> {
 
     /// What everything here depends on, and `more`: the key of finished work.
     fn inputs(&self, more: Value) -> Value {
-        let parameters = self.algorithm.parameters().into_iter();
-        let parameters: Map<String, Value> = parameters
-            .map(|(name, value)| (name.to_string(), json!(value)))
-            .collect();
         let mut inputs = json!({
             "mesh": self.scene.standin.digest,
             "patches": self.scene.patches.len(),
-            "algorithm": self.algorithm.id(),
-            "parameters": parameters,
+            "algorithm": key(self.algorithm),
             "scheme": SCHEME,
         });
         if let (Some(all), Value::Object(more)) = (inputs.as_object_mut(), more) {
@@ -180,5 +175,35 @@ impl<'a> Study<'a> {
         Ok(self
             .original()
             .with_positions(self.positions(signature, alpha)?)?)
+    }
+}
+
+/// What finished work knows an algorithm by.
+fn key(algorithm: &dyn Algorithm) -> Value {
+    let parameters = algorithm.parameters().into_iter();
+    let parameters: Map<String, Value> = parameters
+        .map(|(name, value)| (name.to_string(), json!(value)))
+        .collect();
+    json!({"id": algorithm.id(), "parameters": parameters})
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use baselines::{Lbf, Mhb, entries};
+
+    #[test]
+    fn finished_work_knows_algorithms_by_id_and_parameters() {
+        let mhb = json!({"id": "mhb", "parameters": {"chip rate": "3", "detectors": "paper"}});
+        assert_eq!(key(&Mhb::default()), mhb);
+        assert_ne!(key(&Mhb::default().chip_rate(1)), mhb);
+        assert_ne!(key(&Lbf::new(400)), key(&Lbf::new(500)));
+        let mut keys: Vec<String> = entries(400)
+            .iter()
+            .map(|entry| key(entry.as_ref()).to_string())
+            .collect();
+        keys.sort();
+        keys.dedup();
+        assert_eq!(keys.len(), entries(400).len());
     }
 }

@@ -64,7 +64,8 @@ impl Study<'_> {
         } else {
             self.d_rmse(&self.original().with_positions(base)?)?.0
         };
-        let Some(room) = Some(self.distortion.powi(2) - least.powi(2)).filter(|room| *room > 0.0) else {
+        let wanted = self.distortion.powi(2) - least.powi(2);
+        if wanted <= 0.0 {
             let name = self.algorithm.name();
             let alpha = self.algorithm.paper_alpha();
             let alpha = alpha.with_context(|| {
@@ -75,10 +76,11 @@ impl Study<'_> {
                 printed: true,
                 reached: false,
             });
-        };
+        }
         // A third of a displacement's square is along the normal.
         let mut alpha =
-            3f64.sqrt() * room.sqrt() / 100.0 * self.original().bounding_box().diagonal() / per_alpha;
+            3f64.sqrt() * wanted.sqrt() / 100.0 * self.original().bounding_box().diagonal() / per_alpha;
+        // Secant steps; one or two do, since d² is nearly quadratic in α.
         for _ in 0..5 {
             let (found, _) = self.d_rmse(&self.marked(0, alpha)?)?;
             if (found / self.distortion - 1.0).abs() < 0.01 {
@@ -90,7 +92,7 @@ impl Study<'_> {
                 "{}: a stronger mark distorts no more",
                 self.algorithm.name()
             );
-            alpha *= (room / marked).sqrt();
+            alpha *= (wanted / marked).sqrt();
         }
         Ok(Strength {
             alpha,

@@ -4,7 +4,7 @@ use baselines::AlgorithmId;
 
 use super::table;
 use crate::{
-    output::table::{Entry, Figure, Table},
+    output::table::{Entry, Measured, Table},
     paper::Seconds,
     results::{Column, Results, Trial},
 };
@@ -44,7 +44,7 @@ fn times(results: &Results, title: &str, note: &str, algorithm: &AlgorithmId) ->
         };
         let printed = outcome.printed(column).map(|printed| printed.seconds);
         let beside = |values: Vec<f64>, seconds: fn(Seconds) -> f64, digits| {
-            Figure::new(values, printed.map(seconds), digits)
+            Measured::new(values, printed.map(seconds), digits)
         };
         let extractions: Vec<f64> = column
             .marked()

@@ -3,7 +3,7 @@
 use super::table;
 use crate::{
     attacks::Attack,
-    output::table::{Entry, Figure, Table},
+    output::table::{Entry, Measured, Table},
     plan,
     results::Results,
     study::Mark,
@@ -29,7 +29,7 @@ pub(super) fn distortion(results: &Results) -> Table {
         let by_paper = if strength.printed { " (paper's)" } else { "" };
         let of = |value: fn(&Mark) -> Option<f64>, printed, digits| {
             let values = column.marks.iter().filter_map(value);
-            Entry::from(Figure::new(values.collect(), printed, digits))
+            Entry::from(Measured::new(values.collect(), printed, digits))
         };
         table.row([
             outcome.title().into(),
@@ -63,11 +63,11 @@ pub(super) fn sweep(results: &Results) -> Table {
     );
     for (outcome, column) in results.columns() {
         for (factor, (mark, trials)) in plan::SWEEP.iter().zip(&column.sweep) {
-            let one = |value: Option<f64>, digits| Figure::new(value.into_iter().collect(), None, digits);
+            let one = |value: Option<f64>, digits| Measured::new(value.into_iter().collect(), None, digits);
             let rates = attacks.iter().map(|attack| {
                 let trial = trials.iter().filter(|trial| trial.attack == *attack);
                 let rates = trial.map(|trial| 100.0 * trial.cell.readings[0].rate);
-                Figure::new(rates.collect(), None, 1)
+                Measured::new(rates.collect(), None, 1)
             });
             let metrics = [
                 one(Some(mark.d_rmse), 4),

@@ -5,17 +5,17 @@ use baselines::{AlgorithmId, DetectorId};
 use super::table;
 use crate::{
     attacks::{self, Attack},
-    output::table::{Entry, Figure, Table},
+    output::table::{Entry, Measured, Table},
     plan,
     results::{Column, Outcome, Results},
     study::Mark,
 };
 
 /// The rates of an attack beside the printed one.
-fn beside_printed(outcome: &Outcome, column: &Column, attack: &Attack, detector: &DetectorId) -> Figure {
+fn beside_printed(outcome: &Outcome, column: &Column, attack: &Attack, detector: &DetectorId) -> Measured {
     let printed = outcome.model.printed_rate(&column.algorithm, attack);
     let comparable = *detector == DetectorId::PAPER;
-    Figure::rates(column.rates(attack, detector), printed.filter(|_| comparable))
+    Measured::rates(column.rates(attack, detector), printed.filter(|_| comparable))
 }
 
 /// Table 4 or 5, and tables like them: a row for each model, algorithm and detector.
@@ -31,7 +31,7 @@ pub(super) fn robustness(results: &Results, title: &str, note: &str, attacks: &[
         for detector in column.detectors() {
             let printed = outcome.printed(column).filter(|_| detector == DetectorId::PAPER);
             let of = |value: fn(&Mark) -> f64, printed, digits| {
-                Entry::from(Figure::new(
+                Entry::from(Measured::new(
                     column.marks.iter().map(value).collect(),
                     printed,
                     digits,
@@ -88,7 +88,7 @@ pub(super) fn shortfalls(results: &Results) -> Table {
             let by_meshlab = by_meshlab
                 .filter(|other| other.instead_of.as_ref() == Some(&attack.name))
                 .flat_map(|other| column.rates(other, &paper));
-            let alone = |values| Entry::from(Figure::new(values, None, 1));
+            let alone = |values| Entry::from(Measured::new(values, None, 1));
             table.row([
                 outcome.title().into(),
                 column.name.as_str().into(),
@@ -149,8 +149,8 @@ pub(super) fn controls(results: &Results) -> Table {
                 title.as_str().into(),
                 what.into(),
                 count.to_string().into(),
-                Figure::new(vec![rates.iter().sum::<f64>() / count as f64], None, 2).into(),
-                Entry::from(Figure::new(vec![greatest], None, 2)),
+                Measured::new(vec![rates.iter().sum::<f64>() / count as f64], None, 2).into(),
+                Entry::from(Measured::new(vec![greatest], None, 2)),
             ]);
         }
     }
