@@ -75,33 +75,9 @@ pub enum QualityError {
         /// Eigenvalues of the other.
         right: usize,
     },
-    /// Stiffness and mass could not be assembled.
+    /// Eigenvalues could not be computed.
     #[error(transparent)]
-    Spectrum(#[from] SpectrumError),
-    /// A sparse factorisation failed.
-    #[error(
-        "the stiffness matrix can't be factorised at shift {shift} (in units of 1 / area): the mesh has extreme triangles, mend them or re-mesh"
-    )]
-    Factorisation {
-        /// The shift.
-        shift: f64,
-    },
-    /// The search for eigenvalues found another number of them than inertia proves.
-    #[error(
-        "found {found} of the {expected} lowest eigenvalues: the mesh has extreme triangles, mend them or re-mesh"
-    )]
-    Incomplete {
-        /// Converged eigenvalues.
-        found: usize,
-        /// How many there are, by Sylvester's law.
-        expected: usize,
-    },
-    /// There is not enough memory for the factors.
-    #[error("there is not enough memory to factorise a matrix of {size} rows: simplify the mesh first")]
-    Memory {
-        /// Number of rows.
-        size: usize,
-    },
+    Spectrum(SpectrumError),
     /// A picture could not be encoded.
     #[error("the picture can't be encoded ({reason})")]
     Picture {
@@ -111,4 +87,14 @@ pub enum QualityError {
     /// The job was cancelled, or got no threads.
     #[error(transparent)]
     Job(#[from] JobError),
+}
+
+impl From<SpectrumError> for QualityError {
+    /// A job that could not be done is always [`QualityError::Job`].
+    fn from(error: SpectrumError) -> Self {
+        match error {
+            SpectrumError::Job(error) => Self::Job(error),
+            error => Self::Spectrum(error),
+        }
+    }
 }

@@ -49,12 +49,13 @@ mod heatmap;
 mod perceptual;
 pub mod picture;
 mod sampling;
-mod spectrum;
+mod shape_dna;
 mod stage;
 
 pub use distance::{DistanceOptions, SurfaceDistance, SymmetricDistance, surface_distance, vertex_distances};
 pub use error::QualityError;
 pub use heatmap::{Scale, heatmap};
+pub use mhb_core::Mass;
 pub use perceptual::{Dame, Msdm2, Visibility, same_connectivity};
-pub use spectrum::{Mass, Normalisation, ShapeDna, ShapeDnaOptions};
+pub use shape_dna::{Normalisation, ShapeDna, ShapeDnaOptions};
 pub use stage::MetricStage;
