@@ -17,13 +17,22 @@
 //! assert!(worst_residual(&laplacian, spectrum.eigenvalues(), |k| spectrum.eigenfunction(k)) < 1e-9);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+#![allow(clippy::print_stdout, clippy::print_stderr)]
 
-mod inputs;
+pub mod eigen;
 mod lanczos;
 mod matrices;
+mod measure;
+pub mod partition;
+mod peers;
+pub mod quality;
+pub mod registration;
+mod registration_large;
+mod registration_peers;
+mod registration_tables;
 mod residual;
 
-pub use inputs::{edge_graph, graph_files, mesh_files, name_of, read_graph, surface};
+pub use evaluation::inputs::{edge_graph, graph_files, mesh_files, name_of, read_graph, surface};
 pub use lanczos::{Pairs, faer_lanczos};
 pub use matrices::{fingerprint, read_matrices, write_matrices};
 pub use residual::worst_residual;

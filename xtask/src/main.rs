@@ -2,20 +2,11 @@
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
 mod bench;
-mod machine;
-mod markup;
-mod meshes;
-mod patches;
-mod pictures;
-mod process;
-mod python;
-mod reproduce;
-mod sources;
-mod table;
 
 use std::{path::PathBuf, process::ExitCode};
 
 use clap::{Parser, Subcommand};
+use evaluation::{meshes, patches, pictures, process, reproduce};
 
 #[derive(Parser)]
 #[command(name = "cargo xtask", about = "The tasks of the project")]

@@ -1,7 +1,7 @@
 //! Marks a mesh with each algorithm, and says what that costs and reads.
 //!
 //! ```text
-//! cargo run --release -p baselines --example mark -- MODEL PATCHES LBF_FUNCTIONS MHB_ALPHA THREADS [OUT_DIR]
+//! cargo run --release -p sigmark-baselines --example mark -- MODEL PATCHES LBF_FUNCTIONS MHB_ALPHA THREADS [OUT_DIR]
 //! ```
 //!
 //! `rms` is the root mean square displacement over the vertices, `normal` that of its part along vertex normals, which is d_rmse to first

@@ -1,7 +1,7 @@
 //! How d_2,50 (eq. 24) of a mark depends on the signature, the kernel, the normalisation and the mass matrix.
 //!
 //! ```text
-//! cargo run --release -p baselines --example shape_dna -- MODEL SIGNATURES MHB_ALPHA [ALGORITHM]
+//! cargo run --release -p sigmark-baselines --example shape_dna -- MODEL SIGNATURES MHB_ALPHA [ALGORITHM]
 //! ```
 //!
 //! A line a signature and algorithm: d_rmse (eq. 21) in % of the diagonal, d_2,50 as the paper defines it, with eigenvalues multiplied by the area

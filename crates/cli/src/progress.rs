@@ -145,23 +145,10 @@ fn doing(stage: &'static str) -> &'static str {
         "msdm2" => "comparing curvatures",
         "dame" => "comparing angles",
         "heatmap" => "painting",
+        "connectivity" => "looking for vertices",
+        "preparation" => "sampling surfaces",
+        "guesses" => "trying positions",
+        "refinement" => "aligning finely",
         other => other,
-    }
-}
-
-impl registration::Observer for Progress {
-    fn stage(&self, stage: registration::Stage) {
-        use registration::Stage;
-        match stage {
-            Stage::Guesses { done, total } if done > 0 => self.done(done as f64 / total.max(1) as f64),
-            Stage::Connectivity => self.begin("connectivity", "looking for vertices"),
-            Stage::Preparation => self.begin("preparation", "sampling surfaces"),
-            Stage::Refinement => self.begin("refinement", "aligning finely"),
-            _ => self.begin("guesses", "trying positions"),
-        }
-    }
-
-    fn cancelled(&self) -> bool {
-        self.is_late()
     }
 }

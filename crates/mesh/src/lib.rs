@@ -23,12 +23,14 @@
 //! [`Edges`] takes about 40 bytes a triangle.
 
 mod boundary;
+mod bounding_box;
 mod components;
 mod edges;
 mod error;
 mod normals;
 pub mod shapes;
 mod similarity;
+mod surface;
 mod topology;
 mod trimesh;
 mod union_find;
@@ -37,11 +39,13 @@ pub mod vector;
 mod weld;
 
 pub use boundary::{BoundaryLoop, boundary_loops};
+pub use bounding_box::BoundingBox;
 pub use components::{Components, components};
 pub use edges::{Adjacency, Edges};
 pub use error::MeshError;
 pub use similarity::Similarity;
+pub use surface::{Hit, Nearest, Surface};
 pub use topology::{DEGENERATE_AREA, Facing, TopologyReport};
-pub use trimesh::{BoundingBox, TriMesh};
+pub use trimesh::TriMesh;
 pub use vec3::Vec3;
 pub use weld::{WeldSummary, Welded};

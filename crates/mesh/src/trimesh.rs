@@ -1,5 +1,5 @@
 use crate::normals::vertex_normals;
-use crate::{Adjacency, Edges, MeshError, Vec3};
+use crate::{Adjacency, BoundingBox, Edges, MeshError, Vec3};
 
 /// A triangle mesh: #V positions in the unit of the model, and #F triangles of vertex indices from 0.
 ///
@@ -131,6 +131,15 @@ impl TriMesh {
         vertex_normals(self)
     }
 
+    /// Unit normals of the triangles, #F by 3; zero for those without area.
+    pub fn triangle_normals(&self) -> Vec<[f64; 3]> {
+        let normal = |t: usize| {
+            let [a, b, c] = self.corners(t);
+            (b - a).cross(c - a).unit().into()
+        };
+        (0..self.triangle_count()).map(normal).collect()
+    }
+
     /// Which vertices share an edge with which.
     pub fn neighbours(&self) -> Adjacency {
         Edges::of(self).neighbours(self.vertex_count())
@@ -160,49 +169,6 @@ fn check_finite(positions: &[[f64; 3]]) -> Result<(), MeshError> {
             position: positions[vertex],
         }),
         None => Ok(()),
-    }
-}
-
-/// An axis-aligned box.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
-pub struct BoundingBox {
-    /// Least x, y and z.
-    pub min: [f64; 3],
-    /// Greatest x, y and z.
-    pub max: [f64; 3],
-}
-
-impl BoundingBox {
-    /// The box of a set of points. Of no points: `min` is +∞ and `max` −∞.
-    pub fn of<P: Copy + Into<Vec3>>(points: &[P]) -> Self {
-        let mut bounds = Self {
-            min: [f64::INFINITY; 3],
-            max: [f64::NEG_INFINITY; 3],
-        };
-        for &p in points {
-            let p: Vec3 = p.into();
-            for axis in 0..3 {
-                bounds.min[axis] = bounds.min[axis].min(p[axis]);
-                bounds.max[axis] = bounds.max[axis].max(p[axis]);
-            }
-        }
-        bounds
-    }
-
-    /// Edge lengths (φ of eq. 12).
-    pub fn size(&self) -> [f64; 3] {
-        std::array::from_fn(|axis| self.max[axis] - self.min[axis])
-    }
-
-    /// The point in the middle.
-    pub fn centre(&self) -> [f64; 3] {
-        std::array::from_fn(|axis| 0.5 * self.min[axis] + 0.5 * self.max[axis])
-    }
-
-    /// Length of the diagonal, the yardstick of every relative distance in this project.
-    pub fn diagonal(&self) -> f64 {
-        self.size().iter().map(|s| s * s).sum::<f64>().sqrt()
     }
 }
 

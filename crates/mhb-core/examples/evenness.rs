@@ -1,7 +1,7 @@
 //! How evenly a mesh samples its surface, which says how much noise at the vertices disturbs coefficients of harmonics.
 //!
 //! ```text
-//! cargo run --release -p mhb-core --example evenness -- MESH...
+//! cargo run --release -p sigmark-mhb-core --example evenness -- MESH...
 //! ```
 //!
 //! Independent noise of variance σ² at every vertex has variance σ² Σ Dᵢ² φᵢ² in the coefficient of φ, about σ² Σ Dᵢ² / Σ Dᵢ, D being the lumped

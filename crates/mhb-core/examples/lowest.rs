@@ -1,7 +1,7 @@
 //! The lowest eigenpairs of a mesh file, and how long each stage takes.
 //!
 //! ```text
-//! cargo run --release -p mhb-core --example lowest -- model.ply 325 1e-6 2
+//! cargo run --release -p sigmark-mhb-core --example lowest -- model.ply 325 1e-6 2
 //! ```
 #![allow(clippy::print_stdout)]
 

@@ -1,7 +1,7 @@
 //! Divides a graph file and prints the figures.
 //!
 //! ```text
-//! cargo run --release -p partition --example partition_graph -- GRAPH PARTS[,PARTS…] [key=value…]
+//! cargo run --release -p sigmark-partition --example partition_graph -- GRAPH PARTS[,PARTS…] [key=value…]
 //! ```
 //! Keys: imbalance, seed, threads, effort (fast, default, high), method (direct, bisection), contiguous (true, false),
 //! runs (best time of so many is printed).

@@ -1,8 +1,7 @@
 //! Distances between surfaces (eq. 21).
 
 use job::Job;
-use mesh::TriMesh;
-use registration::Surface;
+use mesh::{Surface, TriMesh};
 use serde::Serialize;
 
 use crate::sampling::{Samples, sample};

@@ -1,13 +1,12 @@
 //! From a suspect in unknown pose to the similarity that brings it back.
 
-use crate::connectivity::{Correspondence, Graph, Survivors, survivors};
-use crate::observer::{Observer, Quiet, Stage, Watch, begin, go_on};
+use crate::connectivity::{Connectivity, Correspondence, Remainder, Survivors, survivors};
 use crate::sampled::Sampled;
-use crate::search::{SAMPLES, Search};
+use crate::search::Search;
 use crate::vector::{norm, squared, sub};
-use crate::{Handedness, RegistrationError, fit_similarity, threads};
+use crate::{Handedness, PreparedMesh, RegistrationError, RegistrationStage, fit_similarity};
+use job::{Job, JobError};
 use mesh::{Similarity, TriMesh};
-use std::ops::ControlFlow;
 use std::sync::OnceLock;
 
 /// How to align.
@@ -18,8 +17,6 @@ pub struct AlignOptions {
     pub tolerance: f64,
     /// The least share of the suspect's area that must overlap for the suspect to count as aligned.
     pub least_overlap: f64,
-    /// Threads to use; the result does not depend on it.
-    pub threads: usize,
 }
 
 impl Default for AlignOptions {
@@ -27,7 +24,6 @@ impl Default for AlignOptions {
         Self {
             tolerance: 0.01,
             least_overlap: 0.8,
-            threads: 1,
         }
     }
 }
@@ -35,7 +31,8 @@ impl Default for AlignOptions {
 /// What the alignment rests on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Basis {
+#[non_exhaustive]
+pub enum MatchedBy {
     /// All vertices of the original were found again.
     Connectivity,
     /// Part of the original's net was found again: at least a quarter of the vertices of the smaller mesh.
@@ -62,7 +59,7 @@ pub struct Alignment {
     /// Takes the suspect to the original.
     pub transform: Similarity,
     /// What it rests on.
-    pub basis: Basis,
+    pub matched_by: MatchedBy,
     /// Share of the suspect's area that lies on the original, 0 to 1.
     pub overlap: f64,
     /// Share of the original's area that lies on the suspect, 0 to 1.
@@ -98,49 +95,24 @@ impl Alignment {
 /// Finds the similarity that takes the suspect to the original, mirrored if need be, without an initial
 /// guess.
 ///
-/// Vertices that survived are used when there are enough of them and the surfaces agree; else the surfaces are aligned, from the
-/// given pose, from principal axes and from rotations all around. Another model comes back with `aligned`
-/// false and the overlap measured.
+/// Vertices that survived are used when there are enough of them and the surfaces agree; else the surfaces are
+/// aligned, from the given pose, from principal axes and from rotations all around. Another model comes back
+/// with `aligned` false and the overlap measured. [`Aligner`] keeps what it knows of an original for the next
+/// suspect.
 ///
 /// # Errors
-/// When a mesh has no area, or an option is out of range.
+/// When a mesh has no area, or an option is out of range; [`RegistrationError::Job`].
 pub fn align(
-    original: &TriMesh,
-    suspect: &TriMesh,
+    original: impl Into<PreparedMesh>,
+    suspect: impl Into<PreparedMesh>,
     options: &AlignOptions,
+    job: &Job,
 ) -> Result<Alignment, RegistrationError> {
-    align_observed(original, suspect, options, &())
+    Aligner::new(original, options)?.align(suspect, job)
 }
 
-/// As [`align`]; `watch` hears of each stage and may stop the search there.
-///
-/// # Errors
-/// As [`align_observed`].
-pub fn align_until(
-    original: &TriMesh,
-    suspect: &TriMesh,
-    options: &AlignOptions,
-    watch: &mut (dyn FnMut(Stage) -> ControlFlow<()> + Send),
-) -> Result<Alignment, RegistrationError> {
-    align_observed(original, suspect, options, &Watch::new(watch))
-}
-
-/// As [`align`], told to an observer, which may end it at any time.
-///
-/// # Errors
-/// As [`align`], and [`RegistrationError::Stopped`].
-pub fn align_observed(
-    original: &TriMesh,
-    suspect: &TriMesh,
-    options: &AlignOptions,
-    observer: &dyn Observer,
-) -> Result<Alignment, RegistrationError> {
-    go_on(observer)?;
-    Aligner::new(original, options)?.align(suspect, observer)
-}
-
-/// As [`align_observed`], from at least three pairs of corresponding points instead of guesses, for suspects
-/// that [`align`] cannot bring back.
+/// As [`align`], from at least three pairs of corresponding points instead of guesses, for suspects that
+/// [`align`] cannot bring back.
 ///
 /// The pairs need be no better than a few hundredths of the diagonal: the same fine alignment follows. Three
 /// pairs, or pairs in one plane, do not tell a mirrored copy from one that is not; then both are tried, and
@@ -156,84 +128,121 @@ pub fn align_observed(
 ///     suspect: suspect.positions()[v].map(|x| x + 2.0),
 ///     original: original.positions()[v],
 /// });
-/// let found = align_points(&original, &suspect, &pairs, &Default::default(), &())?;
+/// let found = align_points(&original, &suspect, &pairs, &Default::default(), &Default::default())?;
 /// assert!(found.aligned && (found.transform.scale - 0.01).abs() < 1e-12);
 /// # Ok::<(), registration::RegistrationError>(())
 /// ```
 ///
 /// # Errors
-/// As [`align_observed`]; when there are fewer than three pairs, when a coordinate is not finite, and when the
-/// points of either mesh lie on one line.
+/// As [`align`]; when there are fewer than three pairs, when a coordinate is not finite, and when the points of
+/// either mesh lie on one line.
 pub fn align_points(
-    original: &TriMesh,
-    suspect: &TriMesh,
+    original: impl Into<PreparedMesh>,
+    suspect: impl Into<PreparedMesh>,
     pairs: &[PointPair],
     options: &AlignOptions,
-    observer: &dyn Observer,
+    job: &Job,
 ) -> Result<Alignment, RegistrationError> {
-    go_on(observer)?;
-    Aligner::new(original, options)?.align_points(suspect, pairs, observer)
+    Aligner::new(original, options)?.align_points(suspect, pairs, job)
 }
 
-/// An original with what does not depend on the suspect, for who has many suspects of one original.
-pub struct Aligner<'a> {
-    graph: Graph<'a>,
-    sampled: Sampled,
+/// How a suspect was found to lie on the original.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Placement {
+    /// It has the original's connectivity. These are the maps of the vertices that geometry can't tell apart,
+    /// the best first, at most [`Aligner::MOST_MAPS`] of them and at least one. Where the vertices lie was not
+    /// judged: another shape may have the same connectivity.
+    ByVertices(Vec<Correspondence>),
+    /// It hasn't. Whether it lies on the original at all, [`Alignment::aligned`] says; which vertices are left,
+    /// [`Alignment::correspondence`].
+    BySurface(Alignment),
+}
+
+/// An original to which suspects are brought back, with what does not depend on the suspect.
+///
+/// ```
+/// use mesh::shapes;
+/// use registration::{Aligner, Placement, PreparedMesh};
+///
+/// let original = shapes::bumpy_torus(24, 16, 1);
+/// let aligner = Aligner::new(&original, &Default::default())?;
+/// let copy = shapes::shuffled(&original, 1);
+/// let Placement::ByVertices(maps) = aligner.find(&copy, &Default::default())? else { panic!() };
+/// assert_eq!(maps[0].matched(), original.vertex_count());
+/// # Ok::<(), registration::RegistrationError>(())
+/// ```
+pub struct Aligner {
+    original: PreparedMesh,
     options: AlignOptions,
+    /// Each of these is computed when it is first needed.
+    connectivity: OnceLock<Connectivity>,
     symmetries: OnceLock<Vec<Similarity>>,
 }
 
-impl<'a> Aligner<'a> {
-    /// Builds the original's search structures.
+impl Aligner {
+    /// Maps of symmetric meshes onto themselves that are told apart. An icosahedron has 120; more come from rings
+    /// of more than 32 equal sectors and from equal pieces.
+    pub const MOST_MAPS: usize = 128;
+
+    /// Nothing is computed yet.
     ///
     /// # Errors
-    /// When the original has no area, or an option is out of range.
-    pub fn new(original: &'a TriMesh, options: &AlignOptions) -> Result<Self, RegistrationError> {
+    /// When an option is out of range.
+    pub fn new(original: impl Into<PreparedMesh>, options: &AlignOptions) -> Result<Self, RegistrationError> {
         check(options)?;
-        let build = || {
-            rayon::join(
-                || Graph::of(original),
-                || Sampled::of(original, "original", SAMPLES),
-            )
-        };
-        let (graph, sampled) = threads::in_pool(options.threads, build)?;
         Ok(Self {
-            graph,
-            sampled: sampled?,
+            original: original.into(),
             options: *options,
+            connectivity: OnceLock::new(),
             symmetries: OnceLock::new(),
         })
     }
 
-    /// As [`align_observed`].
-    ///
-    /// # Errors
-    /// As [`align_observed`].
-    pub fn align(&self, suspect: &TriMesh, observer: &dyn Observer) -> Result<Alignment, RegistrationError> {
-        threads::in_pool(self.options.threads, || {
-            let (maps, suspect) = self.prepared(suspect, observer)?;
-            let search = Search::new(&self.sampled, &suspect, &self.options, observer);
-            if let Some(found) = maps.and_then(|maps| maps.judged(&search, 0)) {
-                return Ok(found);
-            }
-            let found = search.by_surface()?;
-            if found.aligned {
-                Ok(search.with_symmetries(found, self.symmetries(observer)?))
-            } else {
-                Ok(found)
-            }
-        })?
+    /// The original, with the search tree and the normals that alignment and resampling share.
+    pub fn original(&self) -> &PreparedMesh {
+        &self.original
     }
 
-    /// The motions that take the original onto itself.
-    fn symmetries(&self, observer: &dyn Observer) -> Result<&[Similarity], RegistrationError> {
-        if self.symmetries.get().is_none() {
-            let quiet = Quiet(observer);
-            let search = Search::new(&self.sampled, &self.sampled, &self.options, &quiet);
-            // Whoever was first has found the same.
-            let _ = self.symmetries.set(search.symmetries()?);
+    /// As [`align`](crate::align).
+    ///
+    /// # Errors
+    /// As [`align`](crate::align).
+    pub fn align(&self, suspect: impl Into<PreparedMesh>, job: &Job) -> Result<Alignment, RegistrationError> {
+        let suspect = suspect.into();
+        let (maps, original, suspect) = self.prepared(&suspect, job)?;
+        let search = Search::new(original, suspect, &self.options, job);
+        match maps.map(|maps| maps.judged(&search, 0)).transpose()?.flatten() {
+            Some(found) => Ok(found),
+            None => self.by_surface(&search),
         }
-        Ok(self.symmetries.get().map_or(&[], Vec::as_slice))
+    }
+
+    /// Looks for the original's vertices, and aligns by what is left of them, or by the surface, only where they
+    /// are not all there.
+    ///
+    /// Connectivity is matched once, and no search tree is built of suspects that have it.
+    ///
+    /// # Errors
+    /// As [`align`](crate::align); when a mesh has no area only where the surfaces are needed.
+    pub fn find(&self, suspect: impl Into<PreparedMesh>, job: &Job) -> Result<Placement, RegistrationError> {
+        job.begin(RegistrationStage::Connectivity)?;
+        let suspect = suspect.into();
+        let part = match self.survivors(suspect.mesh(), job)? {
+            Survivors::All(maps) => return Ok(Placement::ByVertices(maps)),
+            Survivors::Some(part) => part,
+        };
+        let (part, sampled) = job.join(
+            || self.by_survivors(&part, suspect.mesh(), job),
+            || self.sampled(&suspect, job),
+        )?;
+        let (part, (original, suspect)) = (part?, sampled?);
+        job.begin(RegistrationStage::Preparation)?;
+        let search = Search::new(original, suspect, &self.options, job);
+        match part.map(|part| part.judged(&search, 0)).transpose()?.flatten() {
+            Some(found) => Ok(Placement::BySurface(found)),
+            None => Ok(Placement::BySurface(self.by_surface(&search)?)),
+        }
     }
 
     /// As [`align_points`](crate::align_points).
@@ -242,39 +251,120 @@ impl<'a> Aligner<'a> {
     /// As [`align_points`](crate::align_points).
     pub fn align_points(
         &self,
-        suspect: &TriMesh,
+        suspect: impl Into<PreparedMesh>,
         pairs: &[PointPair],
-        observer: &dyn Observer,
+        job: &Job,
     ) -> Result<Alignment, RegistrationError> {
-        let guesses = fits(self.sampled.diagonal, pairs)?;
-        threads::in_pool(self.options.threads, || {
-            let (maps, suspect) = self.prepared(suspect, observer)?;
-            let search = Search::new(&self.sampled, &suspect, &self.options, observer);
-            if let Some(maps) = maps {
-                let (chosen, off) = maps.nearest(pairs);
-                let agrees = off <= POINTS_OFF * self.sampled.diagonal;
-                if let Some(found) = maps.judged(&search, chosen).filter(|_| agrees) {
-                    return Ok(found);
-                }
+        let diagonal = self.original.mesh().bounding_box().diagonal();
+        let hypotheses = fits(diagonal, pairs)?;
+        let suspect = suspect.into();
+        let (maps, original, suspect) = self.prepared(&suspect, job)?;
+        let search = Search::new(original, suspect, &self.options, job);
+        if let Some(maps) = maps {
+            let (chosen, off) = maps.nearest(pairs);
+            if off <= POINTS_OFF * diagonal
+                && let Some(found) = maps.judged(&search, chosen)?
+            {
+                return Ok(found);
             }
-            search.at_guesses(guesses)
-        })?
+        }
+        Ok(search.at_guesses(hypotheses)?)
     }
 
-    /// What surviving vertices say, and the suspect ready to be searched.
-    fn prepared(
+    fn by_surface(&self, search: &Search<'_>) -> Result<Alignment, RegistrationError> {
+        let found = search.by_surface()?;
+        if !found.aligned {
+            return Ok(found);
+        }
+        let symmetries = self.symmetries(search.job())?;
+        Ok(search.with_symmetries(found, symmetries)?)
+    }
+
+    /// The motions that take the original onto itself.
+    fn symmetries(&self, job: &Job) -> Result<&[Similarity], RegistrationError> {
+        if self.symmetries.get().is_none() {
+            let (original, job) = (self.original.sampled("original")?, job.quiet());
+            let search = Search::new(original, original, &self.options, &job);
+            // Whoever was first has found the same.
+            let _ = self.symmetries.set(search.symmetries()?);
+        }
+        Ok(self.symmetries.get().map_or(&[], Vec::as_slice))
+    }
+
+    /// Which vertices of the original the suspect still has.
+    fn survivors<'a>(&'a self, suspect: &'a TriMesh, job: &Job) -> Result<Survivors<'a>, JobError> {
+        let original = self.original.mesh();
+        let connectivity = || self.connectivity.get_or_init(|| Connectivity::of(original));
+        let (from, onto) = job.join(connectivity, || Connectivity::of(suspect))?;
+        survivors(from.graph(original), suspect, onto, Self::MOST_MAPS, job)
+    }
+
+    /// What surviving vertices say, and both surfaces ready to be searched.
+    #[expect(clippy::type_complexity)]
+    fn prepared<'a>(
+        &'a self,
+        suspect: &'a PreparedMesh,
+        job: &Job,
+    ) -> Result<(Option<ByVertices>, &'a Sampled, &'a Sampled), RegistrationError> {
+        job.begin(RegistrationStage::Connectivity)?;
+        let (maps, sampled) = job.join(
+            || self.by_vertices(suspect.mesh(), job),
+            || self.sampled(suspect, job),
+        )?;
+        let (maps, (original, suspect)) = (maps?, sampled?);
+        job.begin(RegistrationStage::Preparation)?;
+        Ok((maps, original, suspect))
+    }
+
+    /// Samples of both surfaces.
+    fn sampled<'a>(
+        &'a self,
+        suspect: &'a PreparedMesh,
+        job: &Job,
+    ) -> Result<(&'a Sampled, &'a Sampled), RegistrationError> {
+        let (original, suspect) = job.join(
+            || self.original.sampled("original"),
+            || suspect.sampled("suspect"),
+        )?;
+        Ok((original?, suspect?))
+    }
+
+    /// The similarities between vertices that survived, if enough did.
+    fn by_vertices(&self, suspect: &TriMesh, job: &Job) -> Result<Option<ByVertices>, RegistrationError> {
+        match self.survivors(suspect, job)? {
+            Survivors::All(maps) => Ok(self.fitted(maps, MatchedBy::Connectivity, suspect)),
+            Survivors::Some(part) => self.by_survivors(&part, suspect, job),
+        }
+    }
+
+    /// The similarity between the vertices that are left, if enough are.
+    fn by_survivors(
         &self,
+        part: &Remainder<'_>,
         suspect: &TriMesh,
-        observer: &dyn Observer,
-    ) -> Result<(Option<ByVertices>, Sampled), RegistrationError> {
-        begin(observer, Stage::Connectivity)?;
-        let (maps, sampled) = rayon::join(
-            || by_vertices(&self.graph, suspect, observer),
-            || Sampled::of(suspect, "suspect", SAMPLES),
-        );
-        let (maps, suspect) = (maps?, sampled?);
-        begin(observer, Stage::Preparation)?;
-        Ok((maps, suspect))
+        job: &Job,
+    ) -> Result<Option<ByVertices>, RegistrationError> {
+        let original = self.original.mesh();
+        let least = LEAST_SHARE * original.vertex_count().min(suspect.vertex_count()) as f64;
+        let part = without_strays(part.correspondence(job)?, original, suspect);
+        let part = part.filter(|part| part.matched() as f64 >= least);
+        Ok(self.fitted(part.into_iter().collect(), MatchedBy::Surroundings, suspect))
+    }
+
+    fn fitted(
+        &self,
+        maps: Vec<Correspondence>,
+        matched_by: MatchedBy,
+        suspect: &TriMesh,
+    ) -> Option<ByVertices> {
+        let fitted = |map: Correspondence| {
+            let fit = map
+                .fit_robustly(self.original.mesh(), suspect, Handedness::Either)
+                .ok()?;
+            Some((fit.transform, map))
+        };
+        let maps: Vec<_> = maps.into_iter().filter_map(fitted).collect();
+        (!maps.is_empty()).then_some(ByVertices { matched_by, maps })
     }
 }
 
@@ -306,7 +396,6 @@ fn check(options: &AlignOptions) -> Result<(), RegistrationError> {
     let &AlignOptions {
         tolerance,
         least_overlap,
-        ..
     } = options;
     if !(tolerance > 0.0 && tolerance < 1.0) {
         let range = "greater than 0 and less than 1";
@@ -336,12 +425,9 @@ const LEAST_SHARE: f64 = 0.25;
 /// Pairs farther apart than this many medians are strays.
 const STRAY: f64 = 5.0;
 
-/// Maps of symmetric meshes onto themselves that are told apart.
-const MOST_MAPS: usize = 128;
-
 /// What surviving vertices say.
 struct ByVertices {
-    basis: Basis,
+    matched_by: MatchedBy,
     /// Not empty; several where the net is symmetric, the best first.
     maps: Vec<(Similarity, Correspondence)>,
 }
@@ -361,44 +447,19 @@ impl ByVertices {
     }
 
     /// The alignment by one of the maps, if the surfaces agree.
-    fn judged(mut self, search: &Search<'_>, chosen: usize) -> Option<Alignment> {
+    fn judged(mut self, search: &Search<'_>, chosen: usize) -> Result<Option<Alignment>, JobError> {
         let (transform, correspondence) = self.maps.remove(chosen);
-        if self.basis == Basis::Surroundings && !search.rests_at(&transform) {
-            return None;
+        if self.matched_by == MatchedBy::Surroundings && !search.rests_at(&transform)? {
+            return Ok(None);
         }
         let alternatives = self.maps.into_iter().map(|(transform, _)| transform).collect();
         let found = Alignment {
             correspondence: Some(correspondence),
             alternatives,
-            ..search.judged(transform, self.basis)
+            ..search.judged(transform, self.matched_by)?
         };
-        found.aligned.then_some(found)
+        Ok(found.aligned.then_some(found))
     }
-}
-
-/// The similarities between vertices that survived, if enough did.
-fn by_vertices(
-    graph: &Graph<'_>,
-    suspect: &TriMesh,
-    observer: &dyn Observer,
-) -> Result<Option<ByVertices>, RegistrationError> {
-    let original = graph.mesh;
-    let fitted = |map: Correspondence| {
-        let fit = map.fit_robustly(original, suspect, Handedness::Either).ok()?;
-        Some((fit.transform, map))
-    };
-    let (basis, maps) = match survivors(graph, suspect, MOST_MAPS, observer) {
-        Survivors::All(maps) => (Basis::Connectivity, maps),
-        Survivors::Some(part) => {
-            let least = LEAST_SHARE * original.vertex_count().min(suspect.vertex_count()) as f64;
-            let part = without_strays(part, original, suspect);
-            let part = part.filter(|part| part.matched() as f64 >= least);
-            (Basis::Surroundings, part.into_iter().collect())
-        }
-    };
-    go_on(observer)?;
-    let maps: Vec<_> = maps.into_iter().filter_map(fitted).collect();
-    Ok((!maps.is_empty()).then_some(ByVertices { basis, maps }))
 }
 
 /// Drops pairs that lie far off the similarity of all, until the rest agree; none when too few are left.

@@ -16,9 +16,9 @@
 //! 10⁶ pairs for a base (measured on half a horse of 202 sites: 100 000 guesses from its rarest bases, 590 of
 //! them within 15 % of the diagonal of the right pose).
 
-use crate::sampled::Sampled;
-use crate::threads;
+use crate::sampled::{GRAIN, Sampled};
 use crate::vector::{Mat3, Vec3, add, apply, cross, dot, norm, product, scaled, squared, sub, transposed};
+use job::{Job, JobError};
 use mesh::Similarity;
 use std::f64::consts::PI;
 
@@ -73,10 +73,15 @@ struct Pair {
     twist: f64,
 }
 
-/// The `count` best guesses. Runs in the current pool.
-pub(crate) fn guesses(original: &Sampled, suspect: &Sampled, count: usize) -> Vec<Similarity> {
-    let index = Index::of(sites(original, SITES));
-    let sites = sites(suspect, SUSPECT_SITES);
+/// The `count` best guesses.
+pub(crate) fn guesses(
+    original: &Sampled,
+    suspect: &Sampled,
+    count: usize,
+    job: &Job,
+) -> Result<Vec<Similarity>, JobError> {
+    let index = Index::of(sites(original, SITES, job)?);
+    let sites = sites(suspect, SUSPECT_SITES, job)?;
     let bases = bases(&index, &sites, suspect.diagonal);
     let candidates: Vec<Similarity> = bases
         .iter()
@@ -84,14 +89,19 @@ pub(crate) fn guesses(original: &Sampled, suspect: &Sampled, count: usize) -> Ve
         .filter(|guess| plausible(guess, original, suspect))
         .take(GUESSES)
         .collect();
-    let glanced = ranked(candidates, |guess| {
-        score(original, &sites, guess, suspect.diagonal, FIRST_LOOK)
-    });
+    job.go_on()?;
+    let glanced = ranked(
+        candidates,
+        |guess| score(original, &sites, guess, suspect.diagonal, FIRST_LOOK),
+        job,
+    )?;
     let promising = glanced.into_iter().take(SECOND_LOOKS).collect();
-    let looked = ranked(promising, |guess| {
-        score(original, &sites, guess, suspect.diagonal, SECOND_LOOK)
-    });
-    distinct(looked.into_iter(), suspect, original.diagonal, count)
+    let looked = ranked(
+        promising,
+        |guess| score(original, &sites, guess, suspect.diagonal, SECOND_LOOK),
+        job,
+    )?;
+    Ok(distinct(looked.into_iter(), suspect, original.diagonal, count))
 }
 
 /// The widest twisted pairs of the suspect that have partners, those with the fewest first.
@@ -116,19 +126,23 @@ fn bases(index: &Index, sites: &[Site], diagonal: f64) -> Vec<Pair> {
 }
 
 /// Guesses by descending score.
-fn ranked(guesses: Vec<Similarity>, score: impl Fn(&Similarity) -> f64 + Sync + Send) -> Vec<Similarity> {
-    let scores = threads::map(guesses.len(), |i| score(&guesses[i]));
+fn ranked(
+    guesses: Vec<Similarity>,
+    score: impl Fn(&Similarity) -> f64 + Sync + Send,
+    job: &Job,
+) -> Result<Vec<Similarity>, JobError> {
+    let scores = job.map(guesses.len(), GRAIN, |i| score(&guesses[i]))?;
     let mut order: Vec<usize> = (0..guesses.len()).collect();
     order.sort_by(|&i, &j| scores[j].total_cmp(&scores[i]));
-    order.into_iter().map(|i| guesses[i]).collect()
+    Ok(order.into_iter().map(|i| guesses[i]).collect())
 }
 
 /// Sites with their normals, without those where the surface bends too much to have one.
-fn sites(of: &Sampled, count: usize) -> Vec<Site> {
+fn sites(of: &Sampled, count: usize, job: &Job) -> Result<Vec<Site>, JobError> {
     let picked: Vec<usize> = of.some(count).collect();
     let radius = (NEIGHBOURHOOD * of.diagonal).powi(2);
     let normal = |i: usize| of.normals[of.triangles[i] as usize];
-    let sites = threads::map(picked.len(), |k| {
+    let sites = job.map(picked.len(), GRAIN, |k| {
         let (point, own) = (of.points[picked[k]], normal(picked[k]));
         let near = (0..of.points.len()).filter(|&i| squared(sub(of.points[i], point)) < radius);
         let facing = near.map(normal).filter(|&n| dot(n, own) > 0.0);
@@ -138,8 +152,8 @@ fn sites(of: &Sampled, count: usize) -> Vec<Site> {
             point,
             normal: scaled(sum, 1.0 / length),
         })
-    });
-    sites.into_iter().flatten().collect()
+    })?;
+    Ok(sites.into_iter().flatten().collect())
 }
 
 /// Pairs i, j of 0..n, all of them or an even choice of [`PAIRS`].

@@ -8,10 +8,10 @@ mod propagation;
 mod seams;
 mod surroundings;
 
-use crate::observer::Observer;
 use crate::vector::{norm, sub};
 use crate::{Fit, Handedness, RegistrationError, fit_similarity};
-pub(crate) use graph::Graph;
+pub(crate) use graph::{Connectivity, Graph};
+use job::{Job, JobError};
 use mesh::TriMesh;
 use seams::Closed;
 
@@ -120,7 +120,7 @@ fn inverse_fit(
 }
 
 /// Why a suspect does not have the original's connectivity.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Difference {
     /// Vertices were added or removed.
@@ -148,9 +148,6 @@ pub enum Difference {
         /// How many vertices of the original have no counterpart.
         vertices: usize,
     },
-    /// The observer asked to stop.
-    #[error("the search for corresponding vertices was stopped")]
-    Stopped,
     /// The surroundings agree everywhere, but no map of the vertices takes triangles to triangles.
     #[error(
         "connectivity differs: {vertices} vertices of the original lie in parts that could not be mapped onto the suspect"
@@ -159,6 +156,9 @@ pub enum Difference {
         /// How many vertices of the original have no counterpart.
         vertices: usize,
     },
+    /// The search was cancelled.
+    #[error(transparent)]
+    Job(#[from] JobError),
 }
 
 /// Finds the map of vertices that takes the original's triangles to the suspect's.
@@ -171,19 +171,23 @@ pub enum Difference {
 /// precision.
 ///
 /// # Errors
-/// Says how the connectivities differ.
+/// Says how the connectivities differ; [`Difference::Job`] when the job was cancelled.
 ///
 /// ```
 /// use mesh::TriMesh;
 /// let points = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 3.0, 0.0]];
 /// let original = TriMesh::new(points.clone(), vec![[0, 1, 2], [0, 2, 3]])?;
 /// let suspect = TriMesh::new(vec![points[3], points[2], points[1], points[0]], vec![[3, 1, 0], [3, 2, 1]])?;
-/// let map = registration::match_connectivity(&original, &suspect)?;
+/// let map = registration::match_connectivity(&original, &suspect, &Default::default())?;
 /// assert_eq!(map.suspect_of, [Some(3), Some(2), Some(1), Some(0)]);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub fn match_connectivity(original: &TriMesh, suspect: &TriMesh) -> Result<Correspondence, Difference> {
-    Ok(match_candidates(original, suspect, 1)?.swap_remove(0))
+pub fn match_connectivity(
+    original: &TriMesh,
+    suspect: &TriMesh,
+    job: &Job,
+) -> Result<Correspondence, Difference> {
+    Ok(match_candidates(original, suspect, 1, job)?.swap_remove(0))
 }
 
 /// As [`match_connectivity`], but all maps that geometry cannot tell apart, at most `limit`, the best first.
@@ -192,88 +196,104 @@ pub fn match_connectivity(original: &TriMesh, suspect: &TriMesh) -> Result<Corre
 /// one.
 ///
 /// # Errors
-/// Says how the connectivities differ.
+/// Says how the connectivities differ; [`Difference::Job`] when the job was cancelled.
 pub fn match_candidates(
     original: &TriMesh,
     suspect: &TriMesh,
     limit: usize,
-) -> Result<Vec<Correspondence>, Difference> {
-    match_candidates_observed(original, suspect, limit, &())
-}
-
-/// As [`match_candidates`], told to an observer, which may end it.
-///
-/// # Errors
-/// Says how the connectivities differ; [`Difference::Stopped`] when the observer stopped it.
-pub fn match_candidates_observed(
-    original: &TriMesh,
-    suspect: &TriMesh,
-    limit: usize,
-    observer: &dyn Observer,
+    job: &Job,
 ) -> Result<Vec<Correspondence>, Difference> {
     if limit <= 1
         && let Some(same_order) = identity(original, suspect)
     {
         return Ok(vec![same_order]);
     }
-    let (from, onto) = (Graph::of(original), Graph::of(suspect));
-    let found = map_candidates(&from, &onto, limit, observer);
-    let found = match (found, Closed::of(&onto)) {
-        (Err(difference), Some(closed)) => {
-            let maps = map_candidates(&from, &Graph::of(&closed.mesh), limit, observer);
-            let opened = |maps: Vec<_>| maps.into_iter().map(|map| closed.opened(map)).collect();
-            maps.map(opened).map_err(|_| difference)
-        }
-        (found, _) => found,
-    };
-    if observer.cancelled() {
-        return Err(Difference::Stopped);
+    let (from, onto) = job.join(|| Connectivity::of(original), || Connectivity::of(suspect))?;
+    match survivors(from.graph(original), suspect, onto, limit, job)? {
+        Survivors::All(maps) => Ok(maps),
+        Survivors::Some(part) => Err(part.difference),
     }
-    found
 }
 
-/// What surviving vertices say: maps of all of them, if there are any, or of some.
-pub(crate) enum Survivors {
+/// Which of the original's vertices a suspect still has.
+pub(crate) enum Survivors<'a> {
+    /// All of them, by maps that geometry can't tell apart, the best first.
     All(Vec<Correspondence>),
-    Some(Correspondence),
+    /// Not all.
+    Some(Remainder<'a>),
 }
 
-/// As [`match_candidates`], else as [`match_surroundings`]; what it gives when cancelled means nothing.
-pub(crate) fn survivors(
-    from: &Graph<'_>,
-    suspect: &TriMesh,
+/// A suspect onto which the original's vertices can't all be mapped.
+pub(crate) struct Remainder<'a> {
+    from: Graph<'a>,
+    suspect: &'a TriMesh,
+    /// Of the suspect, or of the suspect with its seams closed, if it has seams.
+    onto: Connectivity,
+    closed: Option<Closed>,
+    /// Why they can't.
+    difference: Difference,
+}
+
+impl Remainder<'_> {
+    /// As [`match_surroundings`].
+    pub(crate) fn correspondence(&self, job: &Job) -> Result<Correspondence, JobError> {
+        let Some(closed) = &self.closed else {
+            return surroundings::correspondence(&self.from, &self.onto.graph(self.suspect), job);
+        };
+        let map = surroundings::correspondence(&self.from, &self.onto.graph(&closed.mesh), job)?;
+        Ok(closed.opened(map))
+    }
+}
+
+/// Looks for maps of all vertices, at most `limit`. `onto` is the suspect's connectivity.
+pub(crate) fn survivors<'a>(
+    from: Graph<'a>,
+    suspect: &'a TriMesh,
+    onto: Connectivity,
     limit: usize,
-    observer: &dyn Observer,
-) -> Survivors {
-    let onto = Graph::of(suspect);
-    if let Ok(maps) = map_candidates(from, &onto, limit, observer) {
-        return Survivors::All(maps);
-    }
-    let Some(closed) = Closed::of(&onto) else {
-        return Survivors::Some(surroundings::correspondence(from, &onto, observer));
+    job: &Job,
+) -> Result<Survivors<'a>, JobError> {
+    let difference = match map_candidates(&from, &onto.graph(suspect), limit, job) {
+        Ok(maps) => return Ok(Survivors::All(maps)),
+        Err(Difference::Job(error)) => return Err(error),
+        Err(difference) => difference,
     };
-    drop(onto);
-    let onto = Graph::of(&closed.mesh);
-    match map_candidates(from, &onto, limit, observer) {
-        Ok(maps) => Survivors::All(maps.into_iter().map(|map| closed.opened(map)).collect()),
-        Err(_) => Survivors::Some(closed.opened(surroundings::correspondence(from, &onto, observer))),
+    let part = |onto, closed| {
+        Ok(Survivors::Some(Remainder {
+            from,
+            suspect,
+            onto,
+            closed,
+            difference,
+        }))
+    };
+    let Some(closed) = Closed::of(&onto.graph(suspect)) else {
+        return part(onto, None);
+    };
+    let onto = Connectivity::of(&closed.mesh);
+    match map_candidates(&from, &onto.graph(&closed.mesh), limit, job) {
+        Ok(maps) => Ok(Survivors::All(
+            maps.into_iter().map(|map| closed.opened(map)).collect(),
+        )),
+        Err(Difference::Job(error)) => Err(error),
+        Err(_) => part(onto, Some(closed)),
     }
 }
 
-/// As [`match_candidates`], of vertices as they are; what it gives when cancelled means nothing.
+/// As [`match_candidates`], of vertices as they are.
 fn map_candidates(
     from: &Graph<'_>,
     onto: &Graph<'_>,
     limit: usize,
-    observer: &dyn Observer,
+    job: &Job,
 ) -> Result<Vec<Correspondence>, Difference> {
     compare_counts(from, onto)?;
-    let colours = colours::refine(from, onto, observer);
+    let colours = colours::refine(from, onto, job)?;
     match colours.unmatched() {
         0 => {}
         vertices => return Err(Difference::Surroundings { vertices }),
     }
-    let mut maps = placement::candidates(from, onto, &colours, limit.max(1), observer);
+    let mut maps = placement::candidates(from, onto, &colours, limit.max(1), job)?;
     let vertices = from.used_vertices - maps.first().map_or(0, Correspondence::matched);
     if vertices > 0 {
         return Err(Difference::Unmapped { vertices });
@@ -287,18 +307,24 @@ fn map_candidates(
 ///
 /// Parts are matched whole: a part of the original without a counterpart stays unmatched. Nothing matched is
 /// an answer too.
-pub fn match_components(original: &TriMesh, suspect: &TriMesh) -> Correspondence {
+///
+/// # Errors
+/// When the job was cancelled.
+pub fn match_components(
+    original: &TriMesh,
+    suspect: &TriMesh,
+    job: &Job,
+) -> Result<Correspondence, JobError> {
     if let Some(same_order) = identity(original, suspect) {
-        return same_order;
+        return Ok(same_order);
     }
-    let (from, onto) = (Graph::of(original), Graph::of(suspect));
-    let colours = colours::refine(&from, &onto, &());
-    let none = Correspondence {
+    let (here, there) = (Connectivity::of(original), Connectivity::of(suspect));
+    let (from, onto) = (here.graph(original), there.graph(suspect));
+    let colours = colours::refine(&from, &onto, job)?;
+    let best = placement::candidates(&from, &onto, &colours, 1, job)?.pop();
+    Ok(best.unwrap_or_else(|| Correspondence {
         suspect_of: vec![None; original.vertex_count()],
-    };
-    placement::candidates(&from, &onto, &colours, 1, &())
-        .pop()
-        .unwrap_or(none)
+    }))
 }
 
 /// As [`match_connectivity`], for a suspect that was cut or altered in places: maps the regions that are left
@@ -307,8 +333,16 @@ pub fn match_components(original: &TriMesh, suspect: &TriMesh) -> Correspondence
 /// Vertices whose surroundings are unique in both meshes are paired, and pairs grow across shared edges.
 /// Nothing proves the result: near altered places a pair may be wrong, and a re-meshed suspect gives few
 /// pairs or none. Fit robustly, and look at the residuals.
-pub fn match_surroundings(original: &TriMesh, suspect: &TriMesh) -> Correspondence {
-    surroundings::correspondence(&Graph::of(original), &Graph::of(suspect), &())
+///
+/// # Errors
+/// When the job was cancelled.
+pub fn match_surroundings(
+    original: &TriMesh,
+    suspect: &TriMesh,
+    job: &Job,
+) -> Result<Correspondence, JobError> {
+    let (here, there) = (Connectivity::of(original), Connectivity::of(suspect));
+    surroundings::correspondence(&here.graph(original), &there.graph(suspect), job)
 }
 
 /// The map of each vertex to itself, if that is right.

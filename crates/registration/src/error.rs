@@ -1,3 +1,5 @@
+use job::JobError;
+
 /// Why no alignment can be computed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -75,7 +77,7 @@ pub enum RegistrationError {
         /// "original" or "suspect".
         mesh: &'static str,
     },
-    /// The caller's callback asked to stop.
-    #[error("the alignment was stopped before it was done")]
-    Stopped,
+    /// The work was cancelled, or its threads could not be started.
+    #[error(transparent)]
+    Job(#[from] JobError),
 }

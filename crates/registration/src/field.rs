@@ -148,7 +148,7 @@ mod tests {
     #[test]
     fn rough_distances_are_near_the_true_ones() {
         let mesh = shapes::bumpy_torus(40, 24, 1);
-        let sampled = Sampled::of(&mesh, "original", 20_000).expect("a torus has area");
+        let sampled = Sampled::of(&(&mesh).into(), 20_000).expect("a torus has area");
         for i in 0..500 {
             // Points spread over the bounding box.
             let place = [0.618, 0.755, 0.570].map(|step| (f64::from(i) * step).fract());

@@ -12,10 +12,10 @@
 //! Where the surfaces agree, r goes to zero and the steps converge quadratically to rounding (Pottmann et al.
 //! 2006).
 
-use crate::sampled::Sampled;
-use crate::threads;
+use crate::sampled::{GRAIN, Sampled};
 use crate::vector::{Vec3, cross, dot, norm, scaled, squared, sub};
 use faer::{Mat, Side};
+use job::{Job, JobError};
 use mesh::Similarity;
 
 /// How much work to put into a refinement.
@@ -67,14 +67,15 @@ const SPACING: f64 = 0.03;
 
 type Row = ([f64; 7], f64);
 
-/// Refines `start`; none when too few pairs remain or the scale runs away. Runs in the current pool.
+/// Refines `start`; none when too few pairs remain or the scale runs away.
 pub(crate) fn refine(
     original: &Sampled,
     suspect: &Sampled,
     start: Similarity,
     effort: Effort,
     ends: Ends,
-) -> Option<Refined> {
+    job: &Job,
+) -> Result<Option<Refined>, JobError> {
     let mut transform = start;
     let mut deviation = f64::INFINITY;
     let mut gate = effort.gate * original.diagonal;
@@ -82,18 +83,20 @@ pub(crate) fn refine(
     for step in 0..effort.steps {
         let rows = match ends {
             Ends::Rough => rough_rows(original, suspect, &transform, gate, effort.samples),
-            Ends::Samples => sample_rows(original, suspect, &transform, gate, effort.samples),
-            Ends::Vertices => vertex_rows(original, suspect, &transform, gate),
+            Ends::Samples => sample_rows(original, suspect, &transform, gate, effort.samples, job)?,
+            Ends::Vertices => vertex_rows(original, suspect, &transform, gate, job)?,
         };
         if rows.len() < FEWEST_PAIRS {
-            return None;
+            return Ok(None);
         }
         deviation = robust_deviation(&rows);
-        let change = solve(&rows, deviation.max(1e-15))?;
+        let Some(change) = solve(&rows, deviation.max(1e-15)) else {
+            return Ok(None);
+        };
         let (moved, size) = moved(&transform, &change, original);
         transform = moved;
         if !(transform.scale.is_finite() && transform.scale > 0.0) {
-            return None;
+            return Ok(None);
         }
         // A step far smaller than the error of an estimate from so many rows says nothing; nor does one of
         // rounding.
@@ -104,7 +107,7 @@ pub(crate) fn refine(
         last = size;
         gate = (0.7 * gate).max((6.0 * deviation).max(NARROWEST_GATE) * original.diagonal);
     }
-    Some(Refined { transform, deviation })
+    Ok(Some(Refined { transform, deviation }))
 }
 
 /// The row of a moved suspect point p and a point q of the original with normal n, lengths in units of the
@@ -138,12 +141,16 @@ fn forward(original: &Sampled, p: Vec3, gate: f64) -> Option<Row> {
     )
 }
 
-fn vertex_rows(original: &Sampled, suspect: &Sampled, transform: &Similarity, gate: f64) -> Vec<Row> {
+fn vertex_rows(
+    original: &Sampled,
+    suspect: &Sampled,
+    transform: &Similarity,
+    gate: f64,
+    job: &Job,
+) -> Result<Vec<Row>, JobError> {
     let row = |i: usize| forward(original, transform.apply(suspect.vertices[i]), gate);
-    threads::map(suspect.vertices.len(), row)
-        .into_iter()
-        .flatten()
-        .collect()
+    let rows = job.map(suspect.vertices.len(), GRAIN, row)?;
+    Ok(rows.into_iter().flatten().collect())
 }
 
 fn sample_rows(
@@ -152,20 +159,21 @@ fn sample_rows(
     transform: &Similarity,
     gate: f64,
     samples: usize,
-) -> Vec<Row> {
+    job: &Job,
+) -> Result<Vec<Row>, JobError> {
     let inverse = transform.inverse();
     let from_original: Vec<usize> = original.some(samples).collect();
-    let back = threads::map(from_original.len(), |i| {
+    let back = job.map(from_original.len(), GRAIN, |i| {
         let q = original.points[from_original[i]];
         let nearest = suspect
             .surface
             .nearest_within(inverse.apply(q), gate * inverse.scale)?;
         let normal = original.normals[original.triangles[from_original[i]] as usize];
         row(original, transform.apply(nearest.point), q, normal)
-    });
-    let mut rows = forward_rows(original, suspect, transform, gate, samples);
+    })?;
+    let mut rows = forward_rows(original, suspect, transform, gate, samples, job)?;
     rows.extend(back.into_iter().flatten());
-    rows
+    Ok(rows)
 }
 
 fn forward_rows(
@@ -174,12 +182,13 @@ fn forward_rows(
     transform: &Similarity,
     gate: f64,
     samples: usize,
-) -> Vec<Row> {
+    job: &Job,
+) -> Result<Vec<Row>, JobError> {
     let picked: Vec<usize> = suspect.some(samples).collect();
-    let there = threads::map(picked.len(), |i| {
+    let there = job.map(picked.len(), GRAIN, |i| {
         forward(original, transform.apply(suspect.points[picked[i]]), gate)
-    });
-    there.into_iter().flatten().collect()
+    })?;
+    Ok(there.into_iter().flatten().collect())
 }
 
 fn rough_rows(
@@ -221,26 +230,27 @@ fn robust_deviation(rows: &[Row]) -> f64 {
 
 /// Directions in which the suspect can slide on the original, if only a little: how many eigenvalues of the
 /// mean of JᵀJ vanish (Gelfand et al., *Geometrically stable sampling for the ICP algorithm*, 3DIM 2003).
-/// All seven when the surfaces hardly meet. Runs in the current pool.
+/// All seven when the surfaces hardly meet.
 pub(crate) fn free_directions(
     original: &Sampled,
     suspect: &Sampled,
     transform: &Similarity,
     tolerance: f64,
-) -> usize {
+    job: &Job,
+) -> Result<usize, JobError> {
     let gate = tolerance * original.diagonal.min(transform.scale * suspect.diagonal);
     // Where the original goes on beyond a border of the suspect does not hold the suspect.
-    let rows = forward_rows(original, suspect, transform, gate, SLIDING_SAMPLES);
+    let rows = forward_rows(original, suspect, transform, gate, SLIDING_SAMPLES, job)?;
     if rows.len() < FEWEST_PAIRS {
-        return 7;
+        return Ok(7);
     }
     let (normal, _) = normal_equations(&rows, f64::INFINITY);
     let Ok(eigen) = normal.self_adjoint_eigen(Side::Lower) else {
-        return 7;
+        return Ok(7);
     };
     let values = eigen.S().column_vector();
     let bound = SLIDING * rows.len() as f64;
-    (0..7).filter(|&k| values[k] < bound).count()
+    Ok((0..7).filter(|&k| values[k] < bound).count())
 }
 
 /// Samples of the suspect that say whether the surfaces slide.

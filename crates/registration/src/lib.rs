@@ -16,8 +16,9 @@
 //! sets for a base, two points with their normals 1500. `congruent.rs` has the count. They are needed for
 //! suspects alone that are cut and lost all their vertices.
 //!
-//! [`align_points`] begins from given pairs of points instead. [`align_observed`] can be watched, and ended at
-//! a time limit. [`Aligner`] keeps what it knows of an original for the next suspect.
+//! [`align_points`] begins from given pairs of points instead. [`Aligner`] keeps what it knows of an original
+//! for the next suspect, and [`PreparedMesh`] what alignment and resampling both need of a mesh. The stages that
+//! a [`Job`](job::Job) reports are those of [`RegistrationStage`].
 //!
 //! An original may be symmetric. Where the surfaces alone speak, it is aligned with itself once, which gives its
 //! symmetries and, by composition, the group that they generate; every pose of the suspect comes with those that
@@ -28,16 +29,18 @@
 //!
 //! ```
 //! use mesh::{Similarity, shapes};
-//! use registration::{align, resample};
+//! use registration::{PreparedMesh, align, resample};
 //!
 //! let original = shapes::bumpy_torus(24, 16, 1);
 //! let turn = Similarity::from_quaternion([1.0, 2.0, 3.0, 4.0]);
 //! let moved = Similarity { scale: 0.01, translation: [1.0, 2.0, 3.0], ..turn };
 //! let suspect = shapes::shuffled(&shapes::moved(&original, &moved), 5);
 //!
-//! let found = align(&original, &suspect, &Default::default())?;
+//! let job = job::Job::default();
+//! let (original, suspect) = (PreparedMesh::from(original), PreparedMesh::from(suspect));
+//! let found = align(&original, &suspect, &Default::default(), &job)?;
 //! assert!(found.aligned && (found.transform.scale - 100.0).abs() < 1e-9);
-//! let seen = resample(&original, &suspect, &found.transform, &Default::default())?;
+//! let seen = resample(&original, &suspect, &found.transform, &Default::default(), &job)?;
 //! assert!(seen.offsets.iter().all(|h| h.unwrap().abs() < 1e-12));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -86,27 +89,21 @@ mod error;
 mod field;
 mod guesses;
 mod icp;
-mod observer;
 mod overlap;
-mod quads;
+mod prepared;
 mod resample;
 mod sampled;
 mod search;
-mod surface;
-mod swarm;
-mod threads;
+mod stage;
 mod umeyama;
 mod vector;
 
-pub use align::{
-    AlignOptions, Aligner, Alignment, Basis, PointPair, align, align_observed, align_points, align_until,
-};
+pub use align::{AlignOptions, Aligner, Alignment, MatchedBy, Placement, PointPair, align, align_points};
 pub use connectivity::{
-    Correspondence, Difference, match_candidates, match_candidates_observed, match_components,
-    match_connectivity, match_surroundings,
+    Correspondence, Difference, match_candidates, match_components, match_connectivity, match_surroundings,
 };
 pub use error::RegistrationError;
-pub use observer::{Observer, Stage};
-pub use resample::{ResampleOptions, Resampled, resample, resample_observed, resample_on};
-pub use surface::{Hit, Nearest, Surface};
+pub use prepared::PreparedMesh;
+pub use resample::{ResampleOptions, Resampled, resample};
+pub use stage::RegistrationStage;
 pub use umeyama::{Fit, Handedness, fit_similarity, umeyama};

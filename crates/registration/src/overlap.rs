@@ -1,5 +1,5 @@
-use crate::sampled::Sampled;
-use crate::threads;
+use crate::sampled::{GRAIN, Sampled};
+use job::{Job, JobError};
 use mesh::Similarity;
 
 /// How well a transformed suspect covers its original.
@@ -19,30 +19,31 @@ pub(crate) struct Overlap {
 
 impl Overlap {
     /// The tolerance is a fraction of the smaller of the two diagonals, so that shrinking the suspect to a
-    /// dot earns nothing. Runs in the current pool.
+    /// dot earns nothing.
     pub(crate) fn measure(
         original: &Sampled,
         suspect: &Sampled,
         transform: &Similarity,
         tolerance: f64,
         samples: usize,
-    ) -> Self {
+        job: &Job,
+    ) -> Result<Self, JobError> {
         let limit = tolerance * original.diagonal.min(transform.scale * suspect.diagonal);
         let inverse = transform.inverse();
         let picked: Vec<usize> = suspect.some(samples).collect();
-        let forward = threads::map(picked.len(), |i| {
+        let forward = job.map(picked.len(), GRAIN, |i| {
             let p = transform.apply(suspect.points[picked[i]]);
             original
                 .surface
                 .nearest_within(p, limit)
                 .map(|nearest| nearest.distance)
-        });
+        })?;
         let picked: Vec<usize> = original.some(samples).collect();
-        let backward = threads::map(picked.len(), |i| {
+        let backward = job.map(picked.len(), GRAIN, |i| {
             let q = inverse.apply(original.points[picked[i]]);
             let nearest = suspect.surface.nearest_within(q, limit * inverse.scale);
             nearest.map(|nearest| nearest.distance * transform.scale)
-        });
+        })?;
         let share = |distances: &[Option<f64>]| {
             distances.iter().flatten().count() as f64 / distances.len().max(1) as f64
         };
@@ -52,11 +53,11 @@ impl Overlap {
         };
         let near: Vec<f64> = forward.iter().flatten().copied().collect();
         let mean_square = near.iter().map(|d| d * d).sum::<f64>() / near.len().max(1) as f64;
-        Self {
+        Ok(Self {
             of_suspect: share(&forward),
             of_original: share(&backward),
             residual: mean_square.sqrt() / original.diagonal,
             score: soft(&forward) + 0.25 * soft(&backward),
-        }
+        })
     }
 }

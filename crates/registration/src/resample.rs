@@ -1,11 +1,10 @@
 //! The suspect's surface seen from the original's vertices (section 4.4.1 of the paper).
 
-use crate::RegistrationError;
-use crate::observer::{Observer, go_on};
-use crate::surface::{Hit, Surface, triangle_normals};
-use crate::threads;
+use crate::sampled::GRAIN;
 use crate::vector::{Vec3, add, dot, scaled};
-use mesh::{Similarity, TriMesh};
+use crate::{PreparedMesh, RegistrationError};
+use job::{Job, JobError};
+use mesh::{Hit, Similarity, Surface, TriMesh};
 
 /// How far and at what angle a vertex looks for the suspect's surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,8 +14,6 @@ pub struct ResampleOptions {
     /// Least cosine between the original's normal and that of the surface that is met. Keeps the far side of
     /// thin parts out.
     pub facing: f64,
-    /// Threads to use; the result does not depend on it.
-    pub threads: usize,
 }
 
 impl Default for ResampleOptions {
@@ -24,7 +21,6 @@ impl Default for ResampleOptions {
         Self {
             reach: 0.01,
             facing: 0.1,
-            threads: 1,
         }
     }
 }
@@ -70,66 +66,37 @@ impl Resampled {
 /// triangles does, the facing is not asked. Vertices without a normal see nothing.
 ///
 /// # Errors
-/// When an option is out of range.
+/// When an option is out of range; [`RegistrationError::Job`].
 ///
 /// ```
 /// use mesh::{Similarity, shapes};
+/// let (options, job) = Default::default();
 /// let original = shapes::icosphere(3);
 /// let smaller = shapes::scaled(&original, 0.999);
-/// let seen = registration::resample(&original, &smaller, &Similarity::IDENTITY, &Default::default())?;
+/// let seen = registration::resample(&original, &smaller, &Similarity::IDENTITY, &options, &job)?;
 /// assert!(seen.offsets.iter().all(|h| (h.unwrap() + 0.001).abs() < 1e-5));
 /// # Ok::<(), registration::RegistrationError>(())
 /// ```
 pub fn resample(
-    original: &TriMesh,
-    suspect: &TriMesh,
+    original: impl Into<PreparedMesh>,
+    suspect: impl Into<PreparedMesh>,
     transform: &Similarity,
     options: &ResampleOptions,
-) -> Result<Resampled, RegistrationError> {
-    let surface = Surface::new(suspect);
-    resample_on(original, suspect, &surface, transform, options)
-}
-
-/// As [`resample`], on a surface that was built before.
-///
-/// # Errors
-/// As [`resample`].
-pub fn resample_on(
-    original: &TriMesh,
-    suspect: &TriMesh,
-    surface: &Surface,
-    transform: &Similarity,
-    options: &ResampleOptions,
-) -> Result<Resampled, RegistrationError> {
-    resample_observed(original, suspect, surface, transform, options, &())
-}
-
-/// As [`resample_on`], with an observer that may end it.
-///
-/// # Errors
-/// As [`resample`], and [`RegistrationError::Stopped`].
-pub fn resample_observed(
-    original: &TriMesh,
-    suspect: &TriMesh,
-    surface: &Surface,
-    transform: &Similarity,
-    options: &ResampleOptions,
-    observer: &dyn Observer,
+    job: &Job,
 ) -> Result<Resampled, RegistrationError> {
     check(options)?;
+    let (original, suspect) = (original.into(), suspect.into());
     let lines = Lines {
-        observer,
-        origins: original.positions(),
+        job,
+        origins: original.mesh().positions(),
         directions: original.vertex_normals(),
-        surface,
-        normals: triangle_normals(suspect),
+        surface: suspect.surface(),
+        normals: suspect.triangle_normals(),
         to_original: *transform,
         to_suspect: transform.inverse(),
-        reach: options.reach * original.bounding_box().diagonal(),
+        reach: options.reach * original.mesh().bounding_box().diagonal(),
     };
-    let seen = threads::in_pool(options.threads, || lines.shoot(options.facing))?;
-    go_on(observer)?;
-    Ok(seen)
+    Ok(lines.shoot(options.facing)?)
 }
 
 fn check(options: &ResampleOptions) -> Result<(), RegistrationError> {
@@ -154,21 +121,24 @@ fn check(options: &ResampleOptions) -> Result<(), RegistrationError> {
 /// Lines through the original's vertices, and the surface in its own frame.
 struct Lines<'a> {
     origins: &'a [Vec3],
-    directions: Vec<Vec3>,
+    directions: &'a [Vec3],
     surface: &'a Surface,
-    normals: Vec<Vec3>,
+    normals: &'a [Vec3],
     to_original: Similarity,
     to_suspect: Similarity,
     reach: f64,
-    observer: &'a dyn Observer,
+    job: &'a Job,
 }
+
+/// Vertices between two reports of progress.
+const CHUNK: usize = 4 * GRAIN;
 
 /// The nearest hits must agree on a side to this degree before the facing is asked.
 const ORIENTED: f64 = 0.75;
 
 impl Lines<'_> {
-    fn shoot(&self, facing: f64) -> Resampled {
-        let nearest = threads::map(self.origins.len(), |v| self.hit(v, |_| true));
+    fn shoot(&self, facing: f64) -> Result<Resampled, JobError> {
+        let nearest = self.hits(|v| self.hit(v, |_| true))?;
         let outward = |(v, hit): (usize, &Option<Hit>)| hit.map(|hit| self.cosine(v, hit.triangle) > 0.0);
         let sides: Vec<bool> = nearest.iter().enumerate().filter_map(outward).collect();
         let outward = sides.iter().filter(|&&side| side).count();
@@ -177,7 +147,7 @@ impl Lines<'_> {
         let oriented = majority as f64 >= ORIENTED * sides.len() as f64;
         let hits = if oriented {
             let sign = if inside_out { -1.0 } else { 1.0 };
-            threads::map(self.origins.len(), |v| {
+            self.hits(|v| {
                 let faces = |t: u32| sign * self.cosine(v, t) >= facing;
                 // Most nearest hits face the right way; only the others are looked for again.
                 nearest[v].and_then(|hit| {
@@ -187,23 +157,25 @@ impl Lines<'_> {
                         self.hit(v, faces)
                     }
                 })
-            })
+            })?
         } else {
             nearest
         };
-        Resampled {
+        Ok(Resampled {
             offsets: hits.iter().map(|hit| hit.map(|hit| hit.t)).collect(),
             triangles: hits.iter().map(|hit| hit.map(|hit| hit.triangle)).collect(),
             inside_out,
             oriented,
-        }
+        })
     }
 
-    /// The nearest accepted hit of a vertex's line; t in the original's unit. None when cancelled.
+    /// The hit of each vertex.
+    fn hits(&self, hit: impl Fn(usize) -> Option<Hit> + Sync + Send) -> Result<Vec<Option<Hit>>, JobError> {
+        self.job.map_reported(self.origins.len(), CHUNK, hit)
+    }
+
+    /// The nearest accepted hit of a vertex's line; t in the original's unit.
     fn hit(&self, v: usize, accept: impl Fn(u32) -> bool) -> Option<Hit> {
-        if self.observer.cancelled() {
-            return None;
-        }
         let origin = self.to_suspect.apply(self.origins[v]);
         let direction = self
             .to_suspect
@@ -252,6 +224,7 @@ mod tests {
             &suspect,
             &turned().inverse(),
             &ResampleOptions::default(),
+            &Job::default(),
         )
         .unwrap();
         assert!(seen.offsets.iter().all(|h| h.expect("seen").abs() < 1e-13));
@@ -271,6 +244,7 @@ mod tests {
             &suspect,
             &turned().inverse(),
             &ResampleOptions::default(),
+            &Job::default(),
         )
         .unwrap();
         let inner = seen.offsets.iter().flatten();
@@ -290,6 +264,7 @@ mod tests {
             &suspect,
             &Similarity::IDENTITY,
             &ResampleOptions::default(),
+            &Job::default(),
         )
         .unwrap();
         let positions = seen.positions(&original);
@@ -312,6 +287,7 @@ mod tests {
                 &suspect,
                 &Similarity::IDENTITY,
                 &ResampleOptions::default(),
+                &Job::default(),
             )
             .unwrap();
             assert_eq!((seen.inside_out, seen.oriented), (inside_out, true));
@@ -330,6 +306,7 @@ mod tests {
                 &suspect,
                 &Similarity::IDENTITY,
                 &ResampleOptions::default(),
+                &Job::default(),
             )
             .unwrap();
             assert_eq!(seen.offsets[..81].iter().any(Option::is_some), seen_top);
@@ -346,10 +323,10 @@ mod tests {
         };
         // `mirrored` keeps the surface facing outward, so moving it back by a mirror keeps it so.
         let suspect = shapes::mirrored(&original);
-        let options = ResampleOptions::default();
-        let seen = resample(&original, &suspect, &mirror, &options).unwrap();
+        let (options, job) = (ResampleOptions::default(), Job::default());
+        let seen = resample(&original, &suspect, &mirror, &options, &job).unwrap();
         assert_eq!((seen.seen(), seen.inside_out), (original.vertex_count(), false));
-        let seen = resample(&original, &shapes::inside_out(&suspect), &mirror, &options).unwrap();
+        let seen = resample(&original, &shapes::inside_out(&suspect), &mirror, &options, &job).unwrap();
         assert_eq!((seen.seen(), seen.inside_out), (original.vertex_count(), true));
     }
 
@@ -358,11 +335,11 @@ mod tests {
         let (original, suspect) = (shapes::bumpy_sphere(3, 1), shapes::bumpy_sphere(3, 2));
         let with = |threads| {
             let options = ResampleOptions {
-                threads,
                 reach: 0.1,
                 ..Default::default()
             };
-            resample(&original, &suspect, &Similarity::IDENTITY, &options).unwrap()
+            let job = Job::new(threads);
+            resample(&original, &suspect, &Similarity::IDENTITY, &options, &job).unwrap()
         };
         assert_eq!(with(1), with(3));
     }
@@ -384,7 +361,7 @@ mod tests {
                 ..Default::default()
             },
         ] {
-            let result = resample(&ball, &ball, &Similarity::IDENTITY, &options);
+            let result = resample(&ball, &ball, &Similarity::IDENTITY, &options, &Job::default());
             assert!(matches!(result, Err(RegistrationError::Option { .. })));
         }
     }

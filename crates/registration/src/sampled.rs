@@ -1,15 +1,20 @@
-use crate::RegistrationError;
+use crate::PreparedMesh;
 use crate::field::Field;
-use crate::surface::{Surface, triangle_normals};
 use crate::vector::{Mat3, Vec3, add, cross, norm, scaled, sub};
-use mesh::TriMesh;
-use std::sync::OnceLock;
+use mesh::{Surface, TriMesh};
+use std::sync::{Arc, OnceLock};
+
+/// How many points stand for a surface.
+pub(crate) const SAMPLES: usize = 20_000;
+
+/// A thread takes at least so many points at a time.
+pub(crate) const GRAIN: usize = 256;
 
 /// A mesh prepared for alignment: its surface for queries, and points spread evenly over it.
 pub(crate) struct Sampled {
-    pub(crate) surface: Surface,
+    pub(crate) surface: Arc<Surface>,
     /// Unit normals of the triangles.
-    pub(crate) normals: Vec<Vec3>,
+    pub(crate) normals: Arc<[Vec3]>,
     pub(crate) points: Vec<Vec3>,
     /// The triangle of each point.
     pub(crate) triangles: Vec<u32>,
@@ -24,8 +29,10 @@ pub(crate) struct Sampled {
 }
 
 impl Sampled {
-    pub(crate) fn of(mesh: &TriMesh, name: &'static str, count: usize) -> Result<Self, RegistrationError> {
-        let (points, triangles) = sample(mesh, count).ok_or(RegistrationError::NoSurface { mesh: name })?;
+    /// None when the mesh has no area.
+    pub(crate) fn of(prepared: &PreparedMesh, count: usize) -> Option<Self> {
+        let mesh = prepared.mesh();
+        let (points, triangles) = sample(mesh, count)?;
         let centroid = scaled(
             points.iter().fold([0.0; 3], |sum, &p| add(sum, p)),
             1.0 / count as f64,
@@ -41,10 +48,9 @@ impl Sampled {
         let vertices = corners.iter().step_by((corners.len() / count).max(1));
         let vertices = vertices.map(|&v| mesh.positions()[v as usize]).collect();
         let diagonal = mesh.bounding_box().diagonal();
-        let (surface, normals) = (Surface::new(mesh), triangle_normals(mesh));
-        Ok(Self {
-            surface,
-            normals,
+        Some(Self {
+            surface: Arc::clone(prepared.surface()),
+            normals: Arc::clone(prepared.triangle_normals()),
             points,
             triangles,
             vertices,

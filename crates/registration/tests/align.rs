@@ -1,12 +1,14 @@
 //! A suspect in any pose is brought back onto its original, and anything else is told apart from it.
 
+use job::{Job, JobError, Observer, Stage};
 use mesh::{Edges, Similarity, TriMesh, shapes};
 use registration::{
-    AlignOptions, Alignment, Basis, Observer, PointPair, RegistrationError, Stage, align, align_observed,
-    align_points, align_until,
+    AlignOptions, Aligner, Alignment, MatchedBy, Placement, PointPair, RegistrationError, align, align_points,
 };
-use std::ops::ControlFlow;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{
+    Arc, Mutex,
+    atomic::{AtomicUsize, Ordering},
+};
 
 /// A pose unlike the original's: turned by about 150°, a hundredth of the size, ten diagonals away.
 fn away() -> Similarity {
@@ -32,7 +34,8 @@ fn miss(found: &Alignment, original: &TriMesh, suspect: &TriMesh, moved: &Simila
 /// Aligns a moved copy of `suspect` with `original`.
 fn aligned(original: &TriMesh, suspect: &TriMesh) -> (Alignment, f64) {
     let moved = shapes::moved(suspect, &away());
-    let found = align(original, &moved, &AlignOptions::default()).expect("both have a surface");
+    let found =
+        align(original, &moved, &AlignOptions::default(), &Job::default()).expect("both have a surface");
     let miss = miss(&found, original, &moved, &away());
     (found, miss)
 }
@@ -73,7 +76,7 @@ fn cut(mesh: &TriMesh, share: f64) -> TriMesh {
 fn a_moved_and_shuffled_copy_is_brought_back_to_rounding_by_its_vertices() {
     let original = shapes::bumpy_block(2, 6, 1);
     let (found, miss) = aligned(&original, &shapes::shuffled(&original, 2));
-    assert_eq!((found.basis, found.aligned), (Basis::Connectivity, true));
+    assert_eq!((found.matched_by, found.aligned), (MatchedBy::Connectivity, true));
     assert!(miss < 1e-13 && found.residual < 1e-13, "{miss}");
     assert_eq!((found.overlap, found.coverage), (1.0, 1.0));
 }
@@ -84,8 +87,8 @@ fn a_cut_copy_is_brought_back_to_rounding_by_the_vertices_that_are_left() {
     for share in [0.5, 0.25] {
         let suspect = shapes::mirrored(&shapes::shuffled(&cut(&original, share), 2));
         let moved = shapes::moved(&suspect, &away());
-        let found = align(&original, &moved, &AlignOptions::default()).unwrap();
-        assert_eq!((found.basis, found.aligned), (Basis::Surroundings, true));
+        let found = align(&original, &moved, &AlignOptions::default(), &Job::default()).unwrap();
+        assert_eq!((found.matched_by, found.aligned), (MatchedBy::Surroundings, true));
         assert!(
             found.transform.mirrors() && found.residual < 1e-12,
             "{}",
@@ -113,7 +116,7 @@ fn a_few_survivors_do_not_place_a_suspect_that_is_new_elsewhere() {
     };
     let suspect = shapes::disjoint_union(&[part(true), divided(&part(false))]);
     let (found, miss) = aligned(&original, &shapes::jittered(&suspect, 0.2, 9));
-    assert_eq!((found.basis, found.aligned), (Basis::Surface, true));
+    assert_eq!((found.matched_by, found.aligned), (MatchedBy::Surface, true));
     assert!(found.correspondence.is_none() && miss < 1e-4, "{miss}");
 }
 
@@ -121,7 +124,7 @@ fn a_few_survivors_do_not_place_a_suspect_that_is_new_elsewhere() {
 fn noise_does_not_shrink_the_suspect() {
     let original = shapes::bumpy_sphere(4, 1);
     let (found, miss) = aligned(&original, &shapes::jittered(&original, 0.3, 9));
-    assert_eq!((found.basis, found.aligned), (Basis::Connectivity, true));
+    assert_eq!((found.matched_by, found.aligned), (MatchedBy::Connectivity, true));
     assert!(
         (found.transform.scale * 0.01 - 1.0).abs() < 3e-4 && miss < 3e-4,
         "{miss}"
@@ -141,7 +144,7 @@ fn the_same_surface_with_other_vertices_is_brought_back_to_rounding() {
             suspect = mesh::shapes::inside_out(&suspect);
         }
         let (found, miss) = aligned(original, &suspect);
-        assert_eq!((found.basis, found.aligned), (Basis::Surface, true));
+        assert_eq!((found.matched_by, found.aligned), (MatchedBy::Surface, true));
         assert!(miss < 1e-12, "{miss}");
     }
 }
@@ -150,7 +153,7 @@ fn the_same_surface_with_other_vertices_is_brought_back_to_rounding() {
 fn half_of_the_surface_with_other_vertices_is_brought_back_to_rounding() {
     let original = shapes::bumpy_block(2, 4, 3);
     let (found, miss) = aligned(&original, &divided(&cut(&original, 0.5)));
-    assert_eq!((found.basis, found.aligned), (Basis::Surface, true));
+    assert_eq!((found.matched_by, found.aligned), (MatchedBy::Surface, true));
     assert!(miss < 1e-12, "{miss}");
 }
 
@@ -184,7 +187,7 @@ fn a_symmetric_shape_has_alternatives() {
     assert!(found.aligned && found.residual < 1e-12, "{}", found.residual);
     assert!(!found.alternatives.is_empty());
     let (found, _) = aligned(&original, &original);
-    assert_eq!(found.basis, Basis::Connectivity);
+    assert_eq!(found.matched_by, MatchedBy::Connectivity);
     // A cube of triangles has fewer symmetries than a cube: the diagonals must match, too.
     assert!(found.aligned && !found.alternatives.is_empty() && found.residual < 1e-12);
 }
@@ -204,8 +207,8 @@ fn every_pose_of_a_symmetric_shape_is_found_wherever_the_suspect_lay() {
         let suspect = divided(&divided(&original));
         let (found, _) = aligned(&original, &suspect);
         assert_eq!(
-            (found.basis, found.alternatives.len() + 1),
-            (Basis::Surface, poses)
+            (found.matched_by, found.alternatives.len() + 1),
+            (MatchedBy::Surface, poses)
         );
         let all = std::iter::once(&found.transform).chain(&found.alternatives);
         let true_pose = all.map(|pose| {
@@ -244,15 +247,15 @@ fn degenerate_suspects_get_defined_answers() {
         far,
         shapes::soup(50, 1),
     ] {
-        let found = align(&original, &suspect, &AlignOptions::default()).unwrap();
+        let found = align(&original, &suspect, &AlignOptions::default(), &Job::default()).unwrap();
         assert!(found.transform.scale > 0.0 && found.transform.scale.is_finite());
         assert!((0.0..=1.0).contains(&found.overlap) && (0.0..=1.0).contains(&found.coverage));
     }
     let line = vec![[0.0; 3], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]];
     let line = TriMesh::new(line, vec![[0, 1, 2]]).unwrap();
-    let nothing = align(&original, &line, &AlignOptions::default());
+    let nothing = align(&original, &line, &AlignOptions::default(), &Job::default());
     assert_eq!(nothing, Err(RegistrationError::NoSurface { mesh: "suspect" }));
-    let nothing = align(&line, &original, &AlignOptions::default());
+    let nothing = align(&line, &original, &AlignOptions::default(), &Job::default());
     assert_eq!(nothing, Err(RegistrationError::NoSurface { mesh: "original" }));
 }
 
@@ -260,59 +263,50 @@ fn degenerate_suspects_get_defined_answers() {
 fn threads_change_nothing() {
     let original = shapes::bumpy_torus(24, 16, 2);
     let suspect = shapes::moved(&divided(&original), &away());
-    let with = |threads| {
-        align(
-            &original,
-            &suspect,
-            &AlignOptions {
-                threads,
-                ..Default::default()
-            },
-        )
-        .unwrap()
-    };
+    let with = |threads| align(&original, &suspect, &AlignOptions::default(), &Job::new(threads)).unwrap();
     assert_eq!(with(1), with(3));
 }
 
-#[test]
-fn the_search_can_be_watched_and_stopped() {
-    let (original, suspect) = (
-        shapes::bumpy_torus(24, 16, 2),
-        divided(&shapes::bumpy_torus(24, 16, 2)),
-    );
-    let mut stages = Vec::new();
-    let mut watch = |stage| {
-        stages.push(stage);
-        ControlFlow::Continue(())
-    };
-    align_until(&original, &suspect, &AlignOptions::default(), &mut watch).unwrap();
-    assert_eq!(stages[..2], [Stage::Connectivity, Stage::Preparation]);
-    assert_eq!(stages.last(), Some(&Stage::Refinement));
-    for allowed in 0..4 {
-        let mut heard = 0;
-        let mut watch = |_| {
-            heard += 1;
-            if heard > allowed {
-                ControlFlow::Break(())
-            } else {
-                ControlFlow::Continue(())
-            }
-        };
-        let stopped = align_until(&original, &suspect, &AlignOptions::default(), &mut watch);
-        assert_eq!(stopped, Err(RegistrationError::Stopped));
-    }
-}
-
-/// Cancels when asked for the n-th time.
-struct Patience {
+/// Keeps the names of the stages, and cancels when asked for the n-th time.
+#[derive(Default)]
+struct Watch {
+    stages: Mutex<Vec<&'static str>>,
     asked: AtomicUsize,
     limit: usize,
 }
 
-impl Observer for Patience {
+impl Observer for Watch {
+    fn stage(&self, stage: &dyn Stage) {
+        self.stages.lock().unwrap().push(stage.name());
+    }
+
     fn cancelled(&self) -> bool {
         self.asked.fetch_add(1, Ordering::Relaxed) >= self.limit
     }
+}
+
+/// What becomes of an alignment that is cancelled when it asks for the n-th time.
+fn watched(
+    original: &TriMesh,
+    suspect: &TriMesh,
+    limit: usize,
+) -> (Result<Alignment, RegistrationError>, Arc<Watch>) {
+    let watch = Arc::new(Watch {
+        limit,
+        ..Watch::default()
+    });
+    let job = Job::default().shared_with(watch.clone());
+    (align(original, suspect, &AlignOptions::default(), &job), watch)
+}
+
+#[test]
+fn the_stages_of_a_search_are_reported() {
+    let original = shapes::bumpy_torus(24, 16, 2);
+    let (found, watch) = watched(&original, &divided(&original), usize::MAX);
+    let mut stages = watch.stages.lock().unwrap().clone();
+    stages.dedup();
+    assert!(found.is_ok());
+    assert_eq!(stages, ["connectivity", "preparation", "guesses", "refinement"]);
 }
 
 #[test]
@@ -322,21 +316,43 @@ fn an_alignment_can_be_cancelled_wherever_it_is() {
         shapes::shuffled(&original, 1),
         divided(&cut(&shapes::bumpy_block(1, 4, 3), 0.4)),
     ];
-    let aligned = |suspect: &TriMesh, limit| {
-        let asked = AtomicUsize::new(0);
-        let patience = Patience { asked, limit };
-        let found = align_observed(&original, suspect, &AlignOptions::default(), &patience);
-        (found, patience.asked.into_inner())
-    };
     for suspect in suspects {
-        let (found, asked) = aligned(&suspect, usize::MAX);
+        let aligned = |limit| {
+            let (found, watch) = watched(&original, &suspect, limit);
+            (found, watch.asked.load(Ordering::Relaxed))
+        };
+        let (found, asked) = aligned(usize::MAX);
         assert!(found.is_ok() && asked > 10, "{asked}");
         for limit in [0, 1, asked / 2, asked - 1] {
-            let (stopped, more) = aligned(&suspect, limit);
-            assert_eq!(stopped, Err(RegistrationError::Stopped));
+            let (stopped, more) = aligned(limit);
+            assert_eq!(stopped, Err(RegistrationError::Job(JobError::Cancelled)));
             // Nothing more than loops that were under way.
             assert!(more - limit < 150, "{limit} {more}");
         }
+    }
+}
+
+#[test]
+fn vertices_are_looked_for_first_and_surfaces_only_if_some_are_missing() {
+    let original = shapes::icosphere(2);
+    let aligner = Aligner::new(&original, &AlignOptions::default()).unwrap();
+    let find = |suspect: &TriMesh| aligner.find(suspect, &Job::default()).unwrap();
+    let Placement::ByVertices(maps) = find(&shapes::shuffled(&original, 3)) else {
+        panic!("the connectivity is there");
+    };
+    assert_eq!(maps.len(), 120);
+    // Even where no surface is left.
+    let point = original
+        .with_positions(vec![[0.0; 3]; original.vertex_count()])
+        .unwrap();
+    assert!(matches!(find(&point), Placement::ByVertices(_)));
+    let part = shapes::bumpy_sphere(3, 1);
+    let aligner = Aligner::new(&part, &AlignOptions::default()).unwrap();
+    for suspect in [cut(&part, 0.5), divided(&part)] {
+        let Placement::BySurface(found) = aligner.find(&suspect, &Job::default()).unwrap() else {
+            panic!("the connectivity is gone");
+        };
+        assert_eq!(found, aligner.align(&suspect, &Job::default()).unwrap());
     }
 }
 
@@ -371,12 +387,12 @@ fn given_points_lead_to_the_same_fine_alignment() {
         let copy = shapes::moved(&copy, &away());
         let pairs = pairs(&original, &copy, count, 0.03);
         let suspect = divided(&copy);
-        let found = align_points(&original, &suspect, &pairs, &options, &()).unwrap();
-        assert_eq!((found.basis, found.aligned), (Basis::Points, true));
+        let found = align_points(&original, &suspect, &pairs, &options, &Job::default()).unwrap();
+        assert_eq!((found.matched_by, found.aligned), (MatchedBy::Points, true));
         assert_eq!(found.mirrored(), mirrored);
         assert!(found.residual < 1e-12 && !found.ambiguous(), "{}", found.residual);
-        let found = align_points(&original, &copy, &pairs, &options, &()).unwrap();
-        assert_eq!((found.basis, found.aligned), (Basis::Connectivity, true));
+        let found = align_points(&original, &copy, &pairs, &options, &Job::default()).unwrap();
+        assert_eq!((found.matched_by, found.aligned), (MatchedBy::Connectivity, true));
     }
 }
 
@@ -385,10 +401,17 @@ fn given_points_choose_among_the_maps_of_a_symmetric_net() {
     let original = shapes::icosphere(2);
     let suspect = shapes::moved(&original, &away());
     let pairs = pairs(&original, &suspect, 5, 0.02);
-    let found = align_points(&original, &suspect, &pairs, &AlignOptions::default(), &()).unwrap();
+    let found = align_points(
+        &original,
+        &suspect,
+        &pairs,
+        &AlignOptions::default(),
+        &Job::default(),
+    )
+    .unwrap();
     assert_eq!(
-        (found.basis, found.alternatives.len()),
-        (Basis::Connectivity, 119)
+        (found.matched_by, found.alternatives.len()),
+        (MatchedBy::Connectivity, 119)
     );
     assert!(miss(&found, &original, &suspect, &away()) < 1e-12);
 }
@@ -397,7 +420,7 @@ fn given_points_choose_among_the_maps_of_a_symmetric_net() {
 fn points_that_determine_nothing_are_refused() {
     let original = shapes::bumpy_sphere(2, 1);
     let options = AlignOptions::default();
-    let given = |pairs: &[PointPair]| align_points(&original, &original, pairs, &options, &());
+    let given = |pairs: &[PointPair]| align_points(&original, &original, pairs, &options, &Job::default());
     let pair = |p: [f64; 3]| PointPair {
         suspect: p,
         original: p,
@@ -445,7 +468,7 @@ fn what_lies_on_any_flat_place_is_not_aligned() {
     let triangle = TriMesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], vec![[0, 1, 2]]).unwrap();
     for suspect in [triangle, shapes::rectangle(4, 4, 1.0, 2.0)] {
         for original in [&original, &shapes::cube(1.0)] {
-            let found = align(original, &suspect, &AlignOptions::default()).unwrap();
+            let found = align(original, &suspect, &AlignOptions::default(), &Job::default()).unwrap();
             assert!(!found.aligned, "{found:?}");
         }
     }
@@ -461,7 +484,7 @@ fn size_facing_and_number_of_pieces_do_not_matter() {
     let original = shapes::disjoint_union(&places.collect::<Vec<_>>());
     let larger = shapes::scaled(&original, 1000.0);
     for suspect in [larger.clone(), shapes::inside_out(&larger), divided(&larger)] {
-        let found = align(&original, &suspect, &AlignOptions::default()).unwrap();
+        let found = align(&original, &suspect, &AlignOptions::default(), &Job::default()).unwrap();
         assert!(found.aligned && !found.ambiguous());
         assert!(
             found.residual < 1e-12 && (found.transform.scale * 1000.0 - 1.0).abs() < 1e-12,
@@ -489,7 +512,7 @@ fn options_out_of_range_are_named() {
         },
     ] {
         assert!(matches!(
-            align(&ball, &ball, &options),
+            align(&ball, &ball, &options, &Job::default()),
             Err(RegistrationError::Option { .. })
         ));
     }

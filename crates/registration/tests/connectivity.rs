@@ -1,5 +1,6 @@
 //! A suspect that kept the original's connectivity is matched vertex by vertex, whatever else was done to it.
 
+use job::Job;
 use mesh::{Similarity, TriMesh, shapes};
 use proptest::prelude::*;
 use registration::{
@@ -83,7 +84,7 @@ proptest! {
         if turn {
             suspect = shapes::inside_out(&suspect);
         }
-        let map = match_connectivity(&original, &suspect).unwrap();
+        let map = match_connectivity(&original, &suspect, &Job::default()).unwrap();
         assert_isomorphism(&original, &suspect, &map.suspect_of);
         if kind < 3 {
             assert_same_positions(&original, &shuffled, &map.suspect_of);
@@ -104,7 +105,7 @@ proptest! {
         if mirror {
             suspect = shapes::mirrored(&suspect);
         }
-        let map = match_connectivity(&original, &suspect).unwrap();
+        let map = match_connectivity(&original, &suspect, &Job::default()).unwrap();
         assert_isomorphism(&original, &suspect, &map.suspect_of);
         let fit = map.fit(&original, &suspect, Handedness::Either).unwrap();
         prop_assert!(fit.residual < 1e-12, "residual {}", fit.residual);
@@ -120,7 +121,7 @@ proptest! {
         let original = shapes::disjoint_union(&places.collect::<Vec<_>>());
         let shuffled = shapes::shuffled(&original, seed);
         let suspect = shapes::moved(&shapes::jittered(&shuffled, 0.05, seed), &transform);
-        let map = match_connectivity(&original, &suspect).unwrap();
+        let map = match_connectivity(&original, &suspect, &Job::default()).unwrap();
         assert_same_positions(&original, &shuffled, &map.suspect_of);
     }
 
@@ -128,7 +129,7 @@ proptest! {
     fn one_flipped_edge_is_a_difference(seed in any::<u64>(), kind in 0..3_u8) {
         let original = irregular(kind, seed);
         let suspect = shapes::shuffled(&with_an_edge_flipped(&original, seed), seed);
-        prop_assert!(match_connectivity(&original, &suspect).is_err());
+        prop_assert!(match_connectivity(&original, &suspect, &Job::default()).is_err());
     }
 }
 
@@ -178,14 +179,14 @@ fn three_hundred_loose_triangles_are_matched() {
         scale: 3.0,
         ..Similarity::from_quaternion([1.0, 2.0, 0.0, -1.0])
     };
-    let map = match_connectivity(&original, &shapes::moved(&shuffled, &turned)).unwrap();
+    let map = match_connectivity(&original, &shapes::moved(&shuffled, &turned), &Job::default()).unwrap();
     assert_same_positions(&original, &shuffled, &map.suspect_of);
 }
 
 #[test]
 fn an_icosphere_has_120_maps_onto_itself() {
     let original = shapes::icosphere(2);
-    let maps = match_candidates(&original, &shapes::shuffled(&original, 1), 1000).unwrap();
+    let maps = match_candidates(&original, &shapes::shuffled(&original, 1), 1000, &Job::default()).unwrap();
     assert_eq!(maps.len(), 120);
     for (i, map) in maps.iter().enumerate() {
         assert!(maps[..i].iter().all(|other| other != map));
@@ -196,7 +197,13 @@ fn an_icosphere_has_120_maps_onto_itself() {
 fn geometry_leaves_one_map_of_a_bumpy_icosphere() {
     let original = shapes::bumped(&shapes::icosphere(2), 0.2, 1);
     let shuffled = shapes::shuffled(&original, 1);
-    let maps = match_candidates(&original, &shapes::jittered(&shuffled, 0.02, 1), 1000).unwrap();
+    let maps = match_candidates(
+        &original,
+        &shapes::jittered(&shuffled, 0.02, 1),
+        1000,
+        &Job::default(),
+    )
+    .unwrap();
     assert_eq!(maps.len(), 1);
     assert_same_positions(&original, &shuffled, &maps[0].suspect_of);
 }
@@ -205,7 +212,7 @@ fn geometry_leaves_one_map_of_a_bumpy_icosphere() {
 fn a_mirrored_copy_is_recognised() {
     let original = shapes::bumpy_sphere(2, 1);
     let suspect = shapes::mirrored(&shapes::shuffled(&original, 4));
-    let map = match_connectivity(&original, &suspect).unwrap();
+    let map = match_connectivity(&original, &suspect, &Job::default()).unwrap();
     assert!(
         map.fit(&original, &suspect, Handedness::Proper)
             .unwrap()
@@ -224,7 +231,7 @@ fn parts_that_are_left_are_matched_when_others_are_gone_or_new() {
         &shapes::disjoint_union(&[shapes::torus(9, 7, 2.0, 0.5), third, first.clone()]),
         9,
     );
-    let map = match_components(&original, &suspect);
+    let map = match_components(&original, &suspect, &Job::default()).unwrap();
     assert_eq!(map.matched(), 2 * first.vertex_count());
     for (v, position) in map.carry(&suspect).into_iter().enumerate() {
         assert_eq!(position.is_none(), (162..324).contains(&v));
@@ -242,7 +249,7 @@ fn what_a_cut_leaves_is_matched() {
         let left = left.filter(|(t, _)| original.corners(*t).iter().all(|p| height(&p.0) < middle));
         let cut = TriMesh::new(original.positions().to_vec(), left.map(|(_, t)| *t).collect()).unwrap();
         let cut = shapes::shuffled(&cut, 3);
-        let map = match_surroundings(&original, &cut);
+        let map = match_surroundings(&original, &cut, &Job::default()).unwrap();
         for (v, p) in map.carry(&cut).into_iter().enumerate() {
             assert!(p.is_none_or(|p| p == original.positions()[v]));
         }
@@ -257,7 +264,12 @@ fn what_a_cut_leaves_is_matched() {
 
 #[test]
 fn meshes_with_nothing_in_common_give_almost_no_pairs() {
-    let map = match_surroundings(&shapes::bumpy_sphere(3, 1), &shapes::bumpy_torus(30, 20, 9));
+    let map = match_surroundings(
+        &shapes::bumpy_sphere(3, 1),
+        &shapes::bumpy_torus(30, 20, 9),
+        &Job::default(),
+    )
+    .unwrap();
     assert!(map.matched() < 60, "{}", map.matched());
 }
 
@@ -268,7 +280,7 @@ fn a_patch_that_was_left_does_not_grow_into_what_was_altered() {
         let left = |p: &[f64; 3]| p[0] > 1.1;
         let altered = |t: usize| !original.corners(t).iter().any(|p| left(&p.0));
         let suspect = shapes::shuffled(&with_edges_flipped(&original, 0, usize::MAX, altered), seed);
-        let map = match_surroundings(&original, &suspect);
+        let map = match_surroundings(&original, &suspect, &Job::default()).unwrap();
         let kept = original.positions().iter().filter(|p| left(p)).count();
         let true_ones = |(p, q): &(Option<[f64; 3]>, &[f64; 3])| *p == Some(**q);
         let carried = map.carry(&suspect);
@@ -306,7 +318,7 @@ fn copies_of_vertices_along_seams_are_one_vertex() {
     let original = shapes::bumpy_torus(24, 16, 1);
     let suspect = split(&shapes::shuffled(&original, 4));
     assert!(suspect.vertex_count() > 2 * original.vertex_count());
-    let map = match_connectivity(&original, &suspect).unwrap();
+    let map = match_connectivity(&original, &suspect, &Job::default()).unwrap();
     for (v, w) in map.suspect_of.iter().enumerate() {
         let (p, q) = (
             original.positions()[v],
@@ -317,7 +329,9 @@ fn copies_of_vertices_along_seams_are_one_vertex() {
     // Every triangle on its own, as STL files have it.
     let loose = shapes::exploded(&original);
     assert_eq!(
-        match_connectivity(&original, &loose).unwrap().matched(),
+        match_connectivity(&original, &loose, &Job::default())
+            .unwrap()
+            .matched(),
         original.vertex_count()
     );
 }
@@ -329,7 +343,10 @@ fn counts_are_compared_first() {
         original: 42,
         suspect: 162,
     };
-    assert_eq!(match_connectivity(&sphere, &larger), Err(vertices));
+    assert_eq!(
+        match_connectivity(&sphere, &larger, &Job::default()),
+        Err(vertices)
+    );
     let mut open = sphere.triangles().to_vec();
     open.pop();
     let open = TriMesh::new(sphere.positions().to_vec(), open).unwrap();
@@ -337,8 +354,16 @@ fn counts_are_compared_first() {
         original: 80,
         suspect: 79,
     };
-    assert_eq!(match_connectivity(&sphere, &open), Err(triangles));
-    assert_eq!(match_components(&sphere, &open).matched(), 0);
+    assert_eq!(
+        match_connectivity(&sphere, &open, &Job::default()),
+        Err(triangles)
+    );
+    assert_eq!(
+        match_components(&sphere, &open, &Job::default())
+            .unwrap()
+            .matched(),
+        0
+    );
 }
 
 #[test]
@@ -349,7 +374,7 @@ fn vertices_that_no_triangle_uses_have_no_partner() {
     let triangles = used.triangles().iter().map(|t| t.map(|v| v + 1)).collect();
     let original = TriMesh::new(positions, triangles).unwrap();
     for suspect in [&original, &used] {
-        let map = match_connectivity(&original, suspect).unwrap();
+        let map = match_connectivity(&original, suspect, &Job::default()).unwrap();
         assert_eq!((map.suspect_of[0], map.matched()), (None, 4));
     }
 }
@@ -367,7 +392,7 @@ fn triangles_that_meet_in_one_vertex_are_matched() {
     }
     let original = TriMesh::new(positions, triangles).unwrap();
     let suspect = shapes::shuffled(&original, 3);
-    let map = match_connectivity(&original, &suspect).unwrap();
+    let map = match_connectivity(&original, &suspect, &Job::default()).unwrap();
     assert_same_positions(&original, &suspect, &map.suspect_of);
 }
 

@@ -10,7 +10,7 @@ use rand_chacha::{
     ChaCha20Rng,
     rand_core::{Rng, SeedableRng},
 };
-use registration::Basis;
+use registration::MatchedBy;
 use sigmark::{
     Curve, Embedder, Outcome, SigmarkError, Signed, SigningKey, Verdict, Verifier,
     mark::{CoefficientDetector, Detector, LeastSquaresDetector, Registered, Sampler, extraction_rate},
@@ -100,7 +100,7 @@ fn a_cropped_copy_is_verified_by_the_vertices_that_are_left() {
         let verdict = judge(&mesh, signed, &shapes::moved(&suspect, &away()));
         assert_eq!(
             (verdict.outcome, verdict.basis),
-            (Outcome::Verified, Basis::Surroundings)
+            (Outcome::Verified, MatchedBy::Surroundings)
         );
         assert!(verdict.overlap > 0.99 && (verdict.coverage - 0.5).abs() < 0.1);
         assert!((verdict.missing - 0.5).abs() < 0.05, "{}", verdict.missing);
@@ -119,7 +119,7 @@ fn the_same_surface_with_other_vertices_is_verified() {
         let verdict = judge(&mesh, signed, &suspect);
         assert_eq!(
             (verdict.outcome, verdict.basis),
-            (Outcome::Verified, Basis::Surface)
+            (Outcome::Verified, MatchedBy::Surface)
         );
         assert!(verdict.missing == 0.0 && verdict.residual.unwrap() < 1e-3);
         let scale = verdict.transform.unwrap().scale;

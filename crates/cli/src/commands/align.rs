@@ -1,5 +1,8 @@
+use std::sync::Arc;
+
 use anyhow::{Context, Result};
-use registration::{AlignOptions, Alignment, Basis, RegistrationError, align_observed, align_points};
+use job::{Job, JobError};
+use registration::{AlignOptions, Alignment, MatchedBy, RegistrationError, align, align_points};
 use serde_json::{Value, json};
 
 use crate::{
@@ -13,7 +16,7 @@ use crate::{
 
 pub(crate) fn run(arguments: &Align) -> Result<Answer> {
     check_output(arguments)?;
-    let progress = Progress::within(arguments.time_limit.duration());
+    let progress = Arc::new(Progress::within(arguments.time_limit.duration()));
     progress.begin("reading", "reading");
     let pairs = pairs(arguments)?;
     let suspect = files::open_mesh(&arguments.suspect)?;
@@ -24,15 +27,13 @@ pub(crate) fn run(arguments: &Align) -> Result<Answer> {
         .map(|pair| pair.place(&suspect, &original))
         .collect::<Result<Vec<_>>>()?;
 
-    let options = AlignOptions {
-        threads: arguments.threads.count(),
-        ..AlignOptions::default()
-    };
+    let options = AlignOptions::default();
+    let job = Job::new(arguments.threads.count()).shared_with(progress.clone());
     let (from, onto) = (suspect.mesh(), original.mesh());
     let found = if pairs.is_empty() {
-        align_observed(onto, from, &options, &progress)
+        align(onto, from, &options, &job)
     } else {
-        align_points(onto, from, &pairs, &options, &progress)
+        align_points(onto, from, &pairs, &options, &job)
     };
     let found = found.map_err(|error| blame(error, arguments))?;
     if found.aligned {
@@ -77,7 +78,7 @@ fn pairs(arguments: &Align) -> Result<Vec<Pair>> {
 /// The error with the name of the file that it is about.
 fn blame(error: RegistrationError, arguments: &Align) -> anyhow::Error {
     let file = match error {
-        RegistrationError::Stopped => return arguments.time_limit.exceeded(),
+        RegistrationError::Job(JobError::Cancelled) => return arguments.time_limit.exceeded(),
         RegistrationError::NoSurface { mesh: "original" } => &arguments.original,
         RegistrationError::NoSurface { .. } => &arguments.suspect,
         _ => return error.into(),
@@ -95,7 +96,7 @@ fn object(arguments: &Align, found: &Alignment, seconds: &[(&'static str, f64)])
         "rotation": found.transform.rotation,
         "translation": found.transform.translation,
         "mirrored": found.mirrored(),
-        "registration": found.basis,
+        "registration": found.matched_by,
         "overlap": found.overlap,
         "coverage": found.coverage,
         "residual": found.residual,
@@ -118,10 +119,10 @@ fn summary(
         (true, true) => format!("ALIGNED: {suspect} lies on {original} as its mirror image"),
         (false, _) => format!("DOES NOT ALIGN: {suspect} is not {original}, nor a part of it"),
     }];
-    let by = match found.basis {
-        Basis::Connectivity => "its vertices",
-        Basis::Surroundings => "the vertices that are left",
-        Basis::Points => "its surface, from the given points",
+    let by = match found.matched_by {
+        MatchedBy::Connectivity => "its vertices",
+        MatchedBy::Surroundings => "the vertices that are left",
+        MatchedBy::Points => "its surface, from the given points",
         _ => "its surface",
     };
     lines.push(report::field("recognised by", by));

@@ -197,7 +197,7 @@ fn msdm2(arguments: &Compare, pair: &Pair, job: &Job) -> Result<Msdm2> {
 }
 
 fn dame(arguments: &Compare, pair: &Pair, job: &Job) -> Result<Dame> {
-    let matched = match_connectivity(&pair.reference, &pair.distorted)
+    let matched = match_connectivity(&pair.reference, &pair.distorted, job)
         .with_context(|| arguments.distorted.display().to_string())?;
     let carried = matched.carry(&pair.distorted);
     let positions: Option<Vec<[f64; 3]>> = carried.into_iter().collect();

@@ -2,7 +2,7 @@ use std::{path::Path, sync::Arc};
 
 use anyhow::{Context, Result};
 use job::JobError;
-use registration::Basis;
+use registration::MatchedBy;
 use serde_json::{Value, json};
 use sigmark::{Certificate, GeometryDigest, Outcome, SigmarkError, Verdict, Verifier, mark::MarkError};
 
@@ -176,8 +176,8 @@ fn summary(
 /// What the suspect was recognised by, and how much of the original it is.
 fn registered(verdict: &Verdict) -> String {
     let by = match verdict.basis {
-        Basis::Connectivity => "by its vertices",
-        Basis::Surroundings => "by the vertices that are left",
+        MatchedBy::Connectivity => "by its vertices",
+        MatchedBy::Surroundings => "by the vertices that are left",
         _ => "by its surface",
     };
     let poses = match verdict.poses {

@@ -1,8 +1,7 @@
 //! MSDM2 (Lavoué, *A multiscale metric for 3D mesh visual quality assessment*, SGP 2011).
 
 use job::{Job, JobError};
-use mesh::TriMesh;
-use registration::Surface;
+use mesh::{Surface, TriMesh};
 use serde::Serialize;
 
 use super::curvature::Bending;

@@ -6,7 +6,7 @@
 //! the matching then finds out.
 
 use super::graph::Graph;
-use crate::observer::Observer;
+use job::{Job, JobError};
 
 /// After so many rounds a colour describes all that lies within 16 edges: what is still alike is left to the
 /// matching.
@@ -29,23 +29,24 @@ pub(super) struct Colouring {
 /// The colours of one mesh after some rounds.
 pub(super) struct Refinement(Vec<u64>);
 
-pub(super) fn refine(original: &Graph<'_>, suspect: &Graph<'_>, observer: &dyn Observer) -> Colours {
+pub(super) fn refine(original: &Graph<'_>, suspect: &Graph<'_>, job: &Job) -> Result<Colours, JobError> {
     let (mut here, mut there) = (Refinement::start(original), Refinement::start(suspect));
     let mut classes = 0;
     for _round in 0..ROUNDS {
         let sorted = here.sorted(original);
         let count = sorted.chunk_by(|x, y| x.0 == y.0).count();
-        if count == classes || enough(original, &sorted) || observer.cancelled() {
+        job.go_on()?;
+        if count == classes || enough(original, &sorted) {
             break;
         }
         classes = count;
         here.refine(original);
         there.refine(suspect);
     }
-    Colours {
+    Ok(Colours {
         original: Colouring::of(original, here),
         suspect: Colouring::of(suspect, there),
-    }
+    })
 }
 
 impl Colours {

@@ -1,8 +1,9 @@
+use std::ops::Deref;
+
 use mesh::{Components, Edges, TriMesh, components};
 
-/// A mesh with what the matching asks of it.
-pub(crate) struct Graph<'a> {
-    pub(crate) mesh: &'a TriMesh,
+/// What of a mesh is beside what.
+pub(crate) struct Connectivity {
     pub(super) edges: Edges,
     pub(super) parts: Components,
     /// How many triangles each part has.
@@ -13,8 +14,8 @@ pub(crate) struct Graph<'a> {
     fans: Vec<u32>,
 }
 
-impl<'a> Graph<'a> {
-    pub(crate) fn of(mesh: &'a TriMesh) -> Self {
+impl Connectivity {
+    pub(crate) fn of(mesh: &TriMesh) -> Self {
         let parts = components(mesh);
         let mut part_triangles = vec![0; parts.count];
         for &[a, ..] in mesh.triangles() {
@@ -23,13 +24,20 @@ impl<'a> Graph<'a> {
         let (fan_starts, fans) = fans(mesh);
         let used_vertices = fan_starts.windows(2).filter(|w| w[0] < w[1]).count();
         Self {
-            mesh,
             edges: Edges::of(mesh),
             parts,
             part_triangles,
             used_vertices,
             fan_starts,
             fans,
+        }
+    }
+
+    /// The connectivity together with its mesh.
+    pub(crate) fn graph<'a>(&'a self, mesh: &'a TriMesh) -> Graph<'a> {
+        Graph {
+            mesh,
+            connectivity: self,
         }
     }
 
@@ -41,7 +49,24 @@ impl<'a> Graph<'a> {
     pub(super) fn part_of(&self, v: u32) -> usize {
         self.parts.of_vertex[v as usize] as usize
     }
+}
 
+/// A mesh with what the matching asks of it.
+#[derive(Clone, Copy)]
+pub(crate) struct Graph<'a> {
+    pub(crate) mesh: &'a TriMesh,
+    connectivity: &'a Connectivity,
+}
+
+impl Deref for Graph<'_> {
+    type Target = Connectivity;
+
+    fn deref(&self) -> &Connectivity {
+        self.connectivity
+    }
+}
+
+impl Graph<'_> {
     pub(super) fn triangle(&self, t: u32) -> [u32; 3] {
         self.mesh.triangles()[t as usize]
     }

@@ -13,8 +13,8 @@ use super::Correspondence;
 use super::colours::{Colouring, Colours};
 use super::graph::Graph;
 use super::propagation::{Flag, Propagation, fit};
-use crate::observer::Observer;
 use crate::vector::{add, scaled, squared, sub};
+use job::{Job, JobError};
 use mesh::Similarity;
 use std::collections::HashMap;
 
@@ -45,11 +45,14 @@ pub(super) fn candidates(
     onto: &Graph<'_>,
     colours: &Colours,
     limit: usize,
-    observer: &dyn Observer,
-) -> Vec<Correspondence> {
-    let mut search = Search::new(from, onto, colours, observer);
-    let starts = search.hypotheses();
-    let mut maps: Vec<Placed> = starts.into_iter().map(|start| search.complete(start)).collect();
+    job: &Job,
+) -> Result<Vec<Correspondence>, JobError> {
+    let mut search = Search::new(from, onto, colours, job);
+    let starts = search.hypotheses()?;
+    let mut maps = starts
+        .into_iter()
+        .map(|start| search.complete(start))
+        .collect::<Result<Vec<Placed>, JobError>>()?;
     maps.sort_by(|x, y| {
         y.pairs
             .len()
@@ -62,7 +65,7 @@ pub(super) fn candidates(
         .map_or(0.0, |best| INDISTINGUISHABLE * best.residual + rounding);
     maps.retain(|map| map.residual <= bound);
     maps.truncate(limit);
-    maps.iter().map(|map| correspondence(from, &map.pairs)).collect()
+    Ok(maps.iter().map(|map| correspondence(from, &map.pairs)).collect())
 }
 
 fn correspondence(from: &Graph<'_>, pairs: &Pairs) -> Correspondence {
@@ -104,16 +107,11 @@ struct Search<'a> {
     centroids: Vec<[f64; 3]>,
     /// Images that were looked at to place parts.
     visits: usize,
-    observer: &'a dyn Observer,
+    job: &'a Job,
 }
 
 impl<'a> Search<'a> {
-    fn new(
-        from: &'a Graph<'a>,
-        onto: &'a Graph<'a>,
-        colours: &'a Colours,
-        observer: &'a dyn Observer,
-    ) -> Self {
+    fn new(from: &'a Graph<'a>, onto: &'a Graph<'a>, colours: &'a Colours, job: &'a Job) -> Self {
         let (parts, mut images) = parts(from, onto, colours);
         let propagation = Propagation::new(from, onto, colours);
         let centroids = centroids(onto);
@@ -129,39 +127,39 @@ impl<'a> Search<'a> {
             images,
             centroids,
             visits: 0,
-            observer,
+            job,
         }
     }
 
     /// First steps: all certain parts at once if they fix a similarity, else the most promising images of the
     /// anchor.
-    fn hypotheses(&mut self) -> Vec<Placed> {
+    fn hypotheses(&mut self) -> Result<Vec<Placed>, JobError> {
         let mut certain = self.nothing();
         for index in 0..self.parts.len() {
             if self.parts[index].is_certain {
                 let image = self.images[self.parts[index].images][0];
-                self.place(&mut certain, index, image);
+                self.place(&mut certain, index, image)?;
             }
         }
         if fit(self.from, self.onto, &certain.pairs).is_some() {
-            return vec![certain];
+            return Ok(vec![certain]);
         }
         let image_count = |i: usize| self.images[self.parts[i].images].len();
         let anchors = (0..self.parts.len()).filter(|&i| !certain.done[i] && image_count(i) > 0);
         let anchor = anchors.min_by_key(|&i| (image_count(i), usize::MAX - self.parts[i].vertices));
         let Some(anchor) = anchor else {
-            return vec![certain];
+            return Ok(vec![certain]);
         };
-        let images = self.promising(anchor);
+        let images = self.promising(anchor)?;
         let mut starts: Vec<(f64, Placed)> = Vec::new();
         for image in images {
             let mut start = self.nothing();
-            self.place(&mut start, anchor, image);
+            self.place(&mut start, anchor, image)?;
             starts.push((self.scatter(&start), start));
         }
         starts.sort_by(|x, y| x.0.total_cmp(&y.0));
         starts.truncate((BUDGET / self.cost_of_completion()).max(1));
-        starts.into_iter().map(|(_, start)| start).collect()
+        Ok(starts.into_iter().map(|(_, start)| start).collect())
     }
 
     /// Images and vertices that are looked at to place all parts.
@@ -200,18 +198,19 @@ impl<'a> Search<'a> {
     }
 
     /// Maps a part by the image of its seed, if that leads to a map.
-    fn place(&mut self, placed: &mut Placed, part: usize, image: Flag) {
+    fn place(&mut self, placed: &mut Placed, part: usize, image: Flag) -> Result<(), JobError> {
+        self.job.go_on()?;
         let target = self.onto.part_of(image.corners[0]);
-        let free = !placed.taken[target] && !self.observer.cancelled();
-        if free && self.propagation.run(self.parts[part].seed, image, usize::MAX) {
+        if !placed.taken[target] && self.propagation.run(self.parts[part].seed, image, usize::MAX) {
             placed.pairs.extend(&self.propagation.pairs);
             placed.taken[target] = true;
             placed.done[part] = true;
         }
+        Ok(())
     }
 
     /// The images of a part's seed that lead to a map, the best first, as many as can be looked at further.
-    fn promising(&mut self, part: usize) -> Vec<Flag> {
+    fn promising(&mut self, part: usize) -> Result<Vec<Flag>, JobError> {
         let Part {
             seed,
             vertices,
@@ -230,9 +229,7 @@ impl<'a> Search<'a> {
             let size = (BUDGET / images.len().max(1)).max(SMALLEST_NEIGHBOURHOOD);
             let mut ranked: Vec<(f64, Flag)> = Vec::new();
             for &image in &images {
-                if self.observer.cancelled() {
-                    return Vec::new();
-                }
+                self.job.go_on()?;
                 if self.propagation.run(seed, image, size) {
                     let fit = fit(self.from, self.onto, &self.propagation.pairs);
                     ranked.push((fit.map_or(f64::INFINITY, |fit| fit.residual), image));
@@ -243,19 +240,20 @@ impl<'a> Search<'a> {
             ranked.truncate(if complete { most } else { images.len().div_ceil(4) });
             images = ranked.into_iter().map(|(_, image)| image).collect();
             if complete || images.is_empty() {
-                return images;
+                return Ok(images);
             }
         }
     }
 
     /// Places all other parts under the similarity of those already placed.
-    fn complete(&mut self, mut placed: Placed) -> Placed {
+    fn complete(&mut self, mut placed: Placed) -> Result<Placed, JobError> {
         let mut order: Vec<usize> = (0..self.parts.len()).filter(|&i| !placed.done[i]).collect();
         order.sort_by_key(|&i| usize::MAX - self.parts[i].vertices);
         let mut fitted = 0;
         let mut transform = Similarity::IDENTITY;
         for part in order {
-            if self.observer.cancelled() || self.visits > MOST_VISITS {
+            self.job.go_on()?;
+            if self.visits > MOST_VISITS {
                 break;
             }
             if placed.pairs.len() >= 2 * fitted {
@@ -265,7 +263,7 @@ impl<'a> Search<'a> {
             self.place_nearest(&mut placed, part, &transform);
         }
         placed.residual = fit(self.from, self.onto, &placed.pairs).map_or(f64::INFINITY, |fit| fit.residual);
-        placed
+        Ok(placed)
     }
 
     /// Maps a part by the free image that lies nearest under `transform`.

@@ -3,7 +3,7 @@
 use super::Correspondence;
 use super::colours::Refinement;
 use super::graph::Graph;
-use crate::observer::Observer;
+use job::{Job, JobError};
 use std::collections::VecDeque;
 
 /// Colours describe what lies within this many edges: enough for an irregular net, few enough to spare most
@@ -15,32 +15,37 @@ const NONE: u32 = u32::MAX;
 /// Pairs the vertices whose surroundings, out to some distance, are unique in both meshes and alike, then
 /// grows these pairs across shared edges for as long as vertices and their neighbours look alike, or are
 /// beside a cut. So a growth from a chance likeness soon ends.
-pub(super) fn correspondence(from: &Graph<'_>, onto: &Graph<'_>, observer: &dyn Observer) -> Correspondence {
+pub(super) fn correspondence(
+    from: &Graph<'_>,
+    onto: &Graph<'_>,
+    job: &Job,
+) -> Result<Correspondence, JobError> {
     let mut pairing = Pairing::new(from, onto);
-    pairing.sow(&best_seeds(from, onto, observer));
+    pairing.sow(&best_seeds(from, onto, job)?);
     pairing.grow();
-    Correspondence {
+    Ok(Correspondence {
         suspect_of: pairing.image.iter().map(|&w| (w != NONE).then_some(w)).collect(),
-    }
+    })
 }
 
 /// The image of each vertex of the original, at the distance that gives the most neighbours with neighbouring
 /// images.
-fn best_seeds(from: &Graph<'_>, onto: &Graph<'_>, observer: &dyn Observer) -> Vec<u32> {
+fn best_seeds(from: &Graph<'_>, onto: &Graph<'_>, job: &Job) -> Result<Vec<u32>, JobError> {
     let (mut here, mut there) = (Refinement::start(from), Refinement::start(onto));
     let mut best = (0, vec![NONE; from.mesh.vertex_count()]);
     for _distance in 0..FARTHEST {
+        job.go_on()?;
         here.refine(from);
         there.refine(onto);
         let seeds = consistent(from, onto, unique_pairs(from, onto, &here, &there));
         let count = seeds.iter().filter(|&&w| w != NONE).count();
         if count > best.0 {
             best = (count, seeds);
-        } else if 2 * count < best.0 || observer.cancelled() {
+        } else if 2 * count < best.0 {
             break;
         }
     }
-    best.1
+    Ok(best.1)
 }
 
 /// Pairs the vertices whose colour occurs once in each mesh.

@@ -1,5 +1,5 @@
 use mesh::Similarity;
-use registration::Basis;
+use registration::MatchedBy;
 
 /// The answer to "is this our model?".
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,7 +35,7 @@ pub struct Verdict {
     /// Bits read wrong; `None` if the suspect does not fit.
     pub bit_errors: Option<usize>,
     /// How the suspect was laid onto the original: by its vertices, or by its surface.
-    pub basis: Basis,
+    pub basis: MatchedBy,
     /// In how many ways it could lie there; above 1 for symmetric shapes.
     pub poses: usize,
     /// Share of the suspect's surface that lies on the original, from 0 to 1; measured where it does not fit, too.

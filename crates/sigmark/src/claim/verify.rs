@@ -6,14 +6,14 @@ use mesh::{
     vector::{norm, sub},
 };
 use registration::{
-    AlignOptions, Alignment, Basis, Correspondence, Difference, align_observed, match_candidates_observed,
+    AlignOptions, Alignment, Correspondence, Difference, MatchedBy, RegistrationStage, match_candidates,
 };
 
 use super::{Certificate, Outcome, SigmarkError, Verdict, keys::PublicKey, statistics::p_value};
 use crate::{
     mark::{
         Aligned, ChipLayout, CoefficientDetector, Detector, Equations, MarkError, MarkStage, Original,
-        Patches, Registered, Sampler, SoftBits, Watching, align, correlation, extraction_rate,
+        Patches, Registered, Sampler, SoftBits, align, correlation, extraction_rate,
     },
     payload::{GeometryDigest, Scheme, Signature},
 };
@@ -108,9 +108,9 @@ impl Verifier {
     /// When the original's bases can't be computed or are not those of the certificate; [`SigmarkError::Job`].
     pub fn verify(&self, suspect: &TriMesh, job: &Job) -> Result<Verdict, SigmarkError> {
         job.begin(MarkStage::Registration)?;
-        match match_candidates_observed(self.original.mesh(), suspect, MOST_MAPS, &Watching(job)) {
+        match match_candidates(self.original.mesh(), suspect, MOST_MAPS, &job.quiet()) {
             Ok(maps) => self.by_vertices(suspect, &maps, job),
-            Err(Difference::Stopped) => Err(job::JobError::Cancelled.into()),
+            Err(Difference::Job(error)) => Err(error.into()),
             Err(_) => self.by_surface(suspect, job),
         }
     }
@@ -150,7 +150,7 @@ impl Verifier {
         let options = AlignOptions::default();
         let overlap = self.in_place(&reading.aligned.registered, &options);
         let fit = Fit {
-            basis: Basis::Connectivity,
+            basis: MatchedBy::Connectivity,
             poses: maps.len(),
             overlap,
             coverage: overlap,
@@ -176,12 +176,14 @@ impl Verifier {
 
     /// Judges a suspect by its surface.
     fn by_surface(&self, suspect: &TriMesh, job: &Job) -> Result<Verdict, SigmarkError> {
-        let options = AlignOptions {
-            threads: job.threads(),
-            ..AlignOptions::default()
-        };
-        let alignment = align_observed(self.original.mesh(), suspect, &options, &Watching(job))
-            .map_err(MarkError::from)?;
+        let options = AlignOptions::default();
+        let alignment = registration::align(
+            self.original.mesh(),
+            suspect,
+            &options,
+            &job.within(RegistrationStage::Hypotheses),
+        )
+        .map_err(MarkError::from)?;
         let fit = Fit::of(&alignment);
         if !alignment.aligned {
             return Ok(self.does_not_align(fit, &options));
@@ -353,7 +355,7 @@ impl Verifier {
 /// How a suspect and the original cover each other.
 #[derive(Clone, Copy)]
 struct Fit {
-    basis: Basis,
+    basis: MatchedBy,
     /// In how many ways.
     poses: usize,
     overlap: f64,
@@ -363,7 +365,7 @@ struct Fit {
 impl Fit {
     fn of(alignment: &Alignment) -> Self {
         Self {
-            basis: alignment.basis,
+            basis: alignment.matched_by,
             poses: 1 + alignment.alternatives.len(),
             overlap: alignment.overlap,
             coverage: alignment.coverage,

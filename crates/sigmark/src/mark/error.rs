@@ -166,7 +166,7 @@ impl From<registration::RegistrationError> for MarkError {
     /// A job that could not be done is always [`MarkError::Job`].
     fn from(error: registration::RegistrationError) -> Self {
         match error {
-            registration::RegistrationError::Stopped => Self::Job(job::JobError::Cancelled),
+            registration::RegistrationError::Job(error) => Self::Job(error),
             error => Self::Registration(error),
         }
     }

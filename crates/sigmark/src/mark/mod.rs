@@ -29,5 +29,5 @@ pub use stage::MarkStage;
 pub use strength::{MOST_DISTORTION, Strength};
 
 pub(crate) use detect::Equations;
-pub(crate) use reader::{Aligned, Watching, align};
+pub(crate) use reader::{Aligned, align};
 pub(crate) use strength::distortion;

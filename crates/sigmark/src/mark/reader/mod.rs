@@ -2,5 +2,4 @@ mod sampler;
 mod vertices;
 
 pub use sampler::Sampler;
-pub(crate) use sampler::Watching;
 pub(crate) use vertices::{Aligned, align};

@@ -5,14 +5,12 @@
 //! lie on the original; after decimation, by more than a mark. By how much is known but for a factor: it is what is left
 //! when the suspect's vertices are put onto the original.
 
-use std::sync::OnceLock;
-
 use job::Job;
 use mesh::{
-    BoundingBox, Similarity, TriMesh,
+    BoundingBox, Similarity,
     vector::{add, cross, dot, scaled, sub},
 };
-use registration::{Correspondence, ResampleOptions, Resampled, Surface, resample_observed};
+use registration::{Correspondence, PreparedMesh, ResampleOptions, Resampled, resample};
 
 use crate::mark::{MarkError, MarkStage, Original, Registered, SoftBits, detect::Equations};
 
@@ -28,22 +26,17 @@ use crate::mark::{MarkError, MarkStage, Original, Registered, SoftBits, detect::
 /// # Ok::<(), sigmark::mark::MarkError>(())
 /// ```
 pub struct Sampler<'a> {
-    original: &'a TriMesh,
-    /// Built when it is first needed.
-    original_surface: OnceLock<Surface>,
-    suspect: &'a TriMesh,
-    surface: Surface,
+    original: PreparedMesh,
+    suspect: PreparedMesh,
     survivors: Option<&'a Correspondence>,
 }
 
 impl<'a> Sampler<'a> {
-    /// Builds a search tree over the suspect's surface.
-    pub fn new(original: &'a TriMesh, suspect: &'a TriMesh) -> Self {
+    /// Search trees are built when they are first needed.
+    pub fn new(original: impl Into<PreparedMesh>, suspect: impl Into<PreparedMesh>) -> Self {
         Self {
-            original,
-            original_surface: OnceLock::new(),
-            suspect,
-            surface: Surface::new(suspect),
+            original: original.into(),
+            suspect: suspect.into(),
             survivors: None,
         }
     }
@@ -104,11 +97,11 @@ impl<'a> Sampler<'a> {
 
     /// How far two transforms lay the suspect apart, in diagonals of the original.
     fn farthest(&self, a: &Similarity, b: &Similarity) -> f64 {
-        let BoundingBox { min, max } = self.suspect.bounding_box();
+        let BoundingBox { min, max } = self.suspect.mesh().bounding_box();
         let corners = (0..8).map(|i| std::array::from_fn(|axis| [min, max][i >> axis & 1][axis]));
         let apart = corners.map(|p: [f64; 3]| sub(a.apply(p), b.apply(p)));
         let farthest = apart.map(|d| dot(d, d).sqrt()).fold(0.0, f64::max);
-        farthest / self.original.bounding_box().diagonal()
+        farthest / self.original.mesh().bounding_box().diagonal()
     }
 
     /// The suspect under a transform to the original's frame, at each vertex of the original: the vertex itself where it
@@ -117,28 +110,19 @@ impl<'a> Sampler<'a> {
     /// # Errors
     /// When the threads can't be started; [`MarkError::Job`].
     pub fn sample(&self, transform: &Similarity, job: &Job) -> Result<Registered, MarkError> {
-        let options = ResampleOptions {
-            threads: job.threads(),
-            ..ResampleOptions::default()
-        };
-        let sampled = resample_observed(
-            self.original,
-            self.suspect,
-            &self.surface,
-            transform,
-            &options,
-            &Watching(job),
-        )?;
+        let (options, quiet) = (ResampleOptions::default(), job.quiet());
+        let sampled = resample(&self.original, &self.suspect, transform, &options, &quiet)?;
         let normals = self.original.vertex_normals();
-        let mut registered = Registered::by_vertices(vec![None; self.original.vertex_count()]);
-        registered.suspect_vertices = self.suspect.vertex_count();
+        let (original, suspect) = (self.original.mesh(), self.suspect.mesh());
+        let mut registered = Registered::by_vertices(vec![None; original.vertex_count()]);
+        registered.suspect_vertices = suspect.vertex_count();
         for (v, offset) in sampled.offsets.iter().enumerate() {
             let survivor = self.survivors.and_then(|map| map.suspect_of[v]);
             if let Some(survivor) = survivor {
-                let place = self.suspect.positions()[survivor as usize];
+                let place = suspect.positions()[survivor as usize];
                 registered.positions[v] = Some(transform.apply(place));
             } else if let (Some(offset), Some(triangle)) = (*offset, sampled.triangles[v]) {
-                let (place, normal) = (self.original.positions()[v], normals[v]);
+                let (place, normal) = (original.positions()[v], normals[v]);
                 registered.positions[v] = Some(add(place, scaled(normal, offset)));
                 let facing = self.normal(triangle as usize);
                 let facing = transform.rotation.map(|row| dot(row, facing));
@@ -146,7 +130,7 @@ impl<'a> Sampler<'a> {
             }
         }
         if registered.along.iter().any(Option::is_some) {
-            registered.facets = self.facets(&registered, &sampled, transform, job.threads())?;
+            registered.facets = self.facets(&registered, &sampled, transform, job)?;
         }
         Ok(registered)
     }
@@ -157,15 +141,15 @@ impl<'a> Sampler<'a> {
         registered: &Registered,
         sampled: &Resampled,
         transform: &Similarity,
-        threads: usize,
+        job: &Job,
     ) -> Result<Vec<f64>, MarkError> {
-        let surface = self.original_surface.get_or_init(|| Surface::new(self.original));
-        let positions = self.suspect.positions().iter();
+        let suspect = self.suspect.mesh();
+        let positions = suspect.positions().iter();
         let placed: Vec<[f64; 3]> = positions.map(|&p| transform.apply(p)).collect();
-        let nearest = surface.nearest_of(&placed, threads)?;
+        let nearest = self.original.surface().nearest_of(&placed, &job.quiet())?;
         let facet = |v: usize| {
             let (along, seen) = (registered.along[v]?, registered.positions[v]?);
-            let corners = self.suspect.triangles()[sampled.triangles[v]? as usize].map(|w| w as usize);
+            let corners = suspect.triangles()[sampled.triangles[v]? as usize].map(|w| w as usize);
             let weights = barycentric(corners.map(|w| placed[w]), seen);
             let moved = corners.iter().zip(weights).fold([0.0; 3], |sum, (&w, weight)| {
                 add(sum, scaled(sub(nearest[w].point, placed[w]), weight))
@@ -179,23 +163,8 @@ impl<'a> Sampler<'a> {
 
     /// Of a triangle of the suspect, of any length.
     fn normal(&self, triangle: usize) -> [f64; 3] {
-        let [a, b, c] = self.suspect.corners(triangle);
+        let [a, b, c] = self.suspect.mesh().corners(triangle);
         cross(sub(b, a), sub(c, a))
-    }
-}
-
-/// Passes on to a job how far the alignment is.
-pub(crate) struct Watching<'a>(pub(crate) &'a Job);
-
-impl registration::Observer for Watching<'_> {
-    fn stage(&self, stage: registration::Stage) {
-        if let registration::Stage::Guesses { done, total } = stage {
-            let _ = self.0.progress(done as f64 / total.max(1) as f64);
-        }
-    }
-
-    fn cancelled(&self) -> bool {
-        self.0.is_cancelled()
     }
 }
 

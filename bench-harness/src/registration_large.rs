@@ -1,0 +1,83 @@
+//! The whole way of a million vertices back onto a million vertices, in seconds and bytes.
+
+use std::{path::PathBuf, thread};
+
+use anyhow::Result;
+use evaluation::inputs::name_of;
+use job::Job;
+use mesh::{TriMesh, shapes};
+use mesh_io::Asset;
+use registration::{AlignOptions, ResampleOptions, align, resample};
+
+use crate::{
+    measure::timed,
+    registration::{ATTACKS, Attack, attacked},
+};
+use evaluation::{
+    machine::{forget_peak_memory, peak_memory},
+    meshes::random_similarity,
+    python::Python,
+    table::Table,
+};
+
+const MESH: &str = "ct_skull_1081k_closed";
+
+const SUSPECTS: [&str; 5] = [
+    "none",
+    "crop to 50 %",
+    "noise 0.5 %",
+    "simplification to 5 %",
+    "isotropic re-meshing",
+];
+
+/// A table, and what it says; nothing where the mesh is not there.
+pub(crate) fn run(files: &[PathBuf], attacks: &Python) -> Result<String> {
+    let Some(path) = files.iter().find(|path| name_of(path) == MESH) else {
+        return Ok(String::new());
+    };
+    let original = Asset::open(path)?.mesh().clone();
+    let threads = thread::available_parallelism().map_or(1, usize::from);
+    let mut table = Table::new(
+        "A million vertices",
+        &[
+            "attack",
+            "vertices",
+            "alignment (s)",
+            "resampling (s)",
+            "both (s)",
+            "peak memory (MiB)",
+        ],
+    );
+    for attack in ATTACKS.iter().filter(|attack| SUSPECTS.contains(&attack.name)) {
+        table.row(row(&original, attack, attacks, threads)?);
+    }
+    Ok(format!(
+        "{}\nWall time with {threads} threads, from two meshes in memory to the suspect sampled at every vertex of {MESH} ({} vertices), search structures included. Memory is that of the process, \
+         with both meshes.\n\n",
+        table.markdown(),
+        original.vertex_count()
+    ))
+}
+
+fn row(original: &TriMesh, attack: &Attack, attacks: &Python, threads: usize) -> Result<[String; 6]> {
+    let (script, strength) = attack.script;
+    let suspect = attacked(attacks, original, MESH, script, strength, 0)?;
+    let suspect = shapes::moved(&suspect, &random_similarity(original, 1));
+    forget_peak_memory();
+    let (found, aligning) = timed(|| align(original, &suspect, &AlignOptions::default(), &Job::new(threads)));
+    let transform = found?.transform;
+    let (seen, resampling) = timed(|| {
+        let (options, job) = (ResampleOptions::default(), Job::new(threads));
+        resample(original, &suspect, &transform, &options, &job)
+    });
+    seen?;
+    let memory = peak_memory().map_or_else(String::new, |bytes| (bytes >> 20).to_string());
+    Ok([
+        attack.name.to_string(),
+        suspect.vertex_count().to_string(),
+        format!("{:.1}", aligning.wall),
+        format!("{:.1}", resampling.wall),
+        format!("{:.1}", aligning.wall + resampling.wall),
+        memory,
+    ])
+}

@@ -1,0 +1,187 @@
+//! Keys, signing, verification.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use sigmark::{Coverage, Curve, PatchCount, Scheme, Strength};
+
+use super::{Laplacian, Threads, TimeLimit, numbers};
+
+/// A curve, a hash function, and what is signed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Profile {
+    /// ECDSA on P-256 with SHA-256, 512 bits, over the message and the original's geometry
+    #[default]
+    Standard,
+    /// The paper's: ECDSA on a binary curve (B-163) with SHA-1, 324 bits, over the message alone. For reproduction only
+    Paper,
+}
+
+impl Profile {
+    pub(crate) fn curve(self) -> Curve {
+        self.scheme().curve()
+    }
+
+    pub(crate) fn scheme(self) -> Scheme {
+        match self {
+            Self::Standard => Scheme::EcdsaP256Sha256,
+            Self::Paper => Scheme::EcdsaB163Sha1,
+        }
+    }
+
+    pub(crate) fn coverage(self) -> Coverage {
+        match self {
+            Self::Standard => Coverage::MessageAndGeometry,
+            Self::Paper => Coverage::Message,
+        }
+    }
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Example:
+  sigmark keygen -o owner.pem        writes owner.pem and owner.pub.pem
+
+The private key is PKCS#8 PEM, readable by you alone; OpenSSL reads it too. Keep it secret and keep a copy: whoever \
+has it can sign in your name, and without it nothing more can be signed. Give the public key to whoever is to verify.
+
+--json prints: private_key, public_key (file names), curve, fingerprint.")]
+pub(crate) struct Keygen {
+    /// Where to write the private key; the public key goes beside it, as .pub.pem
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: PathBuf,
+    /// Which kind of signature the key is for
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) profile: Profile,
+    /// Lock the private key with a passphrase, asked for or taken from SIGMARK_PASSPHRASE
+    #[arg(long)]
+    pub(crate) encrypt: bool,
+    /// Replace files that exist
+    #[arg(long)]
+    pub(crate) force: bool,
+    /// Print one JSON object
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Example:
+  sigmark embed model.obj -o signed.obj --key owner.pem --message \"© 2026 Studio, order 4711\"
+
+Writes signed.obj, the same file with other vertex positions, and signed.obj.cert.json, the certificate. Give away the \
+signed file. Keep the original and the certificate: both are needed to verify, and whoever has both can remove the mark.
+
+Reads and writes OBJ, PLY, STL and OFF, also gzipped. A locked key's passphrase is asked for, or taken from the \
+environment variable SIGMARK_PASSPHRASE.
+
+--json prints: output, certificate (file names), scheme, bits, chip_rate, laplacian, functions (manifold harmonics of a patch), \
+patches, unmarked_vertices, alpha, distortion_rms (fraction of the diagonal), seconds (of each stage).")]
+pub(crate) struct Embed {
+    /// The mesh to sign
+    pub(crate) model: PathBuf,
+    /// Where to write the signed mesh: the same format as the model
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: PathBuf,
+    /// The private key
+    #[arg(short, long, value_name = "PEM")]
+    pub(crate) key: PathBuf,
+    /// What you assert: a text that stands in the certificate and is signed [default: none]
+    #[arg(
+        short,
+        long,
+        value_name = "TEXT",
+        default_value = "",
+        hide_default_value = true
+    )]
+    pub(crate) message: String,
+    /// Where to write the certificate [default: the output's name and .cert.json]
+    #[arg(long, value_name = "FILE")]
+    pub(crate) certificate: Option<PathBuf>,
+    /// Kind of signature; must suit the key [default: as the key's curve has it]
+    #[arg(long, value_enum)]
+    pub(crate) profile: Option<Profile>,
+    /// Hash with SHA-1 in place of SHA-256 (P-256 keys)
+    #[arg(long)]
+    pub(crate) sha1: bool,
+    /// How far the surface moves: RMS displacement as a fraction of the bounding box's diagonal [default: 0.0004]
+    #[arg(long, value_name = "FRACTION", group = "strength", allow_negative_numbers = true, value_parser = numbers::distortion)]
+    distortion: Option<f64>,
+    /// Strength as α of eq. 12, for patches of unit area; in place of --distortion
+    #[arg(long, value_name = "ALPHA", group = "strength", allow_negative_numbers = true, value_parser = numbers::positive)]
+    alpha: Option<f64>,
+    /// Strength as the paper's α, in the model's unit of length; in place of --distortion
+    #[arg(long, value_name = "ALPHA", group = "strength", allow_negative_numbers = true, value_parser = numbers::positive)]
+    paper_alpha: Option<f64>,
+    /// How often each bit is repeated in a patch: more is more robust, but needs more vertices and time
+    #[arg(long, value_name = "C", default_value_t = 3, allow_negative_numbers = true, value_parser = numbers::count)]
+    pub(crate) chip_rate: usize,
+    /// Into how many patches the mesh is cut, each with the whole signature: a number, or auto for as few as keep each below
+    /// 30 000 vertices
+    #[arg(long, value_name = "N", default_value = "auto", allow_negative_numbers = true, value_parser = numbers::patches)]
+    pub(crate) patches: PatchCount,
+    /// Which Laplacian gives the manifold harmonics
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) laplacian: Laplacian,
+    #[command(flatten)]
+    pub(crate) threads: Threads,
+    /// Replace files that exist
+    #[arg(long)]
+    pub(crate) force: bool,
+    /// Print one JSON object
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+impl Embed {
+    pub(crate) fn strength(&self) -> Strength {
+        match (self.distortion, self.alpha, self.paper_alpha) {
+            (Some(fraction), _, _) => Strength::Distortion(fraction),
+            (_, Some(alpha), _) => Strength::Alpha(alpha),
+            (_, _, Some(alpha)) => Strength::PaperAlpha(alpha),
+            _ => Strength::default(),
+        }
+    }
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Example:
+  sigmark verify found.obj --original model.obj --certificate signed.obj.cert.json \\
+      --public-key owner.pub.pem
+
+Exit code 0 if the signature was read back (verified) or its presence is beyond doubt (detected), 1 if it was not found.
+
+The suspect may be in any format, moved, turned, scaled, mirrored, its vertices and faces in any order. Where it lost the \
+original's triangles, because it was cropped, decimated, subdivided or re-meshed, it is laid onto the original by its \
+surface; at least 80 % of that must lie there.
+
+--json prints: outcome (verified, detected or not_found), extraction_rate (0 to 1), p_value, correlation, bits, \
+bit_errors, registration (connectivity, surroundings or surface), poses (how many were tried), overlap (share of the \
+suspect's surface that lies on the original, 0 to 1), coverage (share of the original's that lies on the suspect), missing \
+(share of the original's vertices that were not seen), residual (fraction of the diagonal), transform (4 × 4, suspect to \
+original), mirrored, attack_model, remark, message, public_key (fingerprint), seconds (of each stage). What can't be said \
+is null.")]
+pub(crate) struct Verify {
+    /// The mesh in question
+    pub(crate) suspect: PathBuf,
+    /// The very file that was signed
+    #[arg(long, value_name = "FILE")]
+    pub(crate) original: PathBuf,
+    /// The certificate that embed wrote
+    #[arg(long, value_name = "FILE")]
+    pub(crate) certificate: PathBuf,
+    /// The signer's public key
+    #[arg(long, value_name = "PEM")]
+    pub(crate) public_key: PathBuf,
+    /// The largest probability of being wrong that counts as detected
+    #[arg(long, value_name = "P", default_value = "1e-6", allow_negative_numbers = true, value_parser = numbers::between_0_and_1)]
+    pub(crate) p_bound: f64,
+    #[command(flatten)]
+    pub(crate) time_limit: TimeLimit,
+    #[command(flatten)]
+    pub(crate) threads: Threads,
+    /// Print one JSON object
+    #[arg(long)]
+    pub(crate) json: bool,
+}

@@ -1,0 +1,71 @@
+//! On what the figures were measured.
+
+use std::process::Command;
+
+use crate::process;
+
+/// Processor, cores, compiler: one line for the foot of a table.
+pub fn description() -> String {
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let rustc = process::output(Command::new("rustc").arg("--version")).unwrap_or_default();
+    format!("{}, {cores} cores; {}", processor(), rustc.trim())
+}
+
+fn processor() -> String {
+    let linux = std::fs::read_to_string("/proc/cpuinfo").ok();
+    let model = linux.as_deref().and_then(|text| {
+        let line = text.lines().find(|line| line.starts_with("model name"))?;
+        line.split_once(':').map(|(_, name)| name.trim().to_string())
+    });
+    model.unwrap_or_else(|| format!("{} {}", std::env::consts::OS, std::env::consts::ARCH))
+}
+
+/// The most memory that this process held at a time since it began or [`forget_peak_memory`] was called, in bytes; `None`
+/// where the system does not say.
+pub fn peak_memory() -> Option<u64> {
+    peak_memory_in("/proc/self/status")
+}
+
+/// As [`peak_memory`], of another process that runs.
+pub fn peak_memory_of(process: u32) -> Option<u64> {
+    peak_memory_in(&format!("/proc/{process}/status"))
+}
+
+fn peak_memory_in(status: &str) -> Option<u64> {
+    bytes(status, "VmHWM:")
+}
+
+/// The memory that programs can still have, in bytes; `None` where the system does not say.
+pub fn available_memory() -> Option<u64> {
+    bytes("/proc/meminfo", "MemAvailable:")
+}
+
+/// An amount of memory that Linux tells by this name, in KiB.
+fn bytes(file: &str, name: &str) -> Option<u64> {
+    let text = std::fs::read_to_string(file).ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix(name))?;
+    let kibibytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(1024 * kibibytes)
+}
+
+/// Lets [`peak_memory`] count anew from what is held now, where the system can.
+pub fn forget_peak_memory() {
+    // Elsewhere than on Linux there is nothing to forget.
+    let _ = std::fs::write("/proc/self/clear_refs", "5");
+}
+
+/// How much other work the machine had: timings on a busy machine mean less.
+pub fn load() -> String {
+    let linux = std::fs::read_to_string("/proc/loadavg").ok();
+    let words: Option<Vec<String>> =
+        linux.map(|text| text.split_whitespace().take(3).map(String::from).collect());
+    words.map_or_else(
+        || "load not known".into(),
+        |words| {
+            format!(
+                "load average over 1, 5 and 15 minutes at the end: {}",
+                words.join(", ")
+            )
+        },
+    )
+}

@@ -1,0 +1,152 @@
+//! The promise of the README, tried on real files: sign, and find again after everything that keeps the connectivity.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    time::Instant,
+};
+
+use anyhow::{Context, Result, bail};
+use job::Job;
+use mesh::{Similarity, TriMesh, shapes};
+use mesh_io::{Asset, Format, Precision, write_mesh};
+use rand_chacha::{
+    ChaCha20Rng,
+    rand_core::{Rng, SeedableRng},
+};
+use sigmark::{Curve, Embedder, Outcome, SigningKey, Verdict, Verifier};
+
+pub fn run(folder: &Path, most_vertices: usize) -> Result<()> {
+    let mut failures = 0;
+    let mut previous: Option<TriMesh> = None;
+    for path in files(folder)? {
+        let Ok(asset) = Asset::open(&path) else { continue };
+        let vertices = asset.mesh().vertex_count();
+        let name = path.strip_prefix(folder).unwrap_or(&path).display();
+        if vertices > most_vertices {
+            println!("{name}: {vertices} vertices, passed over");
+            continue;
+        }
+        let begun = Instant::now();
+        match check(&asset, previous.as_ref()) {
+            Ok(failed) => {
+                failures += failed.len();
+                let verdict = if failed.is_empty() {
+                    "all as it should be".into()
+                } else {
+                    failed.join("; ")
+                };
+                println!(
+                    "{name}: {vertices} vertices, {verdict} ({:.1} s)",
+                    begun.elapsed().as_secs_f64()
+                );
+            }
+            Err(refused) => println!("{name}: {vertices} vertices, not signed: {refused:#}"),
+        }
+        previous = Some(asset.mesh().clone());
+    }
+    if failures > 0 {
+        bail!("{failures} checks failed");
+    }
+    Ok(())
+}
+
+/// Mesh files below a folder, by name.
+pub(crate) fn files(folder: &Path) -> Result<Vec<PathBuf>> {
+    let mut found = Vec::new();
+    for entry in fs::read_dir(folder).with_context(|| folder.display().to_string())? {
+        let path = entry?.path();
+        if path.is_dir() {
+            found.extend(files(&path)?);
+        } else if Format::of_path(&path).is_some() {
+            found.push(path);
+        }
+    }
+    found.sort();
+    Ok(found)
+}
+
+/// Signs the file's mesh and tries every suspect; answers with what was not as it should be.
+fn check(asset: &Asset, other_model: Option<&TriMesh>) -> Result<Vec<String>> {
+    let job = Job::new(std::thread::available_parallelism().map_or(1, usize::from));
+    let original = asset.mesh();
+    let keys = [1, 2].map(|seed| SigningKey::generate(Curve::P256, &mut ChaCha20Rng::seed_from_u64(seed)));
+    let embedders = keys.each_ref().map(|key| Embedder::new(key).message("checked"));
+    let signed = embedders[0].embed(original, &job)?;
+    if signed.original().basis_bytes() < 1 << 30 {
+        signed.original().keep_bases(&job)?;
+    }
+    let foreign = embedders[1].embed_in(signed.original(), &job)?;
+    // As the file holds it: rounded to its precision.
+    let marked = asset.with_positions(signed.positions())?.mesh().clone();
+    let foreign = asset.with_positions(foreign.positions())?.mesh().clone();
+
+    let certificate = signed.certificate();
+    let verifier = Verifier::with_original(signed.original(), certificate, certificate.public_key())?;
+    let moved = shapes::moved(&marked, &random_similarity(original, 7));
+    let suspects = [
+        ("untouched", marked.clone()),
+        ("moved, turned and scaled", moved.clone()),
+        ("shuffled", shapes::shuffled(&marked, 3)),
+        ("moved and shuffled", shapes::shuffled(&moved, 4)),
+        ("as OBJ in single precision", converted(&marked, Format::Obj)?),
+        ("as STL", converted(&marked, Format::Stl)?),
+        ("as OFF", converted(&marked, Format::Off)?),
+    ];
+    let mut failed = Vec::new();
+    for (name, suspect) in suspects {
+        let verdict = verifier.verify(&suspect, &job)?;
+        if verdict.outcome != Outcome::Verified || verdict.extraction_rate != Some(1.0) {
+            failed.push(format!("{name}: {}", shown(&verdict)));
+        }
+    }
+    let strangers = [
+        ("unmarked", Some(original)),
+        ("marked by another key", Some(&foreign)),
+        ("another model", other_model),
+    ];
+    for (name, suspect) in strangers {
+        let Some(suspect) = suspect else { continue };
+        let verdict = verifier.verify(suspect, &job)?;
+        if !matches!(verdict.outcome, Outcome::NotFound { .. }) {
+            failed.push(format!("{name}: {}", shown(&verdict)));
+        }
+    }
+    Ok(failed)
+}
+
+fn shown(verdict: &Verdict) -> String {
+    let remark = verdict
+        .remark
+        .as_ref()
+        .map_or(String::new(), |remark| format!(", {remark}"));
+    format!("{:?}, ER {:?}{remark}", verdict.outcome, verdict.extraction_rate)
+}
+
+/// Uniform rotation, scale between 0.01 and 100, shift by up to ten diagonals.
+pub fn random_similarity(mesh: &TriMesh, seed: u64) -> Similarity {
+    let mut rng = ChaCha20Rng::seed_from_u64(seed);
+    let mut uniform = || 2.0 * f64::from(rng.next_u32()) / f64::from(u32::MAX) - 1.0;
+    // A point in the unit ball of four dimensions points in a uniformly random direction.
+    let quaternion = loop {
+        let q: [f64; 4] = std::array::from_fn(|_| uniform());
+        if (0.01..=1.0).contains(&q.iter().map(|x| x * x).sum::<f64>()) {
+            break q;
+        }
+    };
+    let scale = 100f64.powf(uniform());
+    let translation = std::array::from_fn(|_| 10.0 * uniform() * mesh.bounding_box().diagonal());
+    Similarity {
+        scale,
+        translation,
+        ..Similarity::from_quaternion(quaternion)
+    }
+}
+
+fn converted(mesh: &TriMesh, format: Format) -> Result<TriMesh> {
+    Ok(
+        Asset::from_bytes(write_mesh(mesh, format, Precision::Single), format)?
+            .mesh()
+            .clone(),
+    )
+}

