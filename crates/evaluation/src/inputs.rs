@@ -6,7 +6,7 @@ use std::{
 
 use anyhow::{Context, Result};
 use flate2::read::MultiGzDecoder;
-use mesh::{Edges, TriMesh, shapes};
+use mesh::{TriMesh, shapes};
 use mesh_io::Format;
 use partition::{Graph, read_metis};
 
@@ -77,10 +77,10 @@ pub fn read_graph(path: &Path) -> Result<Graph> {
 /// # Errors
 /// When the mesh has more edges than a graph can have.
 pub fn edge_graph(mesh: &TriMesh) -> Result<Graph> {
-    let neighbours = Edges::of(mesh).neighbours(mesh.vertex_count());
+    let neighbours = mesh.neighbours();
     Ok(Graph::new(
         neighbours.offsets().to_vec(),
-        neighbours.neighbours().to_vec(),
+        neighbours.entries().to_vec(),
         None,
         None,
     )?)

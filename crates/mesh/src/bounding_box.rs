@@ -1,4 +1,4 @@
-use crate::Vec3;
+use crate::{Similarity, Vec3};
 
 /// An axis-aligned box.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,6 +52,16 @@ impl BoundingBox {
     /// The point in the middle.
     pub fn centre(&self) -> [f64; 3] {
         std::array::from_fn(|axis| 0.5 * self.min[axis] + 0.5 * self.max[axis])
+    }
+
+    /// To the frame in which the centre is 0 and the diagonal 1; its inverse leads back.
+    pub fn to_unit_frame(&self) -> Similarity {
+        let diagonal = self.diagonal();
+        Similarity {
+            scale: 1.0 / diagonal,
+            translation: self.centre().map(|x| -x / diagonal),
+            ..Similarity::IDENTITY
+        }
     }
 
     /// Length of the diagonal, the yardstick of every relative distance in this project.

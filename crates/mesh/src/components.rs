@@ -1,7 +1,7 @@
 use crate::TriMesh;
 use crate::union_find::UnionFind;
 
-/// The connected parts of a mesh: two vertices lie in one part when a path of edges joins them.
+/// The connected parts of a mesh, or of any graph: two vertices lie in one part when a path of edges joins them.
 ///
 /// Parts are numbered from 0 in the order of their smallest vertices. A vertex that no triangle uses is a part by itself.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,29 +16,43 @@ pub struct Components {
 
 /// Finds the connected parts of a mesh.
 pub fn components(mesh: &TriMesh) -> Components {
-    let mut sets = UnionFind::new(mesh.vertex_count());
-    for &[a, b, c] in mesh.triangles() {
-        sets.join(a, b);
-        sets.join(b, c);
+    Components::of_triangles(mesh.vertex_count(), mesh.triangles())
+}
+
+impl Components {
+    /// The parts of `count` vertices under triangles that need not make a mesh.
+    pub fn of_triangles(count: usize, triangles: &[[u32; 3]]) -> Self {
+        Self::of_pairs(count, triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c]]))
     }
-    let mut of_vertex = Vec::with_capacity(mesh.vertex_count());
-    let mut sizes = Vec::new();
-    for v in 0..mesh.vertex_count() as u32 {
-        // The representative is the smallest member, so it has been numbered already, or is v itself.
-        let part = match sets.find(v) {
-            first if first < v => of_vertex[first as usize],
-            _ => {
-                sizes.push(0);
-                sizes.len() as u32 - 1
-            }
-        };
-        sizes[part as usize] += 1;
-        of_vertex.push(part);
-    }
-    Components {
-        count: sizes.len(),
-        of_vertex,
-        sizes,
+
+    /// The parts of `count` vertices of which pairs are joined, in any order: the edges of a graph, or the entries of a matrix.
+    ///
+    /// # Panics
+    /// If a pair names a vertex that is not below `count`.
+    pub fn of_pairs(count: usize, pairs: impl IntoIterator<Item = [u32; 2]>) -> Self {
+        let mut sets = UnionFind::new(count);
+        for [a, b] in pairs {
+            sets.join(a, b);
+        }
+        let mut of_vertex = Vec::with_capacity(count);
+        let mut sizes = Vec::new();
+        for v in 0..count as u32 {
+            // The representative is the smallest member, so it has been numbered already, or is v itself.
+            let part = match sets.find(v) {
+                first if first < v => of_vertex[first as usize],
+                _ => {
+                    sizes.push(0);
+                    sizes.len() as u32 - 1
+                }
+            };
+            sizes[part as usize] += 1;
+            of_vertex.push(part);
+        }
+        Self {
+            count: sizes.len(),
+            of_vertex,
+            sizes,
+        }
     }
 }
 

@@ -1,4 +1,4 @@
-use crate::TriMesh;
+use crate::{TriMesh, VertexStars};
 
 /// The edges of a mesh, each once, with the triangles on them.
 ///
@@ -10,6 +10,7 @@ pub struct Edges {
     offsets: Vec<u32>,
     triangles: Vec<u32>,
     of_triangle: Vec<[u32; 3]>,
+    vertex_count: usize,
 }
 
 impl Edges {
@@ -29,6 +30,7 @@ impl Edges {
             offsets: Vec::with_capacity(sides.len() / 2 + 1),
             triangles: Vec::with_capacity(sides.len()),
             of_triangle: vec![[0; 3]; mesh.triangle_count()],
+            vertex_count: mesh.vertex_count(),
         };
         for a in 0..mesh.vertex_count() {
             let bucket = &mut sides[starts[a] as usize..starts[a + 1] as usize];
@@ -76,25 +78,24 @@ impl Edges {
         self.vertices.binary_search(&[a.min(b), a.max(b)]).ok()
     }
 
-    /// The vertices at the other ends of each vertex's edges. `vertex_count` is that of the mesh.
-    pub fn neighbours(&self, vertex_count: usize) -> Adjacency {
-        let mut offsets = vec![0; vertex_count + 1];
-        for &v in self.vertices.as_flattened() {
-            offsets[v as usize + 1] += 1;
-        }
-        for v in 0..vertex_count {
-            offsets[v + 1] += offsets[v];
-        }
+    /// The end of an edge that is not `vertex`, which is the other one.
+    pub fn other_end(&self, edge: usize, vertex: u32) -> u32 {
+        let [a, b] = self.vertices[edge];
+        if a == vertex { b } else { a }
+    }
+
+    /// The edges at each vertex.
+    pub fn at_vertices(&self) -> VertexStars {
+        let ends = (0..).zip(&self.vertices);
+        let pairs = ends.flat_map(|(e, &[a, b])| [(a, e), (b, e)]);
+        VertexStars::gather(self.vertex_count, pairs)
+    }
+
+    /// The vertices at the other ends of each vertex's edges: symmetric, no vertex its own neighbour.
+    pub fn neighbours(&self) -> VertexStars {
         // Edges are sorted, so each row receives its smaller neighbours in order and then its larger ones in order.
-        let mut next = offsets.clone();
-        let mut neighbours = vec![0; 2 * self.count()];
-        for &[a, b] in &self.vertices {
-            for (from, to) in [(a, b), (b, a)] {
-                neighbours[next[from as usize]] = to;
-                next[from as usize] += 1;
-            }
-        }
-        Adjacency { offsets, neighbours }
+        let pairs = self.vertices.iter().flat_map(|&[a, b]| [(a, b), (b, a)]);
+        VertexStars::gather(self.vertex_count, pairs)
     }
 }
 
@@ -116,35 +117,6 @@ fn bucket_starts(mesh: &TriMesh) -> Vec<u32> {
         starts[a + 1] += starts[a];
     }
     starts
-}
-
-/// Which vertices share an edge with which: compressed rows, each sorted, symmetric, no vertex its own neighbour.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Adjacency {
-    offsets: Vec<usize>,
-    neighbours: Vec<u32>,
-}
-
-impl Adjacency {
-    /// The neighbours of a vertex, ascending.
-    pub fn of(&self, vertex: usize) -> &[u32] {
-        &self.neighbours[self.offsets[vertex]..self.offsets[vertex + 1]]
-    }
-
-    /// Where each vertex's row begins in [`Self::neighbours`]; #V + 1 entries.
-    pub fn offsets(&self) -> &[usize] {
-        &self.offsets
-    }
-
-    /// All rows, one after another; 2 #E entries.
-    pub fn neighbours(&self) -> &[u32] {
-        &self.neighbours
-    }
-
-    /// #V.
-    pub fn vertex_count(&self) -> usize {
-        self.offsets.len() - 1
-    }
 }
 
 #[cfg(test)]
@@ -192,6 +164,29 @@ mod tests {
             let rows =
                 (0..mesh.vertex_count()).flat_map(|v| adjacency.of(v).iter().map(move |&w| (v as u32, w)));
             assert!(rows.eq(pairs), "rows are sorted and complete");
+        }
+    }
+
+    #[test]
+    fn stars_hold_what_touches_the_vertex_in_ascending_order() {
+        for mesh in meshes() {
+            let edges = Edges::of(&mesh);
+            let (of_edges, of_triangles) = (edges.at_vertices(), mesh.vertex_triangles());
+            assert_eq!(of_edges.entries().len(), 2 * edges.count());
+            assert_eq!(of_triangles.entries().len(), 3 * mesh.triangle_count());
+            for v in 0..mesh.vertex_count() {
+                assert!(
+                    of_edges.of(v).is_sorted_by(|e, f| e < f)
+                        && of_triangles.of(v).is_sorted_by(|t, u| t < u)
+                );
+                let touches = |&t: &u32| mesh.triangles()[t as usize].contains(&(v as u32));
+                assert!(of_triangles.of(v).iter().all(touches));
+                let others = of_edges
+                    .of(v)
+                    .iter()
+                    .map(|&e| edges.other_end(e as usize, v as u32));
+                assert!(others.eq(edges.neighbours().of(v).iter().copied()));
+            }
         }
     }
 

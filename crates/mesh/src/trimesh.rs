@@ -1,5 +1,5 @@
 use crate::normals::vertex_normals;
-use crate::{Adjacency, BoundingBox, Edges, MeshError, Vec3};
+use crate::{BoundingBox, Edges, MeshError, Vec3, VertexStars};
 
 /// A triangle mesh: #V positions in the unit of the model, and #F triangles of vertex indices from 0.
 ///
@@ -141,8 +141,15 @@ impl TriMesh {
     }
 
     /// Which vertices share an edge with which.
-    pub fn neighbours(&self) -> Adjacency {
-        Edges::of(self).neighbours(self.vertex_count())
+    pub fn neighbours(&self) -> VertexStars {
+        Edges::of(self).neighbours()
+    }
+
+    /// The triangles at each vertex.
+    pub fn vertex_triangles(&self) -> VertexStars {
+        let corners = self.triangles.iter().enumerate();
+        let pairs = corners.flat_map(|(t, corners)| corners.map(|v| (v, t as u32)));
+        VertexStars::gather(self.vertex_count(), pairs)
     }
 
     /// The smallest axis-aligned box around the vertices.

@@ -1,13 +1,18 @@
 //! The kernel of a Laplacian is known: functions that are constant on each connected component.
 
 use faer::Mat;
+use mesh::Components;
 
 use crate::operator::Operator;
 
 /// Orthonormal kernel vectors of A, #V by `components`, in a canonical order: the constant, then for each further
 /// component (in order of first vertex) the contrast between it and all components before it.
 pub(crate) fn kernel(operator: &Operator) -> Mat<f64> {
-    let (label, count) = operator.components();
+    let Components {
+        count,
+        of_vertex: label,
+        ..
+    } = operator.components();
     let root_mass = operator.root_mass();
     let mut mass = vec![0.0; count];
     for (&c, r) in label.iter().zip(root_mass) {

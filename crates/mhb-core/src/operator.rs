@@ -2,6 +2,7 @@ use std::borrow::Cow;
 use std::ops::Range;
 
 use faer::{Mat, MatRef};
+use mesh::Components;
 use sprs::CsMat;
 
 use crate::{Laplacian, dense};
@@ -236,26 +237,9 @@ impl Operator {
         a
     }
 
-    /// The connected components of the matrix: one label a vertex, in order of first vertex, and their number.
-    pub(crate) fn components(&self) -> (Vec<u32>, usize) {
-        let mut label = vec![u32::MAX; self.size()];
-        let (mut count, mut stack) = (0, Vec::new());
-        for start in 0..self.size() {
-            if label[start] != u32::MAX {
-                continue;
-            }
-            label[start] = count;
-            stack.push(start);
-            while let Some(j) = stack.pop() {
-                for (i, _) in self.column(j) {
-                    if label[i] == u32::MAX {
-                        label[i] = count;
-                        stack.push(i);
-                    }
-                }
-            }
-            count += 1;
-        }
-        (label, count as usize)
+    /// The connected components of the matrix.
+    pub(crate) fn components(&self) -> Components {
+        let column = |j: usize| self.column(j).map(move |(i, _)| [i as u32, j as u32]);
+        Components::of_pairs(self.size(), (0..self.size()).flat_map(column))
     }
 }

@@ -2,16 +2,16 @@
 //! measures it.
 
 use mesh::vector::{norm, sub, unit};
-use mesh::{Edges, TriMesh};
+use mesh::{Edges, TriMesh, VertexStars};
 
-use super::walk::{Star, Walker};
+use super::walk::Walker;
 use job::{Job, JobError};
 
 /// A mesh with what curvature needs.
 pub(crate) struct Bending<'a> {
     pub(crate) mesh: &'a TriMesh,
     pub(crate) edges: Edges,
-    pub(crate) star: Star,
+    pub(crate) star: VertexStars,
     bends: Vec<Option<f64>>,
 }
 
@@ -22,7 +22,7 @@ impl<'a> Bending<'a> {
     pub(crate) fn new(mesh: &'a TriMesh) -> Self {
         let edges = Edges::of(mesh);
         Self {
-            star: Star::new(mesh, &edges),
+            star: edges.at_vertices(),
             bends: super::dihedral::bends(mesh, &edges),
             edges,
             mesh,

@@ -216,7 +216,7 @@ impl Bending<'_> {
 
     /// (Σ d³ / n)^⅓ over the vertices that triangles use.
     fn pooled(&self, local: &[f64]) -> f64 {
-        let used = (0..self.mesh.vertex_count() as u32).filter(|&v| !self.star.of(v).is_empty());
+        let used = (0..self.mesh.vertex_count() as u32).filter(|&v| !self.star.of(v as usize).is_empty());
         let (sum, count) = used.fold((0.0, 0.0), |(sum, count), v| {
             (sum + local[v as usize].powf(POOLING), count + 1.0)
         });

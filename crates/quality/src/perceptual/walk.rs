@@ -1,39 +1,7 @@
 //! What lies around a vertex within a radius.
 
 use mesh::vector::{Vec3, dot, squared, sub};
-use mesh::{Edges, TriMesh};
-
-/// The edges at each vertex.
-pub(crate) struct Star {
-    offsets: Vec<u32>,
-    edges: Vec<u32>,
-}
-
-impl Star {
-    pub(crate) fn new(mesh: &TriMesh, edges: &Edges) -> Self {
-        let mut offsets = vec![0; mesh.vertex_count() + 1];
-        for &v in edges.vertices().as_flattened() {
-            offsets[v as usize + 1] += 1;
-        }
-        for v in 0..mesh.vertex_count() {
-            offsets[v + 1] += offsets[v];
-        }
-        let mut next = offsets.clone();
-        let mut star = vec![0; 2 * edges.count()];
-        for (e, ends) in edges.vertices().iter().enumerate() {
-            for &v in ends {
-                star[next[v as usize] as usize] = e as u32;
-                next[v as usize] += 1;
-            }
-        }
-        Self { offsets, edges: star }
-    }
-
-    /// The edges at a vertex, ascending.
-    pub(crate) fn of(&self, v: u32) -> &[u32] {
-        &self.edges[self.offsets[v as usize] as usize..self.offsets[v as usize + 1] as usize]
-    }
-}
+use mesh::{Edges, TriMesh, VertexStars};
 
 /// An edge that leads away from a centre, from a vertex in the ball around it.
 pub(crate) struct Step {
@@ -50,7 +18,7 @@ pub(crate) struct Step {
 pub(crate) struct Walker<'a> {
     mesh: &'a TriMesh,
     edges: &'a Edges,
-    star: &'a Star,
+    star: &'a VertexStars,
     /// The number of the last walk that came to a vertex.
     last: Vec<u32>,
     walk: u32,
@@ -58,7 +26,7 @@ pub(crate) struct Walker<'a> {
 }
 
 impl<'a> Walker<'a> {
-    pub(crate) fn new(mesh: &'a TriMesh, edges: &'a Edges, star: &'a Star) -> Self {
+    pub(crate) fn new(mesh: &'a TriMesh, edges: &'a Edges, star: &'a VertexStars) -> Self {
         Self {
             mesh,
             edges,
@@ -83,8 +51,8 @@ impl<'a> Walker<'a> {
         while let Some(&from) = self.reached.get(next) {
             next += 1;
             let start = sub(self.mesh.positions()[from as usize], middle);
-            for &edge in self.star.of(from) {
-                let to = other_end(self.edges, edge, from);
+            for &edge in self.star.of(from as usize) {
+                let to = self.edges.other_end(edge as usize, from);
                 let along = sub(
                     self.mesh.positions()[to as usize],
                     self.mesh.positions()[from as usize],
@@ -121,9 +89,4 @@ fn part_inside(start: Vec3, along: Vec3, radius: f64) -> f64 {
         return 1.0;
     }
     ((-b + (b * b - a * c).max(0.0).sqrt()) / a).clamp(0.0, 1.0)
-}
-
-pub(crate) fn other_end(edges: &Edges, edge: u32, v: u32) -> u32 {
-    let [a, b] = edges.vertices()[edge as usize];
-    if a == v { b } else { a }
 }

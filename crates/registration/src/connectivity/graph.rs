@@ -1,6 +1,6 @@
 use std::ops::Deref;
 
-use mesh::{Components, Edges, TriMesh, components};
+use mesh::{Components, Edges, TriMesh, VertexStars, components};
 
 /// What of a mesh is beside what.
 pub(crate) struct Connectivity {
@@ -10,8 +10,7 @@ pub(crate) struct Connectivity {
     pub(super) part_triangles: Vec<usize>,
     /// How many vertices have a triangle.
     pub(super) used_vertices: usize,
-    fan_starts: Vec<u32>,
-    fans: Vec<u32>,
+    fans: VertexStars,
 }
 
 impl Connectivity {
@@ -21,14 +20,13 @@ impl Connectivity {
         for &[a, ..] in mesh.triangles() {
             part_triangles[parts.of_vertex[a as usize] as usize] += 1;
         }
-        let (fan_starts, fans) = fans(mesh);
-        let used_vertices = fan_starts.windows(2).filter(|w| w[0] < w[1]).count();
+        let fans = mesh.vertex_triangles();
+        let used_vertices = fans.offsets().windows(2).filter(|w| w[0] < w[1]).count();
         Self {
             edges: Edges::of(mesh),
             parts,
             part_triangles,
             used_vertices,
-            fan_starts,
             fans,
         }
     }
@@ -43,7 +41,7 @@ impl Connectivity {
 
     /// The triangles at a vertex, ascending.
     pub(super) fn fan(&self, v: u32) -> &[u32] {
-        &self.fans[self.fan_starts[v as usize] as usize..self.fan_starts[v as usize + 1] as usize]
+        self.fans.of(v as usize)
     }
 
     pub(super) fn part_of(&self, v: u32) -> usize {
@@ -109,24 +107,4 @@ impl Graph<'_> {
     pub(super) fn position(&self, v: u32) -> [f64; 3] {
         self.mesh.positions()[v as usize]
     }
-}
-
-/// The triangles at each vertex, in compressed rows.
-fn fans(mesh: &TriMesh) -> (Vec<u32>, Vec<u32>) {
-    let mut starts = vec![0_u32; mesh.vertex_count() + 1];
-    for &v in mesh.triangles().as_flattened() {
-        starts[v as usize + 1] += 1;
-    }
-    for v in 0..mesh.vertex_count() {
-        starts[v + 1] += starts[v];
-    }
-    let mut next = starts.clone();
-    let mut fans = vec![0; 3 * mesh.triangle_count()];
-    for (t, corners) in mesh.triangles().iter().enumerate() {
-        for &v in corners {
-            fans[next[v as usize] as usize] = t as u32;
-            next[v as usize] += 1;
-        }
-    }
-    (starts, fans)
 }

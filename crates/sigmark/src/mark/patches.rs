@@ -236,24 +236,16 @@ fn largest_piece(triangles: Vec<[u32; 3]>) -> Option<Vec<[u32; 3]>> {
     let mut vertices: Vec<u32> = triangles.iter().flatten().copied().collect();
     vertices.sort_unstable();
     vertices.dedup();
-    let place = |v: u32| vertices.binary_search(&v).unwrap_or_default();
-    let local = triangles.iter().map(|t| t.map(|v| place(v) as u32)).collect();
-    // Only connectivity counts here.
-    let surface = TriMesh::new(vec![[0.0; 3]; vertices.len()], local).ok()?;
-    let pieces = components(&surface);
+    let place = |v: u32| vertices.binary_search(&v).unwrap_or_default() as u32;
+    let local: Vec<[u32; 3]> = triangles.iter().map(|t| t.map(place)).collect();
+    let pieces = Components::of_triangles(vertices.len(), &local);
     let most = *pieces.sizes.iter().max()?;
     let chosen = pieces.sizes.iter().position(|&size| size == most)? as u32;
-    let kept = surface
-        .triangles()
-        .iter()
-        .map(|t| pieces.of_vertex[t[0] as usize] == chosen);
-    Some(
-        triangles
-            .iter()
-            .zip(kept)
-            .filter_map(|(&t, kept)| kept.then_some(t))
-            .collect(),
-    )
+    let kept = triangles
+        .into_iter()
+        .zip(&local)
+        .filter(|(_, local)| pieces.of_vertex[local[0] as usize] == chosen);
+    Some(kept.map(|(t, _)| t).collect())
 }
 
 #[cfg(test)]

@@ -96,6 +96,8 @@ pub(crate) struct Equations {
     redundancy: f64,
     centre: [f64; 3],
     diagonal: f64,
+    /// To the frame in which the centre is 0 and the diagonal 1.
+    to_unit: Similarity,
     /// L x, L² x, … at each vertex of the original, in diagonals.
     smoothings: Vec<[[f64; 3]; SMOOTHINGS]>,
 }
@@ -167,6 +169,7 @@ impl Equations {
             redundancy: suspect.redundancy(),
             centre: bounds.centre(),
             diagonal: bounds.diagonal(),
+            to_unit: bounds.to_unit_frame(),
             smoothings: smoothings(original.mesh()),
         };
         let part = |index: usize, patch: &Patch, basis: &PatchBasis| {
@@ -317,12 +320,7 @@ impl Equations {
             translation: [x, y, z],
             ..Similarity::from_quaternion([1.0, a / 2.0, b / 2.0, c / 2.0])
         };
-        let to_unit = Similarity {
-            scale: 1.0 / self.diagonal,
-            translation: self.centre.map(|x| -x / self.diagonal),
-            ..Similarity::IDENTITY
-        };
-        to_unit.then(&turn).then(&to_unit.inverse())
+        self.to_unit.then(&turn).then(&self.to_unit.inverse())
     }
 }
 

@@ -85,11 +85,7 @@ pub(crate) fn align(
     for _ in 0..STEPS {
         fine = fine.then(&step(&readings, &fine)?);
     }
-    let to_unit = Similarity {
-        scale: 1.0 / diagonal,
-        translation: centre.map(|x| -x / diagonal),
-        ..Similarity::IDENTITY
-    };
+    let to_unit = bounds.to_unit_frame();
     let transform = coarse.then(&to_unit).then(&fine).then(&to_unit.inverse());
     let positions: Vec<Option<[f64; 3]>> = correspondence
         .carry(suspect)
