@@ -1,6 +1,24 @@
 use job::JobError;
 use mhb_core::SpectrumError;
 
+/// One of the two meshes that are compared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Side {
+    /// What is measured by.
+    Reference,
+    /// What differs from it.
+    Other,
+}
+
+impl std::fmt::Display for Side {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Reference => "the reference",
+            Self::Other => "the other mesh",
+        })
+    }
+}
+
 /// Why two meshes can't be compared.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -32,6 +50,14 @@ pub enum QualityError {
     NoSurface {
         /// The sum of the triangles' areas.
         area: f64,
+    },
+    /// One of the two meshes is the reason.
+    #[error("{side}: {source}")]
+    Mesh {
+        /// Which.
+        side: Side,
+        /// What is wrong with it.
+        source: Box<QualityError>,
     },
     /// The metric compares vertex with vertex, but the two meshes do not have the same triangles.
     #[error(
@@ -95,6 +121,22 @@ impl From<SpectrumError> for QualityError {
         match error {
             SpectrumError::Job(error) => Self::Job(error),
             error => Self::Spectrum(error),
+        }
+    }
+}
+
+impl QualityError {
+    /// The same error of one mesh, if it is about a mesh.
+    pub(crate) fn of(self, side: Side) -> Self {
+        match self {
+            Self::NoSurface { .. }
+            | Self::TooFewEigenvalues { .. }
+            | Self::TooManyEigenvalues { .. }
+            | Self::Spectrum(_) => Self::Mesh {
+                side,
+                source: Box::new(self),
+            },
+            other => other,
         }
     }
 }

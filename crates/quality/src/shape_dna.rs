@@ -5,7 +5,7 @@ use mesh::{TriMesh, components};
 use mhb_core::{Laplacian, LaplacianKind, Mass, Spectrum, SpectrumOptions, SpectrumStage};
 use serde::Serialize;
 
-use crate::{MetricStage, QualityError};
+use crate::{Measurement, Metric, Needs, QualityError, Side};
 
 /// How a Shape-DNA is computed.
 #[derive(Clone, Debug, PartialEq)]
@@ -61,7 +61,6 @@ impl ShapeDna {
     /// [`QualityError::TooFewEigenvalues`], [`QualityError::TooManyEigenvalues`], [`QualityError::Spectrum`] of surfaces without area or with
     /// unused vertices, and where extreme triangles leave a pair missing.
     pub fn of(mesh: &TriMesh, options: &ShapeDnaOptions, job: &Job) -> Result<Self, QualityError> {
-        job.begin(MetricStage::ShapeDna)?;
         let laplacian = Laplacian::of(mesh, LaplacianKind::Cotangent, options.mass)?;
         let components = components(mesh).count;
         let pairs = SpectrumOptions {
@@ -115,6 +114,62 @@ impl ShapeDna {
         let (x, y) = (self.normalised(normalisation), other.normalised(normalisation));
         let sum: f64 = x.iter().zip(&y).map(|(x, y)| (x - y).abs().powf(p)).sum();
         Ok(sum.powf(1.0 / p))
+    }
+}
+
+/// d_{p,m} of eq. 24.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ShapeDnaMetric {
+    /// How both Shape-DNAs are computed; m is `options.count`.
+    pub options: ShapeDnaOptions,
+    /// p.
+    pub p: f64,
+    /// What frees eigenvalues from the size of the shapes.
+    pub normalisation: Normalisation,
+    /// The reference's Shape-DNA, where it is known already.
+    pub reference: Option<ShapeDna>,
+}
+
+impl Default for ShapeDnaMetric {
+    /// The paper's d_{2,50}.
+    fn default() -> Self {
+        Self {
+            options: ShapeDnaOptions::default(),
+            p: 2.0,
+            normalisation: Normalisation::default(),
+            reference: None,
+        }
+    }
+}
+
+impl Metric for ShapeDnaMetric {
+    fn name(&self) -> &'static str {
+        "shape_dna"
+    }
+
+    fn needs(&self) -> Needs {
+        Needs::Nothing
+    }
+
+    fn measure(&self, reference: &TriMesh, other: &TriMesh, job: &Job) -> Result<Measurement, QualityError> {
+        let of = |mesh: &TriMesh, side: Side, job: &Job| {
+            ShapeDna::of(mesh, &self.options, job).map_err(|error| error.of(side))
+        };
+        let known = || match &self.reference {
+            Some(known) => Ok(known.clone()),
+            None => of(reference, Side::Reference, &job.quiet()),
+        };
+        let (known, own) = job.join(known, || of(other, Side::Other, job))?;
+        let (known, own) = (known?, own?);
+        Ok(Measurement::new([
+            ("p", self.p.into()),
+            ("m", self.options.count.into()),
+            (
+                "distance",
+                own.distance(&known, self.p, self.normalisation)?.into(),
+            ),
+            ("components", [known.components, own.components].into()),
+        ]))
     }
 }
 

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::curvature::Bending;
 use super::walk::Walker;
-use crate::{MetricStage, QualityError};
+use crate::{Measurement, Metric, Needs, QualityError, Side};
 use mesh::vector::{Vec3, add, cross, norm, scaled, sub};
 
 /// Radii over which curvature is measured, as fractions of the longest edge of the bounding box.
@@ -71,13 +71,12 @@ impl Msdm2 {
     /// ```
     ///
     /// # Errors
-    /// [`QualityError::NoSurface`] if a mesh has no area; [`QualityError::Job`].
+    /// [`QualityError::NoSurface`] of a mesh without area; [`QualityError::Job`].
     pub fn between(distorted: &TriMesh, reference: &TriMesh, job: &Job) -> Result<Self, QualityError> {
-        job.begin(MetricStage::Msdm2)?;
-        for mesh in [distorted, reference] {
+        for (mesh, side) in [(reference, Side::Reference), (distorted, Side::Other)] {
             let area = mesh.area();
             if !area.is_normal() {
-                return Err(QualityError::NoSurface { area });
+                return Err(QualityError::NoSurface { area }.of(side));
             }
         }
         let [here, there] = [distorted, reference].map(Bending::new);
@@ -91,6 +90,30 @@ impl Msdm2 {
             symmetric: 0.5 * (forward + backward),
             local,
         })
+    }
+}
+
+/// [`Msdm2`] as a metric. What is found at each vertex is the local distortion.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Msdm2Metric;
+
+impl Metric for Msdm2Metric {
+    fn name(&self) -> &'static str {
+        "msdm2"
+    }
+
+    fn needs(&self) -> Needs {
+        Needs::SamePlace
+    }
+
+    fn measure(&self, reference: &TriMesh, other: &TriMesh, job: &Job) -> Result<Measurement, QualityError> {
+        let found = Msdm2::between(other, reference, job)?;
+        let figures = [
+            ("forward", found.forward.into()),
+            ("backward", found.backward.into()),
+            ("symmetric", found.symmetric.into()),
+        ];
+        Ok(Measurement::new(figures).with_local(found.local))
     }
 }
 
@@ -296,7 +319,13 @@ mod tests {
     fn surfaces_without_area_are_refused() {
         let flat = TriMesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]], vec![[0, 1, 2]]).unwrap();
         let refused = Msdm2::between(&flat, &shapes::cube(1.0), &Job::new(1));
-        assert!(matches!(refused, Err(QualityError::NoSurface { .. })));
+        assert!(matches!(
+            refused,
+            Err(QualityError::Mesh {
+                side: Side::Other,
+                ..
+            })
+        ));
     }
 
     proptest! {
