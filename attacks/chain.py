@@ -1,52 +1,25 @@
 """An attack as it is written, crop:50+simplify:10+loop, and as it is run: one step after the other."""
 
+import importlib
+import pathlib
 import sys
+import tomllib
 from types import ModuleType
 from typing import Any, NamedTuple
 
 import numpy
 
-import crop
-import laplacian
-import laplacian_liris
-import loop
-import midpoint
-import noise
-import noise_liris
-import quantise
-import remesh
-import similarity
-import simplify
-import simplify_meshlab
-import sqrt3
-import taubin
 from mesh import Mesh, Refused
 from repair import repaired
 
+LIST = tomllib.loads(pathlib.Path(__file__).with_name("attacks.toml").read_text(encoding="utf-8"))
+
 ATTACKS: dict[str, ModuleType] = {
-    "crop": crop,
-    "laplacian": laplacian,
-    "laplacian-liris": laplacian_liris,
-    "loop": loop,
-    "midpoint": midpoint,
-    "noise": noise,
-    "noise-liris": noise_liris,
-    "quantise": quantise,
-    "remesh": remesh,
-    "similarity": similarity,
-    "simplify": simplify,
-    "simplify-meshlab": simplify_meshlab,
-    "sqrt3": sqrt3,
-    "taubin": taubin,
+    script["name"]: importlib.import_module(script["name"].replace("-", "_")) for script in LIST["script"]
 }
 
 # The columns of the paper's Table 5.
-CHAINS = {
-    "crop-simplify": "crop:50+simplify:10",
-    "simplify-loop": "simplify:30+loop",
-    "crop-simplify-loop": "crop:50+simplify:10+loop",
-    "simplify-loop-laplacian": "simplify:30+loop+laplacian:3",
-}
+CHAINS: dict[str, str] = {attack["short"]: attack["spec"] for attack in LIST["tables"]["table5"]}
 
 
 class Step(NamedTuple):

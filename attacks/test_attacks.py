@@ -341,6 +341,15 @@ class Chains(AttackCase):
             self.assertEqual(len(steps), len(text.split("+")))
             numpy.testing.assert_array_equal(result.positions, attacked(mesh, text, 1).positions)
 
+    def test_the_list_tells_the_modules_defaults(self):
+        for script in chain.LIST["script"]:
+            default = chain.ATTACKS[script["name"]].STRENGTH.default
+            self.assertRegex(script["strength"], rf"default {default:g}( |$)")
+
+    def test_every_attack_of_the_tables_can_be_read(self):
+        for attack in (attack for table in chain.LIST["tables"].values() for attack in table):
+            self.assertEqual(len(chain.parsed(attack["spec"], None)), len(attack["spec"].split("+")))
+
     def test_what_decimation_breaks_is_mended_and_said(self):
         mesh = torus()
         fin = Mesh(

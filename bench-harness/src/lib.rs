@@ -20,6 +20,7 @@
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
 pub mod eigen;
+mod kept;
 mod lanczos;
 mod matrices;
 mod measure;
@@ -27,10 +28,9 @@ pub mod partition;
 mod peers;
 pub mod quality;
 pub mod registration;
-mod registration_large;
-mod registration_peers;
-mod registration_tables;
 mod residual;
+mod results;
+mod selection;
 
 pub use evaluation::inputs::{edge_graph, graph_files, mesh_files, name_of, read_graph, surface};
 pub use lanczos::{Pairs, faer_lanczos};

@@ -43,8 +43,14 @@ pub(crate) fn geometric_mean(ratios: impl IntoIterator<Item = f64>) -> f64 {
     (sum / f64::from(count)).exp()
 }
 
+/// The greatest; NaN of none.
 pub(crate) fn greatest(values: impl IntoIterator<Item = f64>) -> f64 {
     values.into_iter().fold(f64::NAN, f64::max)
+}
+
+/// The least; NaN of none.
+pub(crate) fn least(values: impl IntoIterator<Item = f64>) -> f64 {
+    values.into_iter().fold(f64::NAN, f64::min)
 }
 
 #[cfg(test)]
@@ -57,6 +63,6 @@ mod tests {
         assert_eq!(median([4.0, 1.0, 2.0, 3.0]), 2.5);
         assert!(median([]).is_nan() && geometric_mean([]).is_nan());
         assert!((geometric_mean([2.0, 8.0]) - 4.0).abs() < 1e-15);
-        assert_eq!(greatest([1.0, 3.0, 2.0]), 3.0);
+        assert_eq!([greatest([1.0, 3.0, 2.0]), least([2.0, 1.0, 3.0])], [3.0, 1.0]);
     }
 }

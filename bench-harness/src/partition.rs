@@ -15,6 +15,7 @@ use partition::{Effort, Graph, Options, Partition, partition, write_metis};
 use serde_json::{Value, json};
 
 use crate::{
+    kept,
     measure::{Cost, geometric_mean, greatest, median, timed},
     peers,
 };
@@ -103,7 +104,7 @@ pub fn run(graphs: &Path, meshes: &Path, rounds: usize, with_kaffpa: bool) -> Re
 }
 
 fn problems(graphs: &Path, meshes: &Path) -> Result<Vec<Problem>> {
-    let folder = peers::folder("partition")?;
+    let folder = kept::folder("partition")?;
     let mut problems = Vec::new();
     let mut add = |name: String, graph: Graph, parts| {
         let file = folder.join(format!("{name}.graph"));
@@ -250,8 +251,8 @@ fn judged(problem: &Problem, part_of: &str, options: &Options) -> Result<Partiti
 
 /// The cut of KaFFPa-strong, once; it takes long, so that finished cells are kept.
 fn kaffpa(problem: &Problem, parts: usize, python: &Python) -> Result<i64> {
-    let cell = peers::cell(
-        &peers::folder("partition")?,
+    let cell = kept::figures(
+        &kept::folder("partition")?,
         &format!("kaffpa-{}-{parts}", problem.name),
         || {
             let arguments = [

@@ -14,6 +14,7 @@ use quality::{DistanceOptions, ShapeDna, ShapeDnaOptions, SurfaceDistance, surfa
 use serde_json::Value;
 
 use crate::{
+    kept,
     measure::{greatest, median, timed},
     peers,
 };
@@ -61,7 +62,7 @@ struct Spectra {
 }
 
 pub fn run(meshes: &Path, only: &[String], rounds: usize) -> Result<()> {
-    let folder = peers::folder("quality")?;
+    let folder = kept::folder("quality")?;
     let python = match peers::prepare() {
         Ok(python) => Some(python),
         Err(missing) => {
@@ -172,7 +173,7 @@ fn pair(
 fn filter(python: &Python, from: &Path, to: &Path, ours: &SurfaceDistance, rounds: usize) -> Result<Theirs> {
     let samples = (ours.area / ours.interval.powi(2)).round();
     let round = |round: usize| {
-        peers::cell(from, &format!("hausdorff-{round}"), || {
+        kept::figures(from, &format!("hausdorff-{round}"), || {
             let arguments = [
                 "hausdorff".into(),
                 from.into(),
@@ -219,7 +220,7 @@ fn spectrum(
     };
     for (name, script) in [("scipy", "scipy"), ("LaPy", "lapy")] {
         let Some(python) = python else { break };
-        let report = peers::cell(folder, script, || {
+        let report: Value = kept::figures(folder, script, || {
             let arguments =
                 [script.into(), folder.into(), COUNT.to_string().into()] as [std::ffi::OsString; 3];
             serde_json::from_str(&python.run("quality.py", arguments)?).context("the report of quality.py")

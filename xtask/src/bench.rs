@@ -100,7 +100,8 @@ pub(crate) fn run(bench: Bench) -> Result<()> {
             minutes,
             no_peers,
         } => {
-            let selection = registration::Selection {
+            let bench = registration::RegistrationBench {
+                meshes,
                 only,
                 attacks: attack,
                 draws,
@@ -110,7 +111,7 @@ pub(crate) fn run(bench: Bench) -> Result<()> {
                     .map(|minutes| Duration::try_from_secs_f64(60.0 * minutes))
                     .transpose()?,
             };
-            registration::run(&meshes, &selection)
+            bench.run()
         }
         Bench::Quality { meshes, only, rounds } => quality::run(&meshes, &only, rounds.max(1)),
     }

@@ -15,7 +15,7 @@ use self::{
     problem::Problem,
     solvers::{Bench, Case, Outcome, PEERS, ours},
 };
-use crate::{measure::median, peers};
+use crate::{kept, measure::median};
 use evaluation::chart::Chart;
 use evaluation::{machine, table::Table};
 
@@ -97,7 +97,7 @@ struct Results<'a> {
 
 pub fn run(options: &Options) -> Result<()> {
     fs::create_dir_all(&options.output).with_context(|| options.output.display().to_string())?;
-    let folder = peers::folder("eigen")?;
+    let folder = kept::folder("eigen")?;
     let mut results = Results {
         options,
         cells: Vec::new(),

@@ -14,7 +14,7 @@ use mhb_core::{Laplacian, Spectrum, SpectrumOptions};
 use serde_json::{Value, json};
 
 use super::problem::Problem;
-use crate::{measure::timed, peers};
+use crate::{kept, measure::timed, peers};
 use evaluation::{
     machine::peak_memory,
     process::{output, output_within},
@@ -190,7 +190,7 @@ impl Bench {
                 .as_u64()
                 .is_none_or(|seconds| seconds >= self.limit)
         };
-        let cell = peers::cell_that(&problem.matrices, &name, enough, || {
+        let cell = kept::figures_if(&problem.matrices, &name, enough, || {
             self.run(problem, peer, case)
                 .with_context(|| format!("{} on {}", peer.name, problem.name))
         })?;

@@ -3,7 +3,7 @@ use job::Job;
 use sigmark::mark::{ChipLayout, MarkStage, Patch};
 
 use crate::{
-    Algorithm, BaselineError, Kernel, Prepared, Reference, Subject,
+    Algorithm, AlgorithmId, BaselineError, Kernel, Prepared, Reference, Subject,
     algorithm::check_vertices,
     carrier::{Carrier, PreparedCarriers, chips},
     kirchhoff::laplacian_basis,
@@ -82,6 +82,20 @@ impl Adapted {
 }
 
 impl Algorithm for Adapted {
+    fn id(&self) -> AlgorithmId {
+        match self.basis {
+            Basis::Laplacian => AlgorithmId::new("lbf-adapted"),
+            Basis::Radial(_) => AlgorithmId::new("rbf-adapted"),
+        }
+    }
+
+    fn parameters(&self) -> Vec<(&'static str, String)> {
+        vec![
+            ("basis", format!("{:?}", self.basis)),
+            ("chip rate", self.chip_rate.to_string()),
+        ]
+    }
+
     fn name(&self) -> String {
         format!("{}, adapted", self.basis.name())
     }

@@ -4,7 +4,7 @@ use job::Job;
 use mesh::TriMesh;
 use sigmark::mark::{LeastSquaresDetector, Patches, Registered, SoftBits};
 
-use crate::{Adapted, BaselineError, Lbf, Mhb, Rbf};
+use crate::{Adapted, AlgorithmId, BaselineError, DetectorId, Lbf, Mhb, Rbf};
 
 /// What every algorithm is given: the same for all that are compared.
 #[derive(Clone, Copy, Debug)]
@@ -29,6 +29,12 @@ pub enum Reference {
 
 /// A watermark: how to prepare a mesh for it.
 pub trait Algorithm: Debug + Send + Sync {
+    /// What it is known by, whatever its parameters are.
+    fn id(&self) -> AlgorithmId;
+
+    /// All that its marks and readings depend on beside the subject, by name: with [`id`](Self::id) the key of finished work.
+    fn parameters(&self) -> Vec<(&'static str, String)>;
+
     /// What a table's row is called.
     fn name(&self) -> String;
 
@@ -68,14 +74,11 @@ pub trait Prepared: Debug + Send + Sync {
     fn extract(&self, suspect: &Registered, alpha: f64, job: &Job) -> Result<Vec<Reading>, BaselineError>;
 }
 
-/// What the paper's extraction is called among an algorithm's detectors.
-pub const PAPER_DETECTOR: &str = "paper";
-
 /// The bits that one detector read.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reading {
-    /// The detector's name: [`PAPER_DETECTOR`], or one that was given to [`Mhb::detector`].
-    pub detector: String,
+    /// The paper's, or one that was given to [`Mhb::detector`].
+    pub detector: DetectorId,
     /// Its estimates.
     pub bits: SoftBits,
 }
@@ -84,7 +87,7 @@ pub struct Reading {
 /// `functions` is m for [`Lbf`].
 pub fn entries(functions: usize) -> Vec<Box<dyn Algorithm>> {
     vec![
-        Box::new(Mhb::default().detector("least squares", LeastSquaresDetector)),
+        Box::new(Mhb::default().detector(DetectorId::LEAST_SQUARES, LeastSquaresDetector)),
         Box::new(Lbf::new(functions)),
         Box::new(Rbf::default()),
         Box::new(Lbf::new(functions).compensated()),

@@ -5,7 +5,7 @@ use job::Job;
 use sigmark::mark::{ChipLayout, Registered, SoftBits};
 
 use crate::{
-    BaselineError, PAPER_DETECTOR, Prepared, Reading,
+    BaselineError, DetectorId, Prepared, Reading,
     algorithm::{check_alpha, check_bits, check_vertices},
 };
 
@@ -112,7 +112,7 @@ impl Prepared for PreparedCarriers {
             carrier.read(&difference, &mut sums);
         }
         Ok(vec![Reading {
-            detector: PAPER_DETECTOR.into(),
+            detector: DetectorId::PAPER,
             bits: SoftBits(sums),
         }])
     }

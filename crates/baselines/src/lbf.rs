@@ -2,7 +2,7 @@ use job::Job;
 use sigmark::mark::{ChipLayout, MarkStage, Patch};
 
 use crate::{
-    Algorithm, BaselineError, Prepared, Reference, Subject,
+    Algorithm, AlgorithmId, BaselineError, Prepared, Reference, Subject,
     algorithm::check_vertices,
     carrier::{Carrier, Chip, PreparedCarriers},
     kirchhoff::laplacian_basis,
@@ -86,6 +86,20 @@ impl Lbf {
 }
 
 impl Algorithm for Lbf {
+    fn id(&self) -> AlgorithmId {
+        match self.compensated {
+            false => AlgorithmId::LBF,
+            true => AlgorithmId::new("lbf-compensated"),
+        }
+    }
+
+    fn parameters(&self) -> Vec<(&'static str, String)> {
+        vec![
+            ("functions", self.functions.to_string()),
+            ("chip rate", self.chip_rate.to_string()),
+        ]
+    }
+
     fn name(&self) -> String {
         let compensation = if self.compensated { ", compensated" } else { "" };
         format!("LBFs{compensation}")

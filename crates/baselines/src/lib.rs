@@ -50,6 +50,7 @@ mod adapted;
 mod algorithm;
 mod carrier;
 mod error;
+mod id;
 mod kirchhoff;
 mod lbf;
 mod mhb;
@@ -57,8 +58,9 @@ mod radial;
 mod rbf;
 
 pub use adapted::{Adapted, Basis};
-pub use algorithm::{Algorithm, PAPER_DETECTOR, Prepared, Reading, Reference, Subject, entries};
+pub use algorithm::{Algorithm, Prepared, Reading, Reference, Subject, entries};
 pub use error::BaselineError;
+pub use id::{AlgorithmId, DetectorId};
 pub use kirchhoff::kirchhoff;
 pub use lbf::Lbf;
 pub use mhb::Mhb;

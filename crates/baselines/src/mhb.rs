@@ -4,7 +4,7 @@ use job::Job;
 use sigmark::mark::{ChipLayout, CoefficientDetector, Detector, Original, Registered};
 
 use crate::{
-    Algorithm, BaselineError, PAPER_DETECTOR, Prepared, Reading, Reference, Subject,
+    Algorithm, AlgorithmId, BaselineError, DetectorId, Prepared, Reading, Reference, Subject,
     algorithm::{check_alpha, check_bits, check_vertices},
 };
 
@@ -16,23 +16,22 @@ pub struct Mhb {
     detectors: Detectors,
 }
 
-/// Detectors with their names.
-type Detectors = Vec<(String, Arc<dyn Detector>)>;
+type Detectors = Vec<(DetectorId, Arc<dyn Detector>)>;
 
 impl Default for Mhb {
     /// The paper's.
     fn default() -> Self {
         Self {
             chip_rate: 3,
-            detectors: vec![(PAPER_DETECTOR.into(), Arc::new(CoefficientDetector))],
+            detectors: vec![(DetectorId::PAPER, Arc::new(CoefficientDetector))],
         }
     }
 }
 
 impl Mhb {
-    /// Lets another detector read the marks too, under this name.
-    pub fn detector(mut self, name: impl Into<String>, detector: impl Detector + 'static) -> Self {
-        self.detectors.push((name.into(), Arc::new(detector)));
+    /// Lets another detector read the marks too.
+    pub fn detector(mut self, id: DetectorId, detector: impl Detector + 'static) -> Self {
+        self.detectors.push((id, Arc::new(detector)));
         self
     }
 
@@ -46,6 +45,18 @@ impl Mhb {
 }
 
 impl Algorithm for Mhb {
+    fn id(&self) -> AlgorithmId {
+        AlgorithmId::MHB
+    }
+
+    fn parameters(&self) -> Vec<(&'static str, String)> {
+        let detectors: Vec<String> = self.detectors.iter().map(|(id, _)| id.to_string()).collect();
+        vec![
+            ("chip rate", self.chip_rate.to_string()),
+            ("detectors", detectors.join(", ")),
+        ]
+    }
+
     fn name(&self) -> String {
         "MHBs".into()
     }
@@ -103,9 +114,9 @@ impl Prepared for PreparedMhb {
         check_vertices(suspect.positions.len(), self.original.mesh().vertex_count())?;
         check_alpha(alpha)?;
         let alphas = self.alphas(alpha);
-        let read = |(name, detector): &(String, Arc<dyn Detector>)| {
+        let read = |(id, detector): &(DetectorId, Arc<dyn Detector>)| {
             Ok(Reading {
-                detector: name.clone(),
+                detector: id.clone(),
                 bits: detector.detect(&self.original, &alphas, suspect, job)?,
             })
         };

@@ -2,7 +2,7 @@ use job::Job;
 use sigmark::mark::{ChipLayout, MarkStage};
 
 use crate::{
-    Algorithm, BaselineError, Kernel, Prepared, Reference, Subject,
+    Algorithm, AlgorithmId, BaselineError, Kernel, Prepared, Reference, Subject,
     carrier::{Carrier, PreparedCarriers, chips, coefficients},
     radial_basis,
 };
@@ -31,6 +31,14 @@ impl Rbf {
 }
 
 impl Algorithm for Rbf {
+    fn id(&self) -> AlgorithmId {
+        AlgorithmId::RBF
+    }
+
+    fn parameters(&self) -> Vec<(&'static str, String)> {
+        vec![("kernel", format!("{:?}", self.kernel))]
+    }
+
     fn name(&self) -> String {
         match self.kernel {
             Kernel::Linear => "RBFs".into(),

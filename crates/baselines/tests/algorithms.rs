@@ -2,9 +2,11 @@
 
 #![allow(clippy::unwrap_used)]
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
-use baselines::{Adapted, Algorithm, BaselineError, Lbf, Mhb, Prepared, Rbf, Reference, Subject, entries};
+use baselines::{
+    Adapted, Algorithm, AlgorithmId, BaselineError, Lbf, Mhb, Prepared, Rbf, Reference, Subject, entries,
+};
 use job::Job;
 use mesh::{TriMesh, shapes};
 use rand_chacha::{
@@ -334,8 +336,9 @@ fn bad_input_is_refused() {
 
 #[test]
 fn the_table_begins_with_the_papers_three() {
-    let names: Vec<String> = entries(FUNCTIONS).iter().map(|a| a.name()).collect();
-    assert_eq!(names[..3], ["MHBs", "LBFs", "RBFs"]);
+    let ids: Vec<AlgorithmId> = entries(FUNCTIONS).iter().map(|a| a.id()).collect();
+    assert_eq!(ids[..3], [AlgorithmId::MHB, AlgorithmId::LBF, AlgorithmId::RBF]);
+    assert_eq!(ids.iter().collect::<HashSet<_>>().len(), ids.len(), "{ids:?}");
     let marked = entries(FUNCTIONS)
         .iter()
         .filter(|a| a.reference() == Reference::Marked)

@@ -1,7 +1,7 @@
 //! Whether the figures can be right: what must hold whatever the meshes are.
 
+use crate::study::PAPER_DETECTOR;
 use anyhow::{Result, bail};
-use baselines::PAPER_DETECTOR;
 
 use crate::{
     paper::Model,

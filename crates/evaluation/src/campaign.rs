@@ -7,7 +7,7 @@ use std::{
 };
 
 use anyhow::{Context, Result, bail};
-use baselines::{Algorithm, BaselineError, Prepared, Reference, Subject, entries};
+use baselines::{Algorithm, AlgorithmId, BaselineError, Prepared, Reference, Subject, entries};
 use job::{Job, JobError};
 
 use crate::{
@@ -289,6 +289,14 @@ impl fmt::Debug for OpenUntil<'_> {
 }
 
 impl Algorithm for OpenUntil<'_> {
+    fn id(&self) -> AlgorithmId {
+        self.algorithm.id()
+    }
+
+    fn parameters(&self) -> Vec<(&'static str, String)> {
+        self.algorithm.parameters()
+    }
+
     fn name(&self) -> String {
         self.algorithm.name()
     }

@@ -1,6 +1,7 @@
 //! What `cargo xtask reproduce` runs: models, attacks, studies, cells, tables, figures, pages.
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
+pub mod attacks;
 mod audit;
 mod bare;
 mod campaign;

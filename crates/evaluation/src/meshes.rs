@@ -8,13 +8,12 @@ use std::{
 
 use anyhow::{Context, Result, bail};
 use job::Job;
-use mesh::{Similarity, TriMesh, shapes};
+use mesh::{TriMesh, shapes};
 use mesh_io::{Asset, Format, Precision, write_mesh};
-use rand_chacha::{
-    ChaCha20Rng,
-    rand_core::{Rng, SeedableRng},
-};
+use rand_chacha::{ChaCha20Rng, rand_core::SeedableRng};
 use sigmark::{Curve, Embedder, Outcome, SigningKey, Verdict, Verifier};
+
+pub use crate::attacks::random_similarity;
 
 pub fn run(folder: &Path, most_vertices: usize) -> Result<()> {
     let mut failures = 0;
@@ -121,26 +120,6 @@ fn shown(verdict: &Verdict) -> String {
         .as_ref()
         .map_or(String::new(), |remark| format!(", {remark}"));
     format!("{:?}, ER {:?}{remark}", verdict.outcome, verdict.extraction_rate)
-}
-
-/// Uniform rotation, scale between 0.01 and 100, shift by up to ten diagonals.
-pub fn random_similarity(mesh: &TriMesh, seed: u64) -> Similarity {
-    let mut rng = ChaCha20Rng::seed_from_u64(seed);
-    let mut uniform = || 2.0 * f64::from(rng.next_u32()) / f64::from(u32::MAX) - 1.0;
-    // A point in the unit ball of four dimensions points in a uniformly random direction.
-    let quaternion = loop {
-        let q: [f64; 4] = std::array::from_fn(|_| uniform());
-        if (0.01..=1.0).contains(&q.iter().map(|x| x * x).sum::<f64>()) {
-            break q;
-        }
-    };
-    let scale = 100f64.powf(uniform());
-    let translation = std::array::from_fn(|_| 10.0 * uniform() * mesh.bounding_box().diagonal());
-    Similarity {
-        scale,
-        translation,
-        ..Similarity::from_quaternion(quaternion)
-    }
 }
 
 fn converted(mesh: &TriMesh, format: Format) -> Result<TriMesh> {

@@ -2,9 +2,9 @@
 
 use std::{fmt::Write, fs};
 
+use crate::study::PAPER_DETECTOR;
 use anyhow::{Context, Result};
 use base64::{Engine, engine::general_purpose::STANDARD};
-use baselines::PAPER_DETECTOR;
 
 use crate::markup::escaped;
 use crate::{

@@ -25,7 +25,9 @@ pub fn digest_of(crates: &[&str], files: &[&str]) -> Result<String> {
 
 fn digest_below(root: &Path, crates: &[&str], files: &[&str]) -> io::Result<String> {
     let mut paths = vec![root.join("Cargo.lock"), root.join("attacks/requirements.txt")];
-    sources(&root.join("attacks"), "py", &mut paths)?;
+    for extension in ["py", "toml"] {
+        sources(&root.join("attacks"), extension, &mut paths)?;
+    }
     for name in crates {
         sources(&root.join("crates").join(name).join("src"), "rs", &mut paths)?;
     }

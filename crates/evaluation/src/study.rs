@@ -27,6 +27,9 @@ use crate::{
     store::{Store, digest},
 };
 
+/// The paper's extraction, by its name.
+pub(crate) const PAPER_DETECTOR: &str = "paper";
+
 /// l: the paper's signatures.
 pub(crate) const SCHEME: Scheme = Scheme::EcdsaB163Sha1;
 
@@ -517,7 +520,7 @@ impl<'a> Study<'a> {
             let true_bits = in_true_pose.as_ref().map(|read| read.readings[i].bits.hard());
             self.rated(
                 number,
-                &reading.detector,
+                &reading.detector.name(),
                 &reading.bits.hard(),
                 true_bits.as_deref(),
             )

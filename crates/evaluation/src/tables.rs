@@ -1,6 +1,6 @@
 //! Tables 1–5, what they leave unexplained, and one long table with every cell.
 
-use baselines::PAPER_DETECTOR;
+use crate::study::PAPER_DETECTOR;
 use sigmark::claim::statistics::binomial_tail;
 
 use crate::table::csv;

@@ -105,6 +105,7 @@ pub enum QualityError {
     #[error(transparent)]
     Spectrum(SpectrumError),
     /// A picture could not be encoded.
+    #[cfg(feature = "png")]
     #[error("the picture can't be encoded ({reason})")]
     Picture {
         /// What the encoder said.

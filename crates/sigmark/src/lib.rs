@@ -37,6 +37,9 @@
 //! vertex of a patch, unless bases are kept. Reading a suspect by its surface takes #V l² operations more, once or twice for each
 //! pose that is tried: about a second for 35 000 vertices and 512 bits.
 //!
+//! # Features
+//! `paper`: the paper's own signature scheme, ECDSA on the binary curve B-163 with SHA-1. For reproduction only.
+//!
 //! # What it does not do
 //! It never reads files, prints, or draws random numbers. The mark is non-blind: without the original nothing can be read.
 

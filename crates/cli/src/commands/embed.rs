@@ -129,7 +129,7 @@ fn embedder(arguments: &Embed, key: &SigningKey) -> Result<Embedder> {
     if arguments.sha1 {
         embedder = match key.curve() {
             Curve::P256 => embedder.scheme(Scheme::EcdsaP256Sha1),
-            Curve::B163 => embedder, // which hashes with SHA-1 anyway
+            _ => embedder, // the paper's curve, whose scheme hashes with SHA-1 anyway
         };
     }
     Ok(embedder)

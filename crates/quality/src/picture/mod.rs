@@ -2,14 +2,14 @@
 //! supersampling.
 
 mod font;
+#[cfg(feature = "png")]
+mod png_file;
 mod raster;
 
 use mesh::TriMesh;
 
 pub(crate) use raster::visible_samples;
 use raster::{Camera, Canvas, srgb};
-
-use crate::QualityError;
 
 /// Linear red, green and blue, from 0 to 1.
 pub type Colour = [f64; 3];
@@ -137,30 +137,6 @@ impl Picture {
             }
         }
     }
-
-    /// The picture as a PNG file.
-    ///
-    /// # Errors
-    /// [`QualityError::Picture`] if it is too large for the format.
-    pub fn to_png(&self) -> Result<Vec<u8>, QualityError> {
-        let failed = |e: png::EncodingError| QualityError::Picture {
-            reason: e.to_string(),
-        };
-        let side = |pixels: usize| {
-            u32::try_from(pixels).map_err(|e| QualityError::Picture {
-                reason: e.to_string(),
-            })
-        };
-        let mut bytes = Vec::new();
-        let mut encoder = png::Encoder::new(&mut bytes, side(self.width)?, side(self.height)?);
-        encoder.set_color(png::ColorType::Rgba);
-        encoder.set_depth(png::BitDepth::Eight);
-        encoder.set_compression(png::Compression::High);
-        let mut writer = encoder.write_header().map_err(failed)?;
-        writer.write_image_data(&self.pixels).map_err(failed)?;
-        writer.finish().map_err(failed)?;
-        Ok(bytes)
-    }
 }
 
 fn to_byte(linear: f64) -> u8 {
@@ -246,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn pictures_are_laid_over_each_other_and_become_png_files() {
+    fn pictures_are_laid_over_each_other() {
         let mut paper = Picture::blank(40, 20, [1.0; 3]);
         paper.write("0.5 %", 2, 2, 1, [0.0; 3]);
         assert!(paper.pixels.chunks(4).any(|p| p == [0, 0, 0, 255]));
@@ -254,11 +230,5 @@ mod tests {
         assert_eq!(paper.pixel(39, 19), Some([255, 0, 0, 255]));
         assert_eq!(paper.pixel(34, 19), Some([255; 4]));
         assert_eq!(paper.pixel(40, 0), None);
-        let png = paper.to_png().unwrap();
-        assert!(png.starts_with(b"\x89PNG\r\n\x1a\n"));
-        assert!(matches!(
-            Picture::blank(0, 1, [1.0; 3]).to_png(),
-            Err(QualityError::Picture { .. })
-        ));
     }
 }

@@ -37,6 +37,7 @@ impl Embedder {
     /// and the signature covers the message alone.
     pub fn new(key: &SigningKey) -> Self {
         let (scheme, coverage) = match key.curve() {
+            #[cfg(feature = "paper")]
             Curve::B163 => (Scheme::EcdsaB163Sha1, Coverage::Message),
             Curve::P256 => (Scheme::EcdsaP256Sha256, Coverage::MessageAndGeometry),
         };

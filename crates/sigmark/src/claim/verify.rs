@@ -15,7 +15,7 @@ use crate::{
         Aligned, ChipLayout, CoefficientDetector, Detector, Equations, MarkError, MarkStage, Original,
         Patches, Registered, Sampler, SoftBits, align, correlation, extraction_rate,
     },
-    payload::{GeometryDigest, Scheme, Signature},
+    payload::{GeometryDigest, Signature},
 };
 
 /// How many maps of a symmetric shape onto itself are tried: an icosphere has 120.
@@ -221,7 +221,8 @@ impl Verifier {
         self.detector
             .as_deref()
             .or(match self.certificate.mark().signature.scheme() {
-                Scheme::EcdsaB163Sha1 => Some(&CoefficientDetector),
+                #[cfg(feature = "paper")]
+                crate::payload::Scheme::EcdsaB163Sha1 => Some(&CoefficientDetector),
                 _ => None,
             })
     }

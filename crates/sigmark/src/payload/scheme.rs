@@ -9,31 +9,44 @@ use sha2::{Digest, Sha256};
 
 /// An elliptic curve group of prime order `d`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Curve {
     /// NIST P-256 (secp256r1, prime256v1): about 128 bits of security.
     P256,
     /// NIST B-163 (sect163r2) over GF(2¹⁶³), cofactor 2: the standard curve nearest to the paper's.
-    /// About 80 bits of security, not constant-time: for reproducing the paper only.
+    /// About 80 bits of security, not constant-time: for reproducing the paper only, behind the feature `paper`.
+    #[cfg(feature = "paper")]
     B163,
 }
 
 impl Curve {
-    pub(crate) const ALL: [Curve; 2] = [Curve::P256, Curve::B163];
+    pub(crate) const ALL: &[Curve] = &[
+        Curve::P256,
+        #[cfg(feature = "paper")]
+        Curve::B163,
+    ];
 
     /// The standard's name: "P-256" or "B-163".
     pub fn name(self) -> &'static str {
         match self {
             Curve::P256 => "P-256",
+            #[cfg(feature = "paper")]
             Curve::B163 => "B-163",
+        }
+    }
+
+    /// The bits of a private key, and of a coordinate.
+    pub(crate) fn bits(self) -> usize {
+        match self {
+            Curve::P256 => 256,
+            #[cfg(feature = "paper")]
+            Curve::B163 => 163,
         }
     }
 
     /// The octets of a coordinate, and of a private key (on both curves the same number).
     pub(crate) fn octets(self) -> usize {
-        match self {
-            Curve::P256 => 32,
-            Curve::B163 => 21,
-        }
+        self.bits().div_ceil(8)
     }
 }
 
@@ -45,6 +58,7 @@ impl fmt::Display for Curve {
 
 /// A signature scheme: ECDSA with a curve and a hash function.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[non_exhaustive]
 pub enum Scheme {
     /// P-256 with SHA-256: 512 bits. The default, and the only one to sign new work with.
     #[default]
@@ -53,41 +67,56 @@ pub enum Scheme {
     /// P-256 with SHA-1, the paper's hash function: 512 bits.
     #[serde(rename = "ecdsa-p256-sha1")]
     EcdsaP256Sha1,
-    /// B-163 with SHA-1: the paper's 324 bits. For reproduction only.
+    /// B-163 with SHA-1: the paper's 324 bits. For reproduction only, behind the feature `paper`.
+    #[cfg(feature = "paper")]
     #[serde(rename = "ecdsa-b163-sha1")]
     EcdsaB163Sha1,
 }
 
+/// What a scheme is made of: its name, its curve, its hash function, and the bits of `r`, and of `s`.
+type Parts = (&'static str, Curve, Hash, usize);
+
+#[derive(Clone, Copy)]
+enum Hash {
+    Sha1,
+    Sha256,
+}
+
 impl Scheme {
     /// Every scheme, the default first.
-    pub const ALL: [Scheme; 3] = [
+    pub const ALL: &[Scheme] = &[
         Scheme::EcdsaP256Sha256,
         Scheme::EcdsaP256Sha1,
+        #[cfg(feature = "paper")]
         Scheme::EcdsaB163Sha1,
     ];
 
+    /// The order of B-163 exceeds 2¹⁶² by 2⁸¹ only, and a component needs the 163rd bit with a probability of 2⁻⁸¹: 162 bits
+    /// do, and a signer takes the next nonce where they do not.
+    fn parts(self) -> Parts {
+        match self {
+            Scheme::EcdsaP256Sha256 => ("ecdsa-p256-sha256", Curve::P256, Hash::Sha256, 256),
+            Scheme::EcdsaP256Sha1 => ("ecdsa-p256-sha1", Curve::P256, Hash::Sha1, 256),
+            #[cfg(feature = "paper")]
+            Scheme::EcdsaB163Sha1 => ("ecdsa-b163-sha1", Curve::B163, Hash::Sha1, 162),
+        }
+    }
+
     /// The name in certificates and on the command line, such as "ecdsa-p256-sha256".
     pub fn name(self) -> &'static str {
-        match self {
-            Scheme::EcdsaP256Sha256 => "ecdsa-p256-sha256",
-            Scheme::EcdsaP256Sha1 => "ecdsa-p256-sha1",
-            Scheme::EcdsaB163Sha1 => "ecdsa-b163-sha1",
-        }
+        self.parts().0
     }
 
     /// The curve that a key must be on.
     pub fn curve(self) -> Curve {
-        match self {
-            Scheme::EcdsaP256Sha256 | Scheme::EcdsaP256Sha1 => Curve::P256,
-            Scheme::EcdsaB163Sha1 => Curve::B163,
-        }
+        self.parts().1
     }
 
     /// The hash function's name: "SHA-256" or "SHA-1".
     pub fn digest_name(self) -> &'static str {
-        match self {
-            Scheme::EcdsaP256Sha256 => "SHA-256",
-            Scheme::EcdsaP256Sha1 | Scheme::EcdsaB163Sha1 => "SHA-1",
+        match self.parts().2 {
+            Hash::Sha256 => "SHA-256",
+            Hash::Sha1 => "SHA-1",
         }
     }
 
@@ -96,20 +125,16 @@ impl Scheme {
         2 * self.component_bits()
     }
 
-    /// The bits of `r`, and of `s`. The order of B-163 exceeds 2¹⁶² by 2⁸¹ only, and a component needs
-    /// the 163rd bit with a probability of 2⁻⁸¹: 162 bits do, and a signer takes the next nonce where they do not.
+    /// The bits of `r`, and of `s`.
     pub(crate) fn component_bits(self) -> usize {
-        match self.curve() {
-            Curve::P256 => 256,
-            Curve::B163 => 162,
-        }
+        self.parts().3
     }
 
     /// `h = H(W)`.
     pub(crate) fn digest(self, message: &[u8]) -> Vec<u8> {
-        match self {
-            Scheme::EcdsaP256Sha256 => Sha256::digest(message).to_vec(),
-            Scheme::EcdsaP256Sha1 | Scheme::EcdsaB163Sha1 => Sha1::digest(message).to_vec(),
+        match self.parts().2 {
+            Hash::Sha256 => Sha256::digest(message).to_vec(),
+            Hash::Sha1 => Sha1::digest(message).to_vec(),
         }
     }
 }
@@ -125,8 +150,9 @@ impl FromStr for Scheme {
 
     fn from_str(name: &str) -> Result<Self, UnknownScheme> {
         Scheme::ALL
-            .into_iter()
+            .iter()
             .find(|scheme| scheme.name() == name)
+            .copied()
             .ok_or_else(|| UnknownScheme {
                 name: name.to_owned(),
             })
@@ -135,9 +161,7 @@ impl FromStr for Scheme {
 
 /// There is no scheme by that name.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "there is no signature scheme {name:?}: choose ecdsa-p256-sha256, ecdsa-p256-sha1 or ecdsa-b163-sha1"
-)]
+#[error("there is no signature scheme {name:?}: choose one of {:?}", Scheme::ALL.iter().map(|s| s.name()).collect::<Vec<_>>())]
 pub struct UnknownScheme {
     /// The name given.
     pub name: String,
@@ -149,7 +173,7 @@ mod tests {
 
     #[test]
     fn a_scheme_has_one_name_in_text_and_in_json() {
-        for scheme in Scheme::ALL {
+        for &scheme in Scheme::ALL {
             assert_eq!(scheme.to_string().parse::<Scheme>(), Ok(scheme));
             let json = serde_json::to_string(&scheme).expect("a unit variant");
             assert_eq!(json, format!("\"{scheme}\""));
@@ -162,6 +186,7 @@ mod tests {
 
     #[test]
     fn the_papers_signature_has_324_bits_and_the_default_512() {
+        #[cfg(feature = "paper")]
         assert_eq!(Scheme::EcdsaB163Sha1.bits(), 324);
         assert_eq!(Scheme::EcdsaP256Sha1.bits(), 512);
         assert_eq!(Scheme::default().bits(), 512);

@@ -108,7 +108,7 @@ mod tests {
     proptest! {
         #[test]
         fn every_bit_string_of_the_right_length_is_a_signature(bits in proptest::collection::vec(any::<bool>(), 512)) {
-            for scheme in Scheme::ALL {
+            for &scheme in Scheme::ALL {
                 let bits = &bits[..scheme.bits()];
                 let signature = Signature::from_bits(scheme, bits).expect("the length is right");
                 prop_assert_eq!(signature.bits(), bits);
@@ -120,6 +120,7 @@ mod tests {
         }
     }
 
+    #[cfg(feature = "paper")]
     #[test]
     fn the_first_bit_is_the_most_significant_of_r() {
         let mut bits = [false; 324];

@@ -163,6 +163,7 @@ pub(super) enum PointError {
     Encoding(&'static str),
     Infinity,
     NotOnCurve,
+    #[cfg(feature = "paper")]
     WrongOrder,
 }
 
@@ -172,6 +173,7 @@ impl PointError {
             PointError::Encoding(detail) => KeyError::PointEncoding { curve, detail },
             PointError::Infinity => KeyError::PointAtInfinity { curve },
             PointError::NotOnCurve => KeyError::PointNotOnCurve { curve },
+            #[cfg(feature = "paper")]
             PointError::WrongOrder => KeyError::PointOfWrongOrder { curve },
         }
     }

@@ -32,10 +32,11 @@
 //! **Costs.** Signing and verifying take about a millisecond on either curve; locking or opening a private key takes a few
 //! tenths of a second, on purpose.
 //!
-//! **Security.** P-256 rests on RustCrypto's constant-time arithmetic. [`Curve::B163`](crate::Curve::B163) is for reproducing the paper only:
+//! **Security.** P-256 rests on RustCrypto's constant-time arithmetic. B-163, behind the feature `paper`, is for reproducing the paper only:
 //! about 80 bits of security, and arithmetic whose running time depends on the private key. SHA-1 admits collisions:
 //! who may choose the watermark's text before it is signed can have two texts that share one signature.
 
+#[cfg(feature = "paper")]
 mod b163;
 mod der;
 mod error;

@@ -23,9 +23,7 @@ pub(super) fn sign(key: &SecretKey, scheme: Scheme, digest: &[u8]) -> ([u8; 32],
     let d = key.to_nonzero_scalar();
     let (signature, _) = match scheme {
         Scheme::EcdsaP256Sha256 => sign_prehashed_rfc6979::<NistP256, Sha256>(&d, digest, &[]),
-        Scheme::EcdsaP256Sha1 | Scheme::EcdsaB163Sha1 => {
-            sign_prehashed_rfc6979::<NistP256, Sha1>(&d, digest, &[])
-        }
+        _ => sign_prehashed_rfc6979::<NistP256, Sha1>(&d, digest, &[]),
     };
     let (r, s) = signature.split_bytes();
     (r.into(), s.into())

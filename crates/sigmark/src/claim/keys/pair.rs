@@ -3,12 +3,13 @@
 use std::fmt;
 
 use rand_core::CryptoRng;
-use sha1::Sha1;
 use sha2::{Digest, Sha256};
 use zeroize::Zeroizing;
 
+#[cfg(feature = "paper")]
+use super::b163;
 use super::der::{self, PrivateKeyFields};
-use super::{KeyError, b163, p256, pem};
+use super::{KeyError, p256, pem};
 use crate::payload::{Curve, Scheme, Signature, SignatureError};
 
 const PRIVATE: &str = "PRIVATE KEY";
@@ -23,6 +24,7 @@ pub struct SigningKey(Secret);
 #[derive(Clone)]
 enum Secret {
     P256(::p256::SecretKey),
+    #[cfg(feature = "paper")]
     B163(b163::SecretScalar),
 }
 
@@ -32,11 +34,10 @@ impl SigningKey {
     /// The same state of `rng` gives the same key: for keys that matter it must be the operating system's generator.
     pub fn generate(curve: Curve, rng: &mut (impl CryptoRng + ?Sized)) -> Self {
         let mut octets = Zeroizing::new(vec![0; curve.octets()]);
+        let unused_bits = 8 * curve.octets() - curve.bits();
         loop {
             rng.fill_bytes(&mut octets);
-            if curve == Curve::B163 {
-                octets[0] &= 0x07; // 163 bits
-            }
+            octets[0] &= 0xff >> unused_bits;
             if let Ok(key) = SigningKey::from_scalar(curve, &octets) {
                 return key;
             }
@@ -99,6 +100,7 @@ impl SigningKey {
     pub fn curve(&self) -> Curve {
         match self.0 {
             Secret::P256(_) => Curve::P256,
+            #[cfg(feature = "paper")]
             Secret::B163(_) => Curve::B163,
         }
     }
@@ -107,6 +109,7 @@ impl SigningKey {
     pub fn public_key(&self) -> PublicKey {
         PublicKey(match &self.0 {
             Secret::P256(key) => Point::P256(key.public_key()),
+            #[cfg(feature = "paper")]
             Secret::B163(key) => Point::B163(key.public_point()),
         })
     }
@@ -120,7 +123,8 @@ impl SigningKey {
         let digest = scheme.digest(message);
         let (r, s) = match &self.0 {
             Secret::P256(key) => p256::sign(key, scheme, &digest),
-            Secret::B163(key) => b163::sign::<Sha1>(key, &digest, scheme.component_bits() as u32),
+            #[cfg(feature = "paper")]
+            Secret::B163(key) => b163::sign::<sha1::Sha1>(key, &digest, scheme.component_bits() as u32),
         };
         Ok(Signature::new(scheme, r, s))
     }
@@ -145,6 +149,7 @@ impl SigningKey {
         padded[padding..curve.octets()].copy_from_slice(octets);
         let secret = match curve {
             Curve::P256 => ::p256::SecretKey::from_slice(&padded[..]).ok().map(Secret::P256),
+            #[cfg(feature = "paper")]
             Curve::B163 => padded
                 .first_chunk()
                 .and_then(b163::SecretScalar::from_octets)
@@ -156,6 +161,7 @@ impl SigningKey {
     fn to_pkcs8(&self) -> Zeroizing<Vec<u8>> {
         let scalar = Zeroizing::new(match &self.0 {
             Secret::P256(key) => Zeroizing::new(key.to_bytes()).to_vec(),
+            #[cfg(feature = "paper")]
             Secret::B163(key) => key.to_octets().to_vec(),
         });
         der::encode_pkcs8(self.curve(), &scalar, &self.public_key().to_sec1())
@@ -177,6 +183,7 @@ pub struct PublicKey(Point);
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Point {
     P256(::p256::PublicKey),
+    #[cfg(feature = "paper")]
     B163(b163::AffinePoint),
 }
 
@@ -203,6 +210,7 @@ impl PublicKey {
     pub fn curve(&self) -> Curve {
         match self.0 {
             Point::P256(_) => Curve::P256,
+            #[cfg(feature = "paper")]
             Point::B163(_) => Curve::B163,
         }
     }
@@ -224,6 +232,7 @@ impl PublicKey {
         let digest = scheme.digest(message);
         let valid = match &self.0 {
             Point::P256(key) => p256::verifies(key, &digest, signature.r(), signature.s()),
+            #[cfg(feature = "paper")]
             Point::B163(key) => b163::verifies(key, &digest, signature.r(), signature.s()),
         };
         if valid {
@@ -246,6 +255,7 @@ impl PublicKey {
     fn from_sec1(curve: Curve, octets: &[u8]) -> Result<Self, KeyError> {
         let point = match curve {
             Curve::P256 => p256::decode_point(octets).map(Point::P256),
+            #[cfg(feature = "paper")]
             Curve::B163 => b163::AffinePoint::from_sec1(octets).map(Point::B163),
         };
         point.map(PublicKey).map_err(|error| error.on(curve))
@@ -255,6 +265,7 @@ impl PublicKey {
     fn to_sec1(self) -> Vec<u8> {
         match self.0 {
             Point::P256(key) => p256::encode_point(&key),
+            #[cfg(feature = "paper")]
             Point::B163(point) => point.to_sec1().to_vec(),
         }
     }
@@ -277,6 +288,7 @@ impl fmt::Debug for PublicKey {
 fn order(curve: Curve) -> [u8; 32] {
     match curve {
         Curve::P256 => p256::order(),
+        #[cfg(feature = "paper")]
         Curve::B163 => b163::order(),
     }
 }
@@ -335,7 +347,7 @@ mod tests {
 
     #[test]
     fn a_private_key_that_is_zero_or_not_below_the_order_is_refused() {
-        for curve in Curve::ALL {
+        for &curve in Curve::ALL {
             let public = key_of_one(curve).public_key().to_sec1();
             let order = &order(curve)[32 - curve.octets()..];
             let mut above = order.to_vec();
@@ -356,7 +368,7 @@ mod tests {
 
     #[test]
     fn a_private_key_whose_leading_zeros_were_dropped_is_read() {
-        for curve in Curve::ALL {
+        for &curve in Curve::ALL {
             let key = key_of_one(curve);
             let text = pkcs8(curve, &[1], &key.public_key().to_sec1());
             let read = SigningKey::from_pem(&text).expect("the key 1");
@@ -366,7 +378,7 @@ mod tests {
 
     #[test]
     fn a_foreign_public_key_beside_the_private_one_is_refused() {
-        for curve in Curve::ALL {
+        for &curve in Curve::ALL {
             let other = SigningKey::from_scalar(curve, &[2]).expect("2 is a private key");
             let text = pkcs8(curve, &[1], &other.public_key().to_sec1());
             assert_eq!(
@@ -382,7 +394,7 @@ mod tests {
             let text = pem::encode(PUBLIC, &der::encode_spki(curve, octets));
             PublicKey::from_pem(&text).expect_err("no public key")
         };
-        for curve in Curve::ALL {
+        for &curve in Curve::ALL {
             let mut off = key_of_one(curve).public_key().to_sec1();
             *off.last_mut().expect("octets") ^= 1;
             assert_eq!(read(curve, &off), KeyError::PointNotOnCurve { curve });
@@ -394,10 +406,17 @@ mod tests {
                 ));
             }
         }
+    }
+
+    #[cfg(feature = "paper")]
+    #[test]
+    fn a_point_of_the_curve_outside_of_the_group_is_refused() {
         // y^2 = b at x = 0: the point of order 2.
         let mut small = vec![0; 22];
         small[0] = 2;
         let curve = Curve::B163;
-        assert_eq!(read(curve, &small), KeyError::PointOfWrongOrder { curve });
+        let text = pem::encode(PUBLIC, &der::encode_spki(curve, &small));
+        let error = PublicKey::from_pem(&text).expect_err("no public key");
+        assert_eq!(error, KeyError::PointOfWrongOrder { curve });
     }
 }

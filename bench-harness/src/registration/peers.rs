@@ -1,24 +1,21 @@
 //! Queries and fine alignment beside the peers.
 
-use std::{
-    fs,
-    path::{Path, PathBuf},
-};
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
-use evaluation::inputs::name_of;
+use evaluation::{inputs::name_of, python::Python, table::Table};
 use job::Job;
 use mesh::{Similarity, Surface, TriMesh, shapes};
 use mesh_io::{Asset, Format, Precision, write_mesh};
 use registration::{AlignOptions, PointPair, PreparedMesh, ResampleOptions, align_points, resample};
 use serde_json::Value;
 
+use super::suspects::{attacked, misfit};
 use crate::{
+    kept,
     measure::{Cost, timed},
-    peers,
-    registration::{attacked, misfit},
+    peers, results, selection,
 };
-use evaluation::{python::Python, table::Table};
 
 /// Meshes of the comparison: small, middling, large.
 const MESHES: [&str; 3] = ["rocker_arm_10k", "stanford_bunny_closed_35k", "igea_134k"];
@@ -26,7 +23,7 @@ const MESHES: [&str; 3] = ["rocker_arm_10k", "stanford_bunny_closed_35k", "igea_
 const ICP_PEERS: [&str; 3] = ["open3d", "small_gicp", "pymeshlab"];
 
 /// A re-meshed suspect near its place: the same surface, other vertices.
-struct Pair {
+struct NearPair {
     name: String,
     original: TriMesh,
     suspect: TriMesh,
@@ -52,10 +49,10 @@ pub(crate) fn run(files: &[PathBuf], attacks: &Python) -> Result<String> {
         &["mesh", "query", "program", "CPU (µs a query)"],
     );
     for name in MESHES {
-        let Some(path) = files.iter().find(|path| name_of(path) == name) else {
+        let Some(path) = selection::named(files, name) else {
             continue;
         };
-        let pair = Pair::of(path, attacks)?;
+        let pair = NearPair::of(path, attacks)?;
         pair.align(&python, &mut fine)?;
         pair.query(&python, &mut queries)?;
     }
@@ -69,11 +66,11 @@ pub(crate) fn run(files: &[PathBuf], attacks: &Python) -> Result<String> {
     ))
 }
 
-impl Pair {
+impl NearPair {
     fn of(path: &Path, attacks: &Python) -> Result<Self> {
         let name = name_of(path);
         let original = Asset::open(path)?.mesh().clone();
-        let remeshed = attacked(attacks, &original, &name, "remesh", 100.0, 0)?;
+        let remeshed = attacked(attacks, &original, &name, "remesh:100", 0)?;
         let (turn, shift) = (1.0_f64.to_radians(), 0.01 * original.bounding_box().diagonal());
         let moved = Similarity {
             translation: [0.6 * shift, 0.0, 0.8 * shift],
@@ -87,11 +84,10 @@ impl Pair {
         };
         let moved = to_middle.then(&moved).then(&to_middle.inverse());
         let suspect = shapes::moved(&remeshed, &moved);
-        let folder = peers::folder("registration")?;
+        let folder = kept::folder("registration")?;
         let written = |mesh: &TriMesh, role: &str| {
             let file = folder.join(format!("{name}-{role}.ply"));
-            let bytes = write_mesh(mesh, Format::Ply, Precision::Double);
-            fs::write(&file, bytes).with_context(|| file.display().to_string())?;
+            results::write(&file, write_mesh(mesh, Format::Ply, Precision::Double))?;
             anyhow::Ok(file)
         };
         Ok(Self {

@@ -3,22 +3,22 @@
 use std::{path::PathBuf, thread};
 
 use anyhow::Result;
-use evaluation::inputs::name_of;
-use job::Job;
-use mesh::{TriMesh, shapes};
-use mesh_io::Asset;
-use registration::{AlignOptions, ResampleOptions, align, resample};
-
-use crate::{
-    measure::timed,
-    registration::{ATTACKS, Attack, attacked},
-};
 use evaluation::{
     machine::{forget_peak_memory, peak_memory},
     meshes::random_similarity,
     python::Python,
     table::Table,
 };
+use job::Job;
+use mesh::{TriMesh, shapes};
+use mesh_io::Asset;
+use registration::{AlignOptions, ResampleOptions, align, resample};
+
+use super::{
+    suspects::attacked,
+    trial::{POSE_ATTACKS, PoseAttack},
+};
+use crate::{measure::timed, selection};
 
 const MESH: &str = "ct_skull_1081k_closed";
 
@@ -32,7 +32,7 @@ const SUSPECTS: [&str; 5] = [
 
 /// A table, and what it says; nothing where the mesh is not there.
 pub(crate) fn run(files: &[PathBuf], attacks: &Python) -> Result<String> {
-    let Some(path) = files.iter().find(|path| name_of(path) == MESH) else {
+    let Some(path) = selection::named(files, MESH) else {
         return Ok(String::new());
     };
     let original = Asset::open(path)?.mesh().clone();
@@ -48,7 +48,10 @@ pub(crate) fn run(files: &[PathBuf], attacks: &Python) -> Result<String> {
             "peak memory (MiB)",
         ],
     );
-    for attack in ATTACKS.iter().filter(|attack| SUSPECTS.contains(&attack.name)) {
+    for attack in POSE_ATTACKS
+        .iter()
+        .filter(|attack| SUSPECTS.contains(&attack.name))
+    {
         table.row(row(&original, attack, attacks, threads)?);
     }
     Ok(format!(
@@ -59,9 +62,8 @@ pub(crate) fn run(files: &[PathBuf], attacks: &Python) -> Result<String> {
     ))
 }
 
-fn row(original: &TriMesh, attack: &Attack, attacks: &Python, threads: usize) -> Result<[String; 6]> {
-    let (script, strength) = attack.script;
-    let suspect = attacked(attacks, original, MESH, script, strength, 0)?;
+fn row(original: &TriMesh, attack: &PoseAttack, attacks: &Python, threads: usize) -> Result<[String; 6]> {
+    let suspect = attacked(attacks, original, MESH, attack.spec, 0)?;
     let suspect = shapes::moved(&suspect, &random_similarity(original, 1));
     forget_peak_memory();
     let (found, aligning) = timed(|| align(original, &suspect, &AlignOptions::default(), &Job::new(threads)));
