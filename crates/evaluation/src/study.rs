@@ -620,7 +620,11 @@ impl<'a> Scene<'a> {
     fn shape_dna(&self) -> Result<&ShapeDnaMetric> {
         if self.shape_dna.get().is_none() {
             let mut metric = ShapeDnaMetric::default();
-            metric.reference = Some(ShapeDna::of(&self.standin.mesh, &metric.options, &Job::default())?);
+            metric.reference = Some(ShapeDna::of(
+                &self.standin.mesh,
+                &metric.options,
+                &Job::default(),
+            )?);
             let _ = self.shape_dna.set(metric);
         }
         self.shape_dna.get().context("it was just computed")

@@ -1,6 +1,6 @@
 //! Samples of a triangle, about one interval apart, with the area that each stands for.
 
-use mesh::vector::{Vec3, add, cross, norm, scaled, sub};
+use mesh::Vec3;
 
 /// Triangles with longer edges, in intervals, are halved before they are sampled, so that samples that are measured together
 /// lie close together.
@@ -37,7 +37,7 @@ impl Samples {
     /// the interval would lose the variation of the squared distance over them.
     fn add_rows(&mut self, corners: [Vec3; 3], interval: f64) {
         let (base, [a, b, apex]) = from_longest_edge(corners);
-        let twice_area = norm(cross(sub(b, a), sub(apex, a)));
+        let twice_area = (b - a).cross(apex - a).norm();
         if twice_area == 0.0 {
             return;
         }
@@ -94,20 +94,18 @@ pub(crate) fn sample(
 
 /// The length of the longest edge, and the corners turned so that it runs from the first to the second.
 fn from_longest_edge([a, b, c]: [Vec3; 3]) -> (f64, [Vec3; 3]) {
-    let turned =
-        [[a, b, c], [b, c, a], [c, a, b]].map(|corners| (norm(sub(corners[1], corners[0])), corners));
+    let turned = [[a, b, c], [b, c, a], [c, a, b]].map(|corners| ((corners[1] - corners[0]).norm(), corners));
     let longer = |x: (f64, [Vec3; 3]), y: (f64, [Vec3; 3])| if y.0 > x.0 { y } else { x };
     longer(longer(turned[0], turned[1]), turned[2])
 }
 
 fn towards(a: Vec3, b: Vec3, t: f64) -> Vec3 {
-    add(scaled(a, 1.0 - t), scaled(b, t))
+    a * (1.0 - t) + b * t
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use mesh::vector::dot;
     use proptest::prelude::*;
 
     fn all_samples(corners: [Vec3; 3], interval: f64) -> Samples {

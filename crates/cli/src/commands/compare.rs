@@ -8,7 +8,9 @@ use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
 use job::{Job, Stage};
 use mesh::TriMesh;
-use quality::{Measurement, Metric, Msdm2Metric, Needs, QualityError, Scale, Side, heatmap, vertex_distances};
+use quality::{
+    Measurement, Metric, Msdm2Metric, Needs, QualityError, Scale, Side, heatmap, vertex_distances,
+};
 use registration::match_connectivity;
 use serde_json::{Value, json};
 
@@ -142,8 +144,8 @@ fn measure(arguments: &Compare, pair: &Pair, job: &Job) -> Result<Measured> {
 fn compare(arguments: &Compare, pair: &Pair, metric: &dyn Metric, job: &Job) -> Result<Measurement> {
     let measurement = match metric.needs() {
         Needs::SameConnectivity => {
-            let in_order = in_order(pair, &job.quiet())
-                .with_context(|| arguments.distorted.display().to_string())?;
+            let in_order =
+                in_order(pair, &job.quiet()).with_context(|| arguments.distorted.display().to_string())?;
             metric.measure(&pair.reference, &in_order, job)
         }
         _ => metric.measure(&pair.reference, &pair.distorted, job),

@@ -1,8 +1,6 @@
 //! The angles by which a surface bends at its edges.
 
-use mesh::{Edges, TriMesh};
-
-use mesh::vector::{Vec3, cross, dot, norm, sub, unit};
+use mesh::{Edges, TriMesh, Vec3};
 
 /// The bend at each edge, #E: the angle between the normals of its two triangles, from −π to π.
 ///
