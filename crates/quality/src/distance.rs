@@ -5,7 +5,6 @@ use mesh::{Surface, TriMesh};
 use serde::Serialize;
 
 use crate::sampling::{Samples, sample};
-use mesh::vector::Vec3;
 
 use crate::{Figure, Measurement, Metric, Needs, QualityError, Side};
 
@@ -139,16 +138,11 @@ pub fn surface_distance(
                     samples.add_point(from.positions()[v as usize]);
                 }
             }
-            sample(
-                from.corners(t).map(Into::into),
-                interval,
-                &mut samples,
-                &mut |samples| {
-                    distances.resize(samples.points.len(), 0.0);
-                    surface.distances(&samples.points, &mut distances);
-                    sums.add(samples, &distances);
-                },
-            );
+            sample(from.corners(t), interval, &mut samples, &mut |samples| {
+                distances.resize(samples.points.len(), 0.0);
+                surface.distances(&samples.points, &mut distances);
+                sums.add(samples, &distances);
+            });
         }
         sums
     };
@@ -210,7 +204,7 @@ struct Sums {
     distances: f64,
     area: f64,
     maximum: f64,
-    farthest: Vec3,
+    farthest: [f64; 3],
     samples: usize,
 }
 
