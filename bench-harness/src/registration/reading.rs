@@ -1,16 +1,16 @@
 //! What is read of a suspect in the pose that was found, and in the true one.
 
+use std::sync::Arc;
+
 use anyhow::{Context, Result};
 use job::Job;
 use mesh::{Similarity, TriMesh};
 use rand_chacha::{ChaCha20Rng, rand_core::SeedableRng};
-use registration::{Alignment, MatchedBy};
+use registration::{Alignment, MatchedBy, PreparedMesh};
 use serde::{Deserialize, Serialize};
 use sigmark::{
-    Curve, Embedder, Signed, SigningKey, Verifier,
-    mark::{
-        CoefficientDetector, Detector, LeastSquaresDetector, Registered, Sampler, SoftBits, extraction_rate,
-    },
+    Curve, Embedder, Signed, SigningKey,
+    mark::{CoefficientDetector, Detector, JointEstimator, Reader, ReadingMethod, SoftBits, extraction_rate},
 };
 
 use super::suspects::misfit;
@@ -47,6 +47,8 @@ impl BitRates {
 /// The marked original, and what was read of its suspects.
 pub(crate) struct MarkedMesh {
     signed: Signed,
+    reader: Reader,
+    joint: Arc<JointEstimator>,
     known: Vec<KnownRates>,
 }
 
@@ -63,8 +65,12 @@ impl MarkedMesh {
         let key = SigningKey::generate(Curve::P256, &mut ChaCha20Rng::seed_from_u64(2012));
         let signed = Embedder::new(&key).embed(original, &Job::default())?;
         signed.original().keep_bases(&Job::default())?;
-        let known = Vec::new();
-        Ok(Self { signed, known })
+        Ok(Self {
+            reader: Reader::new(signed.original().mesh())?,
+            joint: Arc::new(JointEstimator::new(signed.layout())),
+            signed,
+            known: Vec::new(),
+        })
     }
 
     pub(crate) fn mesh(&self) -> &TriMesh {
@@ -92,7 +98,7 @@ impl MarkedMesh {
                 None => {
                     let same = |known: &&KnownRates| known.suspect == name;
                     let truth = self.known.iter().find(same).map(|known| known.rates);
-                    let rates = read(&self.signed, suspect, &place, found, truth)?;
+                    let rates = self.read(suspect, &place, found, truth)?;
                     self.known.push(KnownRates {
                         suspect: name.into(),
                         place,
@@ -109,53 +115,48 @@ impl MarkedMesh {
     }
 }
 
-/// Extraction rates of a suspect in the pose before it was moved: as the verifier reads it under a transform that is nearly right,
-/// and under none, if these are not `known`. The transform is bettered for the paper's rule, as the verifier does it.
-fn read(
-    signed: &Signed,
-    suspect: &TriMesh,
-    place: &Similarity,
-    found: &Alignment,
-    known: Option<BitRates>,
-) -> Result<BitRates> {
-    let (original, job) = (signed.original(), &Job::default());
-    let records = &signed.certificate().mark().patches;
-    let alphas: Vec<f64> = records.iter().map(|patch| patch.alpha).collect();
-    let rate = |bits: SoftBits| extraction_rate(&signed.signature().bits(), &bits.hard());
-    let both = |registered: &Registered| {
-        let by = |detector: &dyn Detector| detector.detect(original, &alphas, registered, job).map(rate);
-        anyhow::Ok([by(&LeastSquaresDetector)?, by(&CoefficientDetector)?])
-    };
-    let (read, truth) =
-        if let (MatchedBy::Connectivity, Some(map)) = (found.matched_by, &found.correspondence) {
+impl MarkedMesh {
+    /// Extraction rates of a suspect in the pose before it was moved: as the verifier reads it in a pose that is nearly right, and as
+    /// detectors read it in the true one, if these rates are not `known`.
+    fn read(
+        &self,
+        suspect: &TriMesh,
+        place: &Similarity,
+        found: &Alignment,
+        known: Option<BitRates>,
+    ) -> Result<BitRates> {
+        let job = &Job::default();
+        let suspect = PreparedMesh::from(suspect);
+        let bits = self.signed.signature().bits();
+        let rate = |soft: &SoftBits| extraction_rate(&bits, &soft.hard());
+        let seen = self.reader.suspect(&suspect, found);
+        let read = self.methods().map(|method| match found.matched_by {
             // The verifier fits corresponding vertices anew, from no first guess.
-            let certificate = signed.certificate();
-            let verifier = Verifier::with_original(original, certificate, certificate.public_key())?;
-            let verdict = verifier.verify(suspect, job)?;
-            let fitted = verdict.transform.context("the verifier read nothing")?;
-            let seen = map.carry(suspect);
-            let placed = seen.iter().map(|seen| seen.map(|p| fitted.apply(p)));
-            let placed = Registered::by_vertices(placed.collect());
-            (both(&placed)?, Registered::by_vertices(seen))
-        } else {
-            let mut sampler = Sampler::new(original.mesh(), suspect);
-            if let Some(survivors) = &found.correspondence {
-                sampler = sampler.survivors(survivors);
+            MatchedBy::Connectivity => self.reader.find(&suspect, job)?.read(&method, &bits, job),
+            _ => seen.read(&method, place, job),
+        });
+        let [joint, paper] = read.map(|reading| reading.map(|reading| rate(&reading.soft)));
+        let [true_joint, true_paper] = match known {
+            Some(rates) => [rates.least_squares[1], rates.paper[1]],
+            None => {
+                let registered = seen.sample(&Similarity::IDENTITY, job)?;
+                let paper = CoefficientDetector::new(self.signed.layout());
+                [
+                    rate(&self.joint.detect(&registered, job)?),
+                    rate(&paper.detect(&registered, job)?),
+                ]
             }
-            let (_, bits, _) = sampler.read(original, &alphas, place, job)?;
-            let better = sampler.refine(original, &alphas, place, job)?;
-            let paper = CoefficientDetector.detect(original, &alphas, &sampler.sample(&better, job)?, job)?;
-            (
-                [rate(bits), rate(paper)],
-                sampler.sample(&Similarity::IDENTITY, job)?,
-            )
         };
-    let truth = match known {
-        Some(rates) => [rates.least_squares[1], rates.paper[1]],
-        None => both(&truth)?,
-    };
-    Ok(BitRates {
-        least_squares: [read[0], truth[0]],
-        paper: [read[1], truth[1]],
-    })
+        Ok(BitRates {
+            least_squares: [joint?, true_joint],
+            paper: [paper?, true_paper],
+        })
+    }
+
+    /// The joint estimate, and the paper's rule in the pose that it betters.
+    fn methods(&self) -> [ReadingMethod; 2] {
+        let joint = ReadingMethod::joint(Arc::clone(&self.joint));
+        let paper = CoefficientDetector::new(self.signed.layout());
+        [joint.clone(), joint.with_detector(Arc::new(paper))]
+    }
 }

@@ -1,8 +1,8 @@
-use std::fmt::Debug;
+use std::{fmt::Debug, sync::Arc};
 
 use job::Job;
 use mesh::TriMesh;
-use sigmark::mark::{LeastSquaresDetector, Patches, Registered, SoftBits};
+use sigmark::mark::{JointEstimator, Patches, Registered, SoftBits};
 
 use crate::{Adapted, AlgorithmId, BaselineError, DetectorId, Lbf, Mhb, Rbf};
 
@@ -87,7 +87,9 @@ pub struct Reading {
 /// `functions` is m for [`Lbf`].
 pub fn entries(functions: usize) -> Vec<Box<dyn Algorithm>> {
     vec![
-        Box::new(Mhb::default().detector(DetectorId::LEAST_SQUARES, LeastSquaresDetector)),
+        Box::new(Mhb::default().detector(DetectorId::LEAST_SQUARES, |layout| {
+            Arc::new(JointEstimator::new(layout))
+        })),
         Box::new(Lbf::new(functions)),
         Box::new(Rbf::default()),
         Box::new(Lbf::new(functions).compensated()),

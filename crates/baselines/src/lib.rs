@@ -63,6 +63,6 @@ pub use error::BaselineError;
 pub use id::{AlgorithmId, DetectorId};
 pub use kirchhoff::kirchhoff;
 pub use lbf::Lbf;
-pub use mhb::Mhb;
+pub use mhb::{MakeDetector, Mhb};
 pub use radial::{Kernel, farthest_points, radial_basis};
 pub use rbf::Rbf;

@@ -1,7 +1,7 @@
 use std::sync::Arc;
 
 use job::Job;
-use sigmark::mark::{ChipLayout, CoefficientDetector, Detector, Original, Registered};
+use sigmark::mark::{ChipLayout, CoefficientDetector, Detector, MarkLayout, Original, Registered};
 
 use crate::{
     Algorithm, AlgorithmId, BaselineError, DetectorId, Prepared, Reading, Reference, Subject,
@@ -16,22 +16,27 @@ pub struct Mhb {
     detectors: Detectors,
 }
 
-type Detectors = Vec<(DetectorId, Arc<dyn Detector>)>;
+/// Makes a detector for marks of a layout.
+pub type MakeDetector = fn(&Arc<MarkLayout>) -> Arc<dyn Detector>;
+
+type Detectors = Vec<(DetectorId, MakeDetector)>;
 
 impl Default for Mhb {
     /// The paper's.
     fn default() -> Self {
         Self {
             chip_rate: 3,
-            detectors: vec![(DetectorId::PAPER, Arc::new(CoefficientDetector))],
+            detectors: vec![(DetectorId::PAPER, |layout| {
+                Arc::new(CoefficientDetector::new(layout))
+            })],
         }
     }
 }
 
 impl Mhb {
     /// Lets another detector read the marks too.
-    pub fn detector(mut self, id: DetectorId, detector: impl Detector + 'static) -> Self {
-        self.detectors.push((id, Arc::new(detector)));
+    pub fn detector(mut self, id: DetectorId, detector: MakeDetector) -> Self {
+        self.detectors.push((id, detector));
         self
     }
 
@@ -71,7 +76,7 @@ impl Algorithm for Mhb {
         let original = Original::with_patches(subject.mesh.clone(), layout, subject.patches.clone());
         original.keep_bases(job)?;
         Ok(Box::new(PreparedMhb {
-            original,
+            original: Arc::new(original),
             detectors: self.detectors.clone(),
         }))
     }
@@ -79,15 +84,17 @@ impl Algorithm for Mhb {
 
 #[derive(Debug)]
 struct PreparedMhb {
-    original: Original,
+    original: Arc<Original>,
     detectors: Detectors,
 }
 
 impl PreparedMhb {
-    /// The paper's α over unit area, for each patch.
-    fn alphas(&self, alpha: f64) -> Vec<f64> {
+    /// Marks of the paper's α, which is over unit area for each patch.
+    fn layout(&self, alpha: f64) -> Result<Arc<MarkLayout>, BaselineError> {
         let patches = self.original.patches().iter();
-        patches.map(|patch| alpha / patch.mesh().area().sqrt()).collect()
+        let alphas = patches.map(|patch| alpha / patch.mesh().area().sqrt());
+        let layout = MarkLayout::new(Arc::clone(&self.original), alphas.collect())?;
+        Ok(Arc::new(layout))
     }
 }
 
@@ -103,21 +110,18 @@ impl Prepared for PreparedMhb {
     fn embed(&self, bits: &[bool], alpha: f64, job: &Job) -> Result<Vec<[f64; 3]>, BaselineError> {
         check_bits(bits.len(), self.original.layout().bits())?;
         check_alpha(alpha)?;
-        let displacement = self.original.displacement(bits, &self.alphas(alpha), job)?;
-        let marked = self.original.mesh().positions().iter().zip(displacement);
-        Ok(marked
-            .map(|(p, d)| std::array::from_fn(|axis| p[axis] + d[axis]))
-            .collect())
+        let written = self.layout(alpha)?.write(bits, job)?;
+        Ok(written.positions(&self.original))
     }
 
     fn extract(&self, suspect: &Registered, alpha: f64, job: &Job) -> Result<Vec<Reading>, BaselineError> {
         check_vertices(suspect.positions.len(), self.original.mesh().vertex_count())?;
         check_alpha(alpha)?;
-        let alphas = self.alphas(alpha);
-        let read = |(id, detector): &(DetectorId, Arc<dyn Detector>)| {
+        let layout = self.layout(alpha)?;
+        let read = |(id, detector): &(DetectorId, MakeDetector)| {
             Ok(Reading {
                 detector: id.clone(),
-                bits: detector.detect(&self.original, &alphas, suspect, job)?,
+                bits: detector(&layout).detect(suspect, job)?,
             })
         };
         self.detectors.iter().map(read).collect()

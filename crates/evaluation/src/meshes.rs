@@ -116,9 +116,8 @@ fn check(asset: &Asset, other_model: Option<&TriMesh>) -> Result<Vec<String>> {
 
 fn shown(verdict: &Verdict) -> String {
     let remark = verdict
-        .remark
-        .as_ref()
-        .map_or(String::new(), |remark| format!(", {remark}"));
+        .mismatch
+        .map_or(String::new(), |mismatch| format!(", {mismatch:?}"));
     format!("{:?}, ER {:?}{remark}", verdict.outcome, verdict.extraction_rate)
 }
 

@@ -23,7 +23,7 @@ use crate::{meshes::random_similarity, python::Python};
 use crate::{
     models::Standin,
     paper::Attack,
-    reading::{Finder, Found, Reader},
+    reading::{Finder, Found},
     store::{Store, digest},
 };
 
@@ -471,7 +471,7 @@ impl<'a> Study<'a> {
         target: Target,
         alpha: f64,
         attack: &Attack,
-        finder: &Finder<'_>,
+        finder: &Finder,
         file: &Path,
         size: Option<usize>,
     ) -> Result<Cell> {
@@ -501,18 +501,17 @@ impl<'a> Study<'a> {
     }
 
     /// Finds a suspect and reads it, as if it had the signature of this number.
-    fn judged(&self, number: usize, alpha: f64, finder: &Finder<'_>, suspect: Suspect) -> Result<Cell> {
+    fn judged(&self, number: usize, alpha: f64, finder: &Finder, suspect: Suspect) -> Result<Cell> {
         let prepared = self.prepared()?;
         let found = finder.find(&suspect.mesh)?;
-        let reader = Reader::new(finder.reference, &suspect.mesh, &found);
-        let reading = reader.read(prepared, alpha, &found.transform)?;
+        let reading = found.read(prepared, alpha, &found.alignment.transform)?;
         // The true pose explains what was lost.
         let expected = self.bits(number);
         let all = reading.readings[0].bits.hard() == expected;
         let in_true_pose = suspect
             .pose
             .filter(|_| !all)
-            .map(|pose| reader.read(prepared, alpha, &pose.inverse()))
+            .map(|pose| found.read(prepared, alpha, &pose.inverse()))
             .transpose()?;
         let rated = reading.readings.iter().enumerate().map(|(i, reading)| {
             let true_bits = in_true_pose.as_ref().map(|read| read.readings[i].bits.hard());
@@ -527,9 +526,9 @@ impl<'a> Study<'a> {
             readings: rated.collect::<Result<_>>()?,
             attack: suspect.report,
             vertices: suspect.mesh.vertex_count(),
-            aligned: found.aligned,
+            aligned: found.alignment.aligned,
             basis: basis_name(&found),
-            overlap: found.overlap,
+            overlap: found.alignment.overlap,
             missing: reading.missing,
             attack_seconds: suspect.seconds,
             reference_seconds: finder.seconds,
@@ -595,7 +594,7 @@ impl<'a> Study<'a> {
 const SURFACE: u32 = 0x8fb0cf;
 
 fn basis_name(found: &Found) -> String {
-    serde_json::to_value(found.basis)
+    serde_json::to_value(found.alignment.matched_by)
         .ok()
         .and_then(|name| name.as_str().map(String::from))
         .unwrap_or_default()

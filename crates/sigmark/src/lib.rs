@@ -48,8 +48,8 @@ pub mod mark;
 pub mod payload;
 
 pub use claim::{
-    Certificate, CertificateError, Coverage, Embedder, MarkRecord, Outcome, SigmarkError, Signed, Verdict,
-    Verifier,
+    Certificate, CertificateError, Coverage, Embedder, MarkRecord, Mismatch, Outcome, SigmarkError, Signed,
+    Verdict, Verifier,
     keys::{KeyError, PublicKey, SigningKey},
 };
 pub use mark::{PatchCount, Strength};

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used)] // in the helpers of tests, too
 
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use job::{Job, JobError, Observer};
 use mesh::{Edges, Similarity, TriMesh, Welded, shapes};
@@ -12,8 +12,10 @@ use rand_chacha::{
 };
 use registration::MatchedBy;
 use sigmark::{
-    Curve, Embedder, Outcome, SigmarkError, Signed, SigningKey, Verdict, Verifier,
-    mark::{CoefficientDetector, Detector, LeastSquaresDetector, Registered, Sampler, extraction_rate},
+    Curve, Embedder, Mismatch, Outcome, SigmarkError, Signed, SigningKey, Verdict, Verifier,
+    mark::{
+        CoefficientDetector, Detector, JointEstimator, Reader, ReadingMethod, Registered, extraction_rate,
+    },
 };
 
 fn original() -> TriMesh {
@@ -99,7 +101,7 @@ fn a_cropped_copy_is_verified_by_the_vertices_that_are_left() {
     for suspect in [shapes::shuffled(&cut, 2), shapes::mirrored(&cut)] {
         let verdict = judge(&mesh, signed, &shapes::moved(&suspect, &away()));
         assert_eq!(
-            (verdict.outcome, verdict.basis),
+            (verdict.outcome, verdict.matched_by),
             (Outcome::Verified, MatchedBy::Surroundings)
         );
         assert!(verdict.overlap > 0.99 && (verdict.coverage - 0.5).abs() < 0.1);
@@ -118,7 +120,7 @@ fn the_same_surface_with_other_vertices_is_verified() {
     ] {
         let verdict = judge(&mesh, signed, &suspect);
         assert_eq!(
-            (verdict.outcome, verdict.basis),
+            (verdict.outcome, verdict.matched_by),
             (Outcome::Verified, MatchedBy::Surface)
         );
         assert!(verdict.missing == 0.0 && verdict.residual.unwrap() < 1e-3);
@@ -182,7 +184,7 @@ fn attacked_copies_without_the_mark_or_with_another_prove_nothing() {
     ] {
         let verdict = judge(&mesh, signed, &shapes::moved(&suspect, &away()));
         assert!(matches!(verdict.outcome, Outcome::NotFound { .. }), "{verdict:?}");
-        assert!(verdict.p_value > 1e-4 && verdict.remark.is_none());
+        assert!(verdict.p_value > 1e-4 && verdict.mismatch.is_none());
     }
 }
 
@@ -195,7 +197,9 @@ fn another_model_does_not_align_whatever_its_size() {
     ] {
         let verdict = judge(&mesh, signed, &other);
         assert_eq!(verdict.outcome, Outcome::NotFound { p: 1.0 });
-        assert!(verdict.remark.unwrap().starts_with("does not align"));
+        assert!(
+            matches!(verdict.mismatch, Some(Mismatch::Surface { overlap, .. }) if overlap == verdict.overlap)
+        );
         assert!(verdict.overlap < 0.8 && verdict.missing == 1.0 && verdict.transform.is_none());
     }
 }
@@ -223,28 +227,29 @@ fn the_triangles_of_the_original_on_another_shape_are_another_shape() {
     let flat = original.with_positions(flat.collect()).expect("a valid mesh");
     let verdict = judge(&original, signed(), &flat);
     assert!(matches!(verdict.outcome, Outcome::NotFound { .. }) && verdict.overlap < 0.8);
-    assert!(
-        verdict
-            .remark
-            .is_some_and(|remark| remark.contains("another shape"))
-    );
+    assert!(matches!(verdict.mismatch, Some(Mismatch::Shape { in_place, least }) if in_place < least));
 }
 
-/// Both detectors on a suspect under a transform: the share of bits that they read.
-fn rates(signed: &Signed, suspect: &TriMesh, transform: &Similarity) -> [f64; 2] {
-    let original = signed.original();
-    let alphas = vec![signed.alpha(); original.patches().len()];
-    let registered = Sampler::new(original.mesh(), suspect)
-        .sample(transform, &Job::default())
-        .unwrap();
-    let bits = signed.signature().bits();
-    let detectors: [&dyn Detector; 2] = [&CoefficientDetector, &LeastSquaresDetector];
-    detectors.map(|detector| {
-        let soft = detector
-            .detect(original, &alphas, &registered, &Job::default())
-            .unwrap();
-        extraction_rate(&bits, &soft.hard())
+/// Both detectors on a registered suspect: the shares of bits that the paper's rule and the joint estimate read.
+fn rates(signed: &Signed, registered: &Registered) -> [f64; 2] {
+    let (paper, joint) = detectors(signed);
+    [&paper as &dyn Detector, &joint].map(|detector| {
+        let soft = detector.detect(registered, &Job::default()).unwrap();
+        extraction_rate(&signed.signature().bits(), &soft.hard())
     })
+}
+
+fn detectors(signed: &Signed) -> (CoefficientDetector, JointEstimator) {
+    (
+        CoefficientDetector::new(signed.layout()),
+        JointEstimator::new(signed.layout()),
+    )
+}
+
+/// The suspect's surface under a transform.
+fn sampled(original: &TriMesh, suspect: &TriMesh, transform: &Similarity) -> Registered {
+    let suspect = Reader::new(original).unwrap().surface(suspect);
+    suspect.sample(transform, &Job::default()).unwrap()
 }
 
 #[test]
@@ -253,7 +258,7 @@ fn the_alignment_that_is_found_reads_as_many_bits_as_the_true_one() {
     for suspect in [divided(signed.mesh()), shapes::flipped(signed.mesh(), 7)] {
         let moved = shapes::moved(&suspect, &away());
         let verdict = judge(&mesh, signed, &moved);
-        let [paper, least_squares] = rates(signed, &moved, &away().inverse());
+        let [paper, least_squares] = rates(signed, &sampled(&mesh, &moved, &away().inverse()));
         assert!(least_squares >= paper, "{least_squares} {paper}");
         assert!(
             (verdict.extraction_rate.unwrap() - least_squares).abs() <= 0.005,
@@ -271,19 +276,17 @@ fn least_squares_reads_what_misalignment_hides_from_the_paper_rule() {
         ..Similarity::from_quaternion([1.0, 3e-4, -2e-4, 4e-4])
     };
     let suspect = divided(signed.mesh());
-    let [_, aligned] = rates(signed, &suspect, &Similarity::IDENTITY);
-    let [paper, least_squares] = rates(signed, &suspect, &off);
+    let [_, aligned] = rates(signed, &sampled(&original(), &suspect, &Similarity::IDENTITY));
+    let [paper, least_squares] = rates(signed, &sampled(&original(), &suspect, &off));
     assert!(
         aligned == 1.0 && least_squares > 0.99,
         "{aligned} {least_squares}"
     );
     assert!(paper < least_squares, "{paper}");
 
-    let original = signed.original();
-    let alphas = vec![signed.alpha(); original.patches().len()];
-    let better = Sampler::new(original.mesh(), &suspect)
-        .refine(original, &alphas, &off, &Job::default())
-        .unwrap();
+    let method = ReadingMethod::joint(Arc::new(detectors(signed).1));
+    let suspect = Reader::new(&original()).unwrap().surface(&suspect);
+    let better = suspect.read(&method, &off, &Job::default()).unwrap().transform;
     assert!((better.scale - 1.0).abs() < 1e-5, "{better:?}");
     assert!(better.translation.iter().all(|t| t.abs() < 1e-5), "{better:?}");
 }
@@ -292,9 +295,7 @@ fn least_squares_reads_what_misalignment_hides_from_the_paper_rule() {
 fn with_every_vertex_known_least_squares_and_the_paper_rule_agree() {
     let signed = signed();
     let registered = Registered::by_vertices(signed.positions().iter().copied().map(Some).collect());
-    let soft = LeastSquaresDetector
-        .detect(signed.original(), &[signed.alpha()], &registered, &Job::default())
-        .unwrap();
+    let soft = detectors(signed).1.detect(&registered, &Job::default()).unwrap();
     for (x, bit) in soft.0.iter().zip(signed.signature().bits()) {
         assert!((x - if bit { 1.0 } else { -1.0 }).abs() < 1e-6, "{x}");
     }
@@ -334,49 +335,39 @@ fn steps_of_smoothing_are_taken_out_whatever_their_strength() {
 
         // Even in the true pose.
         let registered = Registered::by_vertices(suspect.positions().iter().copied().map(Some).collect());
-        let soft = CoefficientDetector
-            .detect(signed.original(), &[signed.alpha()], &registered, &Job::default())
-            .unwrap();
-        let paper = extraction_rate(&signed.signature().bits(), &soft.hard());
+        let [paper, _] = rates(&signed, &registered);
         assert!(read > 0.99 && paper < 0.95, "{read} {paper}");
     }
 }
 
 #[test]
-fn facets_are_what_flat_triangles_alone_do() {
+fn tessellation_bias_is_what_flat_triangles_alone_do() {
     let original = shapes::icosphere(5);
     let suspect = coarser(&original, 5);
-    let sampled = |suspect: &TriMesh| {
-        let sampler = Sampler::new(&original, suspect);
-        sampler.sample(&Similarity::IDENTITY, &Job::default()).unwrap()
-    };
+    let sampled = |suspect: &TriMesh| sampled(&original, suspect, &Similarity::IDENTITY);
     let seen = sampled(&suspect);
     let mut deepest: f64 = 0.0;
-    for (v, facet) in seen.facets.iter().enumerate() {
+    for (v, bias) in seen.tessellation_bias.iter().enumerate() {
         // The vertices lie on the original, so there is nothing else; and the sphere is unit, its normals the positions.
         let [p, q] = [seen.positions[v].unwrap(), original.positions()[v]];
         let offset: f64 = (0..3).map(|i| (p[i] - q[i]) * q[i]).sum();
-        assert!((facet - offset).abs() < 1e-6, "{facet} {offset}");
-        deepest = deepest.max(-facet);
+        assert!((bias - offset).abs() < 1e-6, "{bias} {offset}");
+        deepest = deepest.max(-bias);
     }
     assert!(deepest > 1e-4);
 
     // Vertices off the original leave them as they are, to first order.
     let grown = sampled(&shapes::scaled(&suspect, 1.001));
-    for (facet, before) in grown.facets.iter().zip(&seen.facets) {
-        assert!((facet - before).abs() < 0.05 * deepest, "{facet} {before}");
+    for (bias, before) in grown.tessellation_bias.iter().zip(&seen.tessellation_bias) {
+        assert!((bias - before).abs() < 0.05 * deepest, "{bias} {before}");
     }
 }
 
 /// What both detectors read when every vertex is found again, moved by what is added: the shares of bits of the paper's rule and
 /// of least squares.
 fn rates_of_vertices(signed: &Signed, added: impl FnMut(&[f64; 3]) -> [f64; 3]) -> [f64; 2] {
-    let bits = signed.signature().bits();
     let registered = Registered::by_vertices(signed.positions().iter().map(added).map(Some).collect());
-    [&CoefficientDetector as &dyn Detector, &LeastSquaresDetector].map(|detector| {
-        let soft = detector.detect(signed.original(), &[signed.alpha()], &registered, &Job::default());
-        extraction_rate(&bits, &soft.unwrap().hard())
-    })
+    rates(signed, &registered)
 }
 
 #[test]
@@ -442,9 +433,7 @@ fn vertices_that_are_far_off_count_for_little() {
 fn nothing_seen_is_nothing_read() {
     let (mesh, signed) = (original(), signed());
     let registered = Registered::by_vertices(vec![None; mesh.vertex_count()]);
-    let soft = LeastSquaresDetector
-        .detect(signed.original(), &[signed.alpha()], &registered, &Job::default())
-        .unwrap();
+    let soft = detectors(signed).1.detect(&registered, &Job::default()).unwrap();
     assert!(soft.0.iter().all(|&x| x == 0.0));
     assert_eq!(registered.missing(), 1.0);
 }

@@ -160,7 +160,8 @@ surface; at least 80 % of that must lie there.
 bit_errors, registration (connectivity, surroundings or surface), poses (how many were tried), overlap (share of the \
 suspect's surface that lies on the original, 0 to 1), coverage (share of the original's that lies on the suspect), missing \
 (share of the original's vertices that were not seen), residual (fraction of the diagonal), transform (4 × 4, suspect to \
-original), mirrored, attack_model, remark, message, public_key (fingerprint), seconds (of each stage). What can't be said \
+original), mirrored, attack_model (of what moved the suspect, the shares of squared displacements that mark, misalignment, \
+smoothing, tessellation_bias and noise explain; null where the paper's rule alone read it), remark (why it is another shape), message, public_key (fingerprint), seconds (of each stage). What can't be said \
 is null.")]
 pub(crate) struct Verify {
     /// The mesh in question

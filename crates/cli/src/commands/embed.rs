@@ -81,8 +81,8 @@ fn object(arguments: &Embed, signed: &Signed, certificate: &Path, seconds: &[(&'
         "functions": signed.original().layout().functions(),
         "patches": signed.original().patches().len(),
         "unmarked_vertices": signed.original().patches().unmarked_vertices(),
-        "alpha": signed.alpha(),
-        "distortion_rms": signed.distortion_rms(),
+        "alpha": signed.layout().alpha(),
+        "distortion_rms": signed.layout().distortion_rms(),
         "seconds": report::seconds_json(seconds),
     })
 }
@@ -165,8 +165,8 @@ fn summary(
             "distortion",
             format!(
                 "RMS {:.4} % of the diagonal (α = {:.3e})",
-                100.0 * signed.distortion_rms(),
-                signed.alpha()
+                100.0 * signed.layout().distortion_rms(),
+                signed.layout().alpha()
             ),
         ),
     ];

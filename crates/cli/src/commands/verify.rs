@@ -4,7 +4,9 @@ use anyhow::{Context, Result};
 use job::JobError;
 use registration::MatchedBy;
 use serde_json::{Value, json};
-use sigmark::{Certificate, GeometryDigest, Outcome, SigmarkError, Verdict, Verifier, mark::MarkError};
+use sigmark::{
+    Certificate, GeometryDigest, Mismatch, Outcome, SigmarkError, Verdict, Verifier, mark::MarkError,
+};
 
 use crate::{
     Answer,
@@ -44,22 +46,22 @@ pub(crate) fn run(arguments: &Verify) -> Result<Answer> {
     } else {
         report::lines(&summary(arguments, &verdict, &certificate, &seconds))?;
     }
-    Ok(match verdict.outcome {
-        Outcome::Verified | Outcome::Detected { .. } => Answer::Yes,
-        Outcome::NotFound { .. } => Answer::No,
+    Ok(match verdict.outcome.is_found() {
+        true => Answer::Yes,
+        false => Answer::No,
     })
 }
 
 /// What `--json` prints.
 fn object(verdict: &Verdict, certificate: &Certificate, seconds: &[(&'static str, f64)]) -> Value {
     json!({
-        "outcome": outcome_name(verdict.outcome),
+        "outcome": verdict.outcome.name(),
         "extraction_rate": verdict.extraction_rate,
         "p_value": verdict.p_value,
         "correlation": verdict.correlation,
         "bits": verdict.bits,
         "bit_errors": verdict.bit_errors,
-        "registration": verdict.transform.map(|_| verdict.basis),
+        "registration": verdict.transform.map(|_| verdict.matched_by),
         "poses": verdict.poses,
         "overlap": verdict.overlap,
         "coverage": verdict.coverage,
@@ -67,8 +69,8 @@ fn object(verdict: &Verdict, certificate: &Certificate, seconds: &[(&'static str
         "residual": verdict.residual,
         "transform": verdict.transform.map(|transform| transform.to_matrix()),
         "mirrored": verdict.transform.map(|transform| transform.mirrors()),
-        "attack_model": null,
-        "remark": verdict.remark,
+        "attack_model": verdict.attack_model,
+        "remark": verdict.mismatch.map(remark),
         "message": certificate.message(),
         "public_key": certificate.public_key().fingerprint(),
         "seconds": report::seconds_json(seconds),
@@ -98,14 +100,6 @@ fn the_wrong_way_round(arguments: &Verify) -> anyhow::Error {
     )
 }
 
-fn outcome_name(outcome: Outcome) -> &'static str {
-    match outcome {
-        Outcome::Verified => "verified",
-        Outcome::Detected { .. } => "detected",
-        Outcome::NotFound { .. } => "not_found",
-    }
-}
-
 fn summary(
     arguments: &Verify,
     verdict: &Verdict,
@@ -121,22 +115,24 @@ fn summary(
             "DETECTED: {suspect} carries the mark of {original}; the chance of being wrong is below {}",
             probability(p)
         ),
-        Outcome::NotFound { .. } if verdict.remark.is_some() => {
+        _ if verdict.mismatch.is_some() => {
             format!("NOT FOUND: {suspect} is not {original}, nor a part of it")
         }
-        Outcome::NotFound { .. } => {
+        _ => {
             format!("NOT FOUND: {suspect} has the shape of {original}, but nothing of its mark")
         }
     };
     let mut lines = vec![headline];
-    if let Some(remark) = &verdict.remark {
-        lines.push(report::field("reason", remark));
+    if let Some(mismatch) = verdict.mismatch {
+        lines.push(report::field("reason", remark(mismatch)));
     }
     let fingerprint = certificate.public_key().fingerprint();
-    match verdict.outcome {
-        Outcome::NotFound { .. } => lines.push(report::field("looked for", format!("key {fingerprint}"))),
-        _ => lines.push(report::field("signed by", format!("key {fingerprint}"))),
-    }
+    let whose = if verdict.outcome.is_found() {
+        "signed by"
+    } else {
+        "looked for"
+    };
+    lines.push(report::field(whose, format!("key {fingerprint}")));
     if !certificate.message().is_empty() {
         lines.push(report::field("message", certificate.message()));
     }
@@ -173,9 +169,25 @@ fn summary(
     lines
 }
 
+/// Why the suspect is another shape.
+fn remark(mismatch: Mismatch) -> String {
+    match mismatch {
+        Mismatch::Surface { overlap, least } => format!(
+            "does not align: in the best position, {:.1} % of the suspect's surface lies on the original; {:.0} % are needed",
+            100.0 * overlap,
+            100.0 * least
+        ),
+        Mismatch::Shape { in_place, .. } => format!(
+            "another shape: it has the original's triangles, but {:.1} % of its vertices lie where those of the original do",
+            100.0 * in_place
+        ),
+        _ => "another shape".into(),
+    }
+}
+
 /// What the suspect was recognised by, and how much of the original it is.
 fn registered(verdict: &Verdict) -> String {
-    let by = match verdict.basis {
+    let by = match verdict.matched_by {
         MatchedBy::Connectivity => "by its vertices",
         MatchedBy::Surroundings => "by the vertices that are left",
         _ => "by its surface",

@@ -11,8 +11,8 @@ use super::{
 };
 use crate::{
     mark::{
-        ChipLayout, CoefficientDetector, Detector, MarkStage, Original, Patch, PatchBasis, PatchCount,
-        Registered, Strength, distortion, extraction_rate,
+        ChipLayout, CoefficientDetector, Detector, MarkError, MarkLayout, MarkStage, Original, Patch,
+        PatchCount, Registered, Strength, extraction_rate,
     },
     payload::{Curve, GeometryDigest, Scheme, Signature},
 };
@@ -120,26 +120,17 @@ impl Embedder {
         let signature = self
             .key
             .sign(self.scheme, &self.coverage.signed_bytes(&self.message, &digest))?;
-        let bits = signature.bits();
-        let alphas = self.strength.alphas(original)?;
-        let written = |index: usize, patch: &Patch, basis: &PatchBasis| {
-            let record = PatchRecord {
-                vertices: patch.vertices().len(),
-                alpha: alphas[index],
-                last_eigenvalue: basis.last_eigenvalue(),
-            };
-            (
-                basis.displacement(original.layout(), &bits, alphas[index]),
-                record,
-            )
-        };
-        let (displacements, patches) = original.map_bases(written, job)?.into_iter().unzip();
+        let layout = MarkLayout::with_strength(Arc::clone(original), self.strength)?;
+        let written = layout.write(&signature.bits(), job)?;
         job.begin(MarkStage::Embedding)?;
-        let positions = mesh.positions().iter().zip(original.scatter(displacements));
-        let positions = positions.map(|(p, d)| std::array::from_fn(|axis| p[axis] + d[axis]));
-        let marked = mesh
-            .with_positions(positions.collect())
-            .map_err(crate::mark::MarkError::from)?;
+        let marked = mesh.with_positions(written.positions(original));
+        let patches = original.patches().iter().zip(layout.alphas());
+        let patches = patches.zip(&written.last_eigenvalues);
+        let record = |((patch, &alpha), &last_eigenvalue): ((&Patch, &f64), &f64)| PatchRecord {
+            vertices: patch.vertices().len(),
+            alpha,
+            last_eigenvalue,
+        };
         let certificate = Certificate::issue(
             &self.key,
             self.message.clone(),
@@ -154,15 +145,13 @@ impl Embedder {
                 chip_rate: self.chip_rate,
                 laplacian: original.laplacian(),
                 labels: PackedLabels::pack(original.patches().labels()),
-                patches,
+                patches: patches.map(record).collect(),
             },
         )?;
         Ok(Signed {
-            marked,
+            marked: marked.map_err(MarkError::from)?,
             certificate,
-            original: Arc::clone(original),
-            distortion_rms: distortion(original, &alphas),
-            alphas,
+            layout: Arc::new(layout),
         })
     }
 
@@ -176,9 +165,7 @@ impl Embedder {
 pub struct Signed {
     marked: TriMesh,
     certificate: Certificate,
-    original: Arc<Original>,
-    alphas: Vec<f64>,
-    distortion_rms: f64,
+    layout: Arc<MarkLayout>,
 }
 
 impl Signed {
@@ -197,31 +184,19 @@ impl Signed {
         &self.certificate
     }
 
+    /// Where the mark lies, and how strong it is.
+    pub fn layout(&self) -> &Arc<MarkLayout> {
+        &self.layout
+    }
+
     /// The original with its patches and bases.
     pub fn original(&self) -> &Arc<Original> {
-        &self.original
+        self.layout.original()
     }
 
     /// The signature that was written.
     pub fn signature(&self) -> &Signature {
         &self.certificate.mark().signature
-    }
-
-    /// α in the scale-free convention: the same for every patch, or, when the paper's α was given, the root mean square
-    /// over the marked surface.
-    pub fn alpha(&self) -> f64 {
-        let areas = self.original.patches().iter().map(|patch| patch.mesh().area());
-        let square: f64 = areas
-            .clone()
-            .zip(&self.alphas)
-            .map(|(area, alpha)| area * alpha * alpha)
-            .sum();
-        (square / areas.sum::<f64>()).sqrt()
-    }
-
-    /// Root mean square displacement of the marked surface, as a fraction of the bounding box's diagonal.
-    pub fn distortion_rms(&self) -> f64 {
-        self.distortion_rms
     }
 
     /// Extraction rate from positions in the original's frame, such as the marked ones rounded to a file's precision.
@@ -236,15 +211,13 @@ impl Signed {
             return Ok(1.0);
         }
         let registered = Registered::by_vertices(positions.iter().copied().map(Some).collect());
-        let extracted = CoefficientDetector
-            .detect(&self.original, &self.alphas, &registered, job)?
-            .hard();
-        Ok(extraction_rate(&self.signature().bits(), &extracted))
+        let soft = CoefficientDetector::new(&self.layout).detect(&registered, job)?;
+        Ok(extraction_rate(&self.signature().bits(), &soft.hard()))
     }
 
     fn is_surely_readable(&self, positions: &[[f64; 3]]) -> bool {
         let (mut written, mut lost) = ([0.0; 3], [0.0; 3]);
-        for (patch, alpha) in self.original.patches().iter().zip(&self.alphas) {
+        for (patch, alpha) in self.original().patches().iter().zip(self.layout.alphas()) {
             let (marked, held) = (patch.gather(self.positions()), patch.gather(positions));
             for axis in 0..3 {
                 // The largest error bounds the root of its mean square.

@@ -15,5 +15,5 @@ pub use certificate::{
 pub use embed::{Embedder, Signed};
 pub use error::SigmarkError;
 pub use statement::Coverage;
-pub use verdict::{Outcome, Verdict};
+pub use verdict::{Mismatch, Outcome, Verdict};
 pub use verify::Verifier;

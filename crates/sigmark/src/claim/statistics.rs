@@ -3,7 +3,7 @@
 //! The bits of a signature are pseudo-random and do not depend on the suspect. For any estimate x that a detector makes
 //! without looking at them, a mesh that does not carry the mark gives fair coin flips, whatever the attack was.
 
-use crate::mark::correlation;
+pub use crate::mark::{correlation, extraction_rate};
 
 /// The probability that a mesh without the mark agrees with `signature` at least as well as `soft` does, or better: an
 /// upper bound that holds for every attack and every noise.

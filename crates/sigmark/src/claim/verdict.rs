@@ -1,8 +1,11 @@
 use mesh::Similarity;
 use registration::MatchedBy;
 
+use crate::mark::AttackModel;
+
 /// The answer to "is this our model?".
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Outcome {
     /// The signature was read back from the shape, bit for bit, and checks against the public key.
     Verified,
@@ -18,8 +21,45 @@ pub enum Outcome {
     },
 }
 
+impl Outcome {
+    /// The name in JSON reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Verified => "verified",
+            Self::Detected { .. } => "detected",
+            Self::NotFound { .. } => "not_found",
+        }
+    }
+
+    /// Whether it is our model.
+    pub fn is_found(self) -> bool {
+        !matches!(self, Self::NotFound { .. })
+    }
+}
+
+/// Why a suspect is taken for another shape.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Mismatch {
+    /// Too little of its surface lies on the original, in the best position.
+    Surface {
+        /// The share that does.
+        overlap: f64,
+        /// The share that is needed.
+        least: f64,
+    },
+    /// It has the original's triangles, but too few of its vertices lie where those of the original do.
+    Shape {
+        /// The share that does.
+        in_place: f64,
+        /// The share that is needed.
+        least: f64,
+    },
+}
+
 /// What was found, and how.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Verdict {
     /// The answer.
     pub outcome: Outcome,
@@ -35,7 +75,7 @@ pub struct Verdict {
     /// Bits read wrong; `None` if the suspect does not fit.
     pub bit_errors: Option<usize>,
     /// How the suspect was laid onto the original: by its vertices, or by its surface.
-    pub basis: MatchedBy,
+    pub matched_by: MatchedBy,
     /// In how many ways it could lie there; above 1 for symmetric shapes.
     pub poses: usize,
     /// Share of the suspect's surface that lies on the original, from 0 to 1; measured where it does not fit, too.
@@ -48,6 +88,8 @@ pub struct Verdict {
     pub residual: Option<f64>,
     /// Takes the suspect to the original.
     pub transform: Option<Similarity>,
-    /// Why the suspect does not fit, in words.
-    pub remark: Option<String>,
+    /// What moved the suspect beside the mark; `None` where the paper's rule alone read it, or nothing did.
+    pub attack_model: Option<AttackModel>,
+    /// Why the suspect is another shape, if it is.
+    pub mismatch: Option<Mismatch>,
 }

@@ -1,43 +1,41 @@
-use std::{iter, sync::Arc};
+use std::sync::Arc;
 
 use job::Job;
 use mesh::{
-    Similarity, TriMesh,
+    TriMesh,
     vector::{norm, sub},
 };
-use registration::{
-    AlignOptions, Alignment, Correspondence, Difference, MatchedBy, RegistrationStage, match_candidates,
-};
+use registration::{AlignOptions, Alignment, MatchedBy, PreparedMesh};
 
-use super::{Certificate, Outcome, SigmarkError, Verdict, keys::PublicKey, statistics::p_value};
+use super::{
+    Certificate, Mismatch, Outcome, SigmarkError, Verdict,
+    keys::PublicKey,
+    statistics::{correlation, extraction_rate, p_value},
+};
 use crate::{
     mark::{
-        Aligned, ChipLayout, CoefficientDetector, Detector, Equations, MarkError, MarkStage, Original,
-        Patches, Registered, Sampler, SoftBits, align, correlation, extraction_rate,
+        ChipLayout, CoefficientDetector, Detector, JointEstimator, MarkLayout, Original, Patches, Reader,
+        Reading, ReadingMethod, Registered,
     },
     payload::{GeometryDigest, Signature},
 };
 
-/// How many maps of a symmetric shape onto itself are tried: an icosphere has 120.
-const MOST_MAPS: usize = 120;
-
-/// Bases that take more are computed anew for every pass over them.
-const KEPT_BYTES: usize = 1 << 30;
-
 /// Judges suspects against one original and its certificate.
+///
+/// What it computes of the original is kept for the next suspect.
 #[derive(Clone, Debug)]
 pub struct Verifier {
-    original: Arc<Original>,
-    certificate: Certificate,
+    reader: Arc<Reader>,
+    method: ReadingMethod,
+    certificate: Arc<Certificate>,
     p_bound: f64,
-    detector: Option<Arc<dyn Detector>>,
 }
 
 impl Verifier {
     /// Checks that original, certificate and public key belong together, and cuts the original as the certificate says.
     ///
     /// # Errors
-    /// [`SigmarkError::AnotherKey`] or [`SigmarkError::AnotherOriginal`] where they don't.
+    /// [`SigmarkError::AnotherKey`], [`SigmarkError::AnotherOriginal`] or [`SigmarkError::AnotherCut`] where they don't.
     pub fn new(
         original: &TriMesh,
         certificate: &Certificate,
@@ -46,20 +44,18 @@ impl Verifier {
         check_key(certificate, public_key)?;
         check_digest(certificate, original)?;
         let mark = certificate.mark();
-        let layout = ChipLayout::new(mark.signature.scheme().bits(), mark.chip_rate)?;
         let patches = Patches::from_labels(original, &mark.labels.unpack(original.vertex_count())?)?;
         if patches.len() != mark.patches.len() {
             return Err(SigmarkError::AnotherCut);
         }
-        let original = Original::with_patches(original.clone(), layout, patches);
-        Self::of(original.with_laplacian(mark.laplacian), certificate)
+        let original = Original::with_patches(original.clone(), layout(certificate)?, patches);
+        Self::of(&original.with_laplacian(mark.laplacian), certificate)
     }
 
     /// As [`new`](Self::new), with an original that was cut into patches already, and its bases if it keeps them.
     ///
     /// # Errors
-    /// As [`new`](Self::new); when it was cut for another number of bits or chips; [`SigmarkError::AnotherCut`] if not as the
-    /// certificate says.
+    /// As [`new`](Self::new); when it was cut for another number of bits or chips.
     pub fn with_original(
         original: &Original,
         certificate: &Certificate,
@@ -67,24 +63,33 @@ impl Verifier {
     ) -> Result<Self, SigmarkError> {
         check_key(certificate, public_key)?;
         check_digest(certificate, original.mesh())?;
+        original.layout().check(&layout(certificate)?)?;
         let mark = certificate.mark();
-        let layout = ChipLayout::new(mark.signature.scheme().bits(), mark.chip_rate)?;
-        original.layout().check(&layout)?;
         let labels = mark.labels.unpack(original.mesh().vertex_count())?;
         if labels != original.patches().labels() || mark.laplacian != original.laplacian() {
             return Err(SigmarkError::AnotherCut);
         }
-        Self::of(original.clone(), certificate)
+        Self::of(original, certificate)
     }
 
-    fn of(original: Original, certificate: &Certificate) -> Result<Self, SigmarkError> {
-        let patches = certificate.mark().patches.iter();
-        let eigenvalues = patches.map(|patch| patch.last_eigenvalue).collect();
+    fn of(original: &Original, certificate: &Certificate) -> Result<Self, SigmarkError> {
+        let mark = certificate.mark();
+        let eigenvalues = mark.patches.iter().map(|patch| patch.last_eigenvalue);
+        let alphas = mark.patches.iter().map(|patch| patch.alpha);
+        let original = Arc::new(original.expecting(eigenvalues.collect())?);
+        let layout = Arc::new(MarkLayout::new(Arc::clone(&original), alphas.collect())?);
+        let method = ReadingMethod::joint(Arc::new(JointEstimator::new(&layout)));
         Ok(Self {
-            original: Arc::new(original.expecting(eigenvalues)?),
-            certificate: certificate.clone(),
+            reader: Arc::new(Reader::new(original.mesh())?),
+            method: match mark.signature.scheme() {
+                #[cfg(feature = "paper")]
+                crate::payload::Scheme::EcdsaB163Sha1 => {
+                    method.with_detector(Arc::new(CoefficientDetector::new(&layout)))
+                }
+                _ => method,
+            },
+            certificate: Arc::new(certificate.clone()),
             p_bound: 1e-6,
-            detector: None,
         })
     }
 
@@ -94,11 +99,13 @@ impl Verifier {
         self
     }
 
-    /// The detector that reads the bits. By default it is the paper's ([`CoefficientDetector`]) for marks of the paper's
-    /// profile, and [`LeastSquaresDetector`](crate::mark::LeastSquaresDetector) for others. Where all vertices were found again, the paper's, being cheap, comes
-    /// first.
-    pub fn detector(mut self, detector: Arc<dyn Detector>) -> Self {
-        self.detector = Some(detector);
+    /// The detector that reads the bits, made for the layout of the mark.
+    ///
+    /// By default it is the paper's ([`CoefficientDetector`]) for marks of the paper's profile, and the joint estimate
+    /// ([`JointEstimator`]) for others. Where all vertices were found again, the paper's, being cheap, comes first.
+    pub fn detector<D: Detector + 'static>(mut self, detector: impl FnOnce(&Arc<MarkLayout>) -> D) -> Self {
+        let detector = Arc::new(detector(self.method.layout()));
+        self.method = self.method.with_detector(detector);
         self
     }
 
@@ -106,200 +113,46 @@ impl Verifier {
     ///
     /// # Errors
     /// When the original's bases can't be computed or are not those of the certificate; [`SigmarkError::Job`].
-    pub fn verify(&self, suspect: &TriMesh, job: &Job) -> Result<Verdict, SigmarkError> {
-        job.begin(MarkStage::Registration)?;
-        match match_candidates(self.original.mesh(), suspect, MOST_MAPS, &job.quiet()) {
-            Ok(maps) => self.by_vertices(suspect, &maps, job),
-            Err(Difference::Job(error)) => Err(error.into()),
-            Err(_) => self.by_surface(suspect, job),
+    pub fn verify(&self, suspect: impl Into<PreparedMesh>, job: &Job) -> Result<Verdict, SigmarkError> {
+        let found = self.reader.find(suspect, job)?;
+        if let Some(alignment) = found.alignment().filter(|alignment| !alignment.aligned) {
+            return Ok(self.does_not_align(alignment));
         }
-    }
-
-    /// Judges a suspect that has the original's connectivity, its vertices being the original's by one of these maps.
-    fn by_vertices(
-        &self,
-        suspect: &TriMesh,
-        maps: &[Correspondence],
-        job: &Job,
-    ) -> Result<Verdict, SigmarkError> {
-        let (original, alphas) = (self.prepared(job)?, self.alphas());
-        job.begin(MarkStage::Detection)?;
-        let detector = self.detector.as_deref().unwrap_or(&CoefficientDetector);
-        let readings = maps.iter().map(|map| {
-            let aligned = align(original, &alphas, suspect, map, job)?;
-            self.read(aligned, detector, job)
-        });
-        let mut reading = self.best(readings)?;
-        if reading.soft.hard() != self.certificate.mark().signature.bits() {
-            let Aligned {
-                registered,
-                transform,
-                ..
-            } = &reading.aligned;
-            let together = self.together(registered.clone(), transform, job)?;
-            let again = match self.alone() {
-                Some(detector) => self.read(
-                    together.aligned.carried(self.original.mesh(), transform),
-                    detector,
-                    job,
-                )?,
-                None => together,
-            };
-            reading = self.better_of(reading, again);
-        }
-        let options = AlignOptions::default();
-        let overlap = self.in_place(&reading.aligned.registered, &options);
-        let fit = Fit {
-            basis: MatchedBy::Connectivity,
-            poses: maps.len(),
-            overlap,
-            coverage: overlap,
-        };
-        let mut verdict = self.judge(&reading, fit)?;
-        if matches!(verdict.outcome, Outcome::NotFound { .. }) && overlap < options.least_overlap {
-            verdict.remark = Some(format!(
-                "another shape: it has the original's triangles, but {:.1} % of its vertices lie where those of the original do",
-                100.0 * overlap
-            ));
+        let expected = self.certificate.mark().signature.bits();
+        let reading = found.read(&self.method, &expected, job)?;
+        let mut verdict = self.judge(&reading, &expected)?;
+        verdict.poses = found.poses();
+        match found.alignment() {
+            Some(alignment) => {
+                verdict.matched_by = alignment.matched_by;
+                (verdict.overlap, verdict.coverage) = (alignment.overlap, alignment.coverage);
+            }
+            None => {
+                let in_place = self.in_place(&reading.registered);
+                (verdict.overlap, verdict.coverage) = (in_place, in_place);
+                let least = AlignOptions::default().least_overlap;
+                let elsewhere = matches!(verdict.outcome, Outcome::NotFound { .. }) && in_place < least;
+                verdict.mismatch = elsewhere.then_some(Mismatch::Shape { in_place, least });
+            }
         }
         Ok(verdict)
     }
 
     /// The share of the vertices that lie near where they belong.
-    fn in_place(&self, registered: &Registered, options: &AlignOptions) -> f64 {
-        let bound = options.tolerance * self.original.mesh().bounding_box().diagonal();
-        let pairs = registered.positions.iter().zip(self.original.mesh().positions());
+    fn in_place(&self, registered: &Registered) -> f64 {
+        let original = self.reader.reference().mesh();
+        let bound = AlignOptions::default().tolerance * original.bounding_box().diagonal();
+        let pairs = registered.positions.iter().zip(original.positions());
         let distances: Vec<f64> = pairs.filter_map(|(r, &v)| r.map(|r| norm(sub(r, v)))).collect();
         let near = distances.iter().filter(|&&distance| distance <= bound);
         near.count() as f64 / distances.len().max(1) as f64
     }
 
-    /// Judges a suspect by its surface.
-    fn by_surface(&self, suspect: &TriMesh, job: &Job) -> Result<Verdict, SigmarkError> {
-        let options = AlignOptions::default();
-        let alignment = registration::align(
-            self.original.mesh(),
-            suspect,
-            &options,
-            &job.within(RegistrationStage::Hypotheses),
-        )
-        .map_err(MarkError::from)?;
-        let fit = Fit::of(&alignment);
-        if !alignment.aligned {
-            return Ok(self.does_not_align(fit, &options));
-        }
-        let (original, alphas) = (self.prepared(job)?, self.alphas());
-        let mut sampler = Sampler::new(self.original.mesh(), suspect);
-        if let Some(survivors) = &alignment.correspondence {
-            sampler = sampler.survivors(survivors);
-        }
-        let poses = iter::once(&alignment.transform).chain(&alignment.alternatives);
-        let readings = poses.map(|pose| {
-            let Some(detector) = self.alone() else {
-                let (registered, soft, transform) = sampler.read(original, &alphas, pose, job)?;
-                return Ok(Reading {
-                    aligned: Aligned::new(self.original.mesh(), registered, transform),
-                    soft,
-                    tries: 1,
-                });
-            };
-            job.begin(MarkStage::Resampling)?;
-            let transform = sampler.refine(original, &alphas, pose, job)?;
-            let registered = sampler.sample(&transform, job)?;
-            self.read(
-                Aligned::new(self.original.mesh(), registered, transform),
-                detector,
-                job,
-            )
-        });
-        let reading = self.best(readings)?;
-        self.judge(&reading, fit)
-    }
-
-    /// The detector that reads bits by itself, if it is not to be least squares, which estimates a misalignment with them.
-    fn alone(&self) -> Option<&dyn Detector> {
-        self.detector
-            .as_deref()
-            .or(match self.certificate.mark().signature.scheme() {
-                #[cfg(feature = "paper")]
-                crate::payload::Scheme::EcdsaB163Sha1 => Some(&CoefficientDetector),
-                _ => None,
-            })
-    }
-
-    fn read(&self, aligned: Aligned, detector: &dyn Detector, job: &Job) -> Result<Reading, SigmarkError> {
-        job.begin(MarkStage::Detection)?;
-        let soft = detector.detect(&self.original, &self.alphas(), &aligned.registered, job)?;
-        Ok(Reading {
-            aligned,
-            soft,
-            tries: 1,
-        })
-    }
-
-    /// Bits and misalignment of vertices that lie by this pose, by least squares.
-    fn together(
-        &self,
-        registered: Registered,
-        pose: &Similarity,
-        job: &Job,
-    ) -> Result<Reading, SigmarkError> {
-        job.begin(MarkStage::Detection)?;
-        let estimate = Equations::of(&self.original, &self.alphas(), &registered, job)?.solve()?;
-        let transform = pose.then(&estimate.misalignment.inverse());
-        Ok(Reading {
-            aligned: Aligned::new(self.original.mesh(), registered, transform),
-            soft: SoftBits(estimate.bits),
-            tries: 1,
-        })
-    }
-
-    /// The reading that agrees best with the signature.
-    fn best(
-        &self,
-        readings: impl Iterator<Item = Result<Reading, SigmarkError>>,
-    ) -> Result<Reading, SigmarkError> {
-        let mut best: Option<Reading> = None;
-        for reading in readings {
-            let reading = reading?;
-            best = Some(match best {
-                Some(best) => self.better_of(best, reading),
-                None => reading,
-            });
-        }
-        best.ok_or(MarkError::Alignment.into())
-    }
-
-    /// The one that agrees better with the signature, having taken the tries of both.
-    fn better_of(&self, first: Reading, second: Reading) -> Reading {
-        let expected = self.certificate.mark().signature.bits();
-        let tries = first.tries + second.tries;
-        let [t, u] = [&first, &second].map(|reading| correlation(&expected, &reading.soft.0));
-        let better = if u > t { second } else { first };
-        Reading { tries, ..better }
-    }
-
-    /// The original with its bases, if they are not huge.
-    fn prepared(&self, job: &Job) -> Result<&Original, SigmarkError> {
-        if self.original.basis_bytes() <= KEPT_BYTES {
-            self.original.keep_bases(job)?;
-        }
-        Ok(&self.original)
-    }
-
-    fn alphas(&self) -> Vec<f64> {
-        let patches = &self.certificate.mark().patches;
-        patches.iter().map(|patch| patch.alpha).collect()
-    }
-
-    /// The verdict on the best of several readings: choosing it by T gives chance as many tries.
-    fn judge(&self, reading: &Reading, fit: Fit) -> Result<Verdict, SigmarkError> {
-        let Reading { aligned, soft, tries } = reading;
-        let mark = self.certificate.mark();
-        let expected = mark.signature.bits();
-        let extracted = soft.hard();
-        let p = (p_value(&expected, &soft.0) * *tries as f64).min(1.0);
-        let read = Signature::from_bits(mark.signature.scheme(), &extracted)?;
+    /// The verdict on a reading, as if by vertices in one pose. To choose it by T gave chance as many tries as there were.
+    fn judge(&self, reading: &Reading, expected: &[bool]) -> Result<Verdict, SigmarkError> {
+        let extracted = reading.soft.hard();
+        let p = (p_value(expected, &reading.soft.0) * reading.tries as f64).min(1.0);
+        let read = Signature::from_bits(self.certificate.mark().signature.scheme(), &extracted)?;
         let checks = self
             .certificate
             .public_key()
@@ -310,30 +163,27 @@ impl Verifier {
             (false, true) => Outcome::Detected { p },
             (false, false) => Outcome::NotFound { p },
         };
+        let diagonal = self.reader.reference().mesh().bounding_box().diagonal();
         Ok(Verdict {
             outcome,
-            extraction_rate: Some(extraction_rate(&expected, &extracted)),
+            extraction_rate: Some(extraction_rate(expected, &extracted)),
             p_value: p,
-            correlation: correlation(&expected, &soft.0),
+            correlation: correlation(expected, &reading.soft.0),
             bits: expected.len(),
             bit_errors: Some(expected.iter().zip(&extracted).filter(|(s, e)| s != e).count()),
-            basis: fit.basis,
-            poses: fit.poses,
-            overlap: fit.overlap,
-            coverage: fit.coverage,
-            missing: aligned.registered.missing(),
-            residual: Some(aligned.residual / self.original.mesh().bounding_box().diagonal()),
-            transform: Some(aligned.transform),
-            remark: None,
+            matched_by: MatchedBy::Connectivity,
+            poses: 1,
+            overlap: 1.0,
+            coverage: 1.0,
+            missing: reading.registered.missing(),
+            residual: Some(reading.residual / diagonal),
+            transform: Some(reading.transform),
+            attack_model: reading.attack_model,
+            mismatch: None,
         })
     }
 
-    fn does_not_align(&self, fit: Fit, options: &AlignOptions) -> Verdict {
-        let remark = format!(
-            "does not align: in the best position, {:.1} % of the suspect's surface lies on the original; {:.0} % are needed",
-            100.0 * fit.overlap,
-            100.0 * options.least_overlap
-        );
+    fn does_not_align(&self, alignment: &Alignment) -> Verdict {
         Verdict {
             outcome: Outcome::NotFound { p: 1.0 },
             extraction_rate: None,
@@ -341,44 +191,25 @@ impl Verifier {
             correlation: 0.0,
             bits: self.certificate.mark().signature.scheme().bits(),
             bit_errors: None,
-            basis: fit.basis,
+            matched_by: alignment.matched_by,
             poses: 0,
-            overlap: fit.overlap,
-            coverage: fit.coverage,
+            overlap: alignment.overlap,
+            coverage: alignment.coverage,
             missing: 1.0,
             residual: None,
             transform: None,
-            remark: Some(remark),
+            attack_model: None,
+            mismatch: Some(Mismatch::Surface {
+                overlap: alignment.overlap,
+                least: AlignOptions::default().least_overlap,
+            }),
         }
     }
 }
 
-/// How a suspect and the original cover each other.
-#[derive(Clone, Copy)]
-struct Fit {
-    basis: MatchedBy,
-    /// In how many ways.
-    poses: usize,
-    overlap: f64,
-    coverage: f64,
-}
-
-impl Fit {
-    fn of(alignment: &Alignment) -> Self {
-        Self {
-            basis: alignment.matched_by,
-            poses: 1 + alignment.alternatives.len(),
-            overlap: alignment.overlap,
-            coverage: alignment.coverage,
-        }
-    }
-}
-
-/// The best of several readings.
-struct Reading {
-    aligned: Aligned,
-    soft: SoftBits,
-    tries: usize,
+fn layout(certificate: &Certificate) -> Result<ChipLayout, SigmarkError> {
+    let mark = certificate.mark();
+    Ok(ChipLayout::new(mark.signature.scheme().bits(), mark.chip_rate)?)
 }
 
 fn check_key(certificate: &Certificate, given: &PublicKey) -> Result<(), SigmarkError> {

@@ -128,6 +128,22 @@ pub enum MarkError {
         /// The one that was computed.
         found: f64,
     },
+    /// There is not one observation a vertex.
+    #[error("{given} observations were given of {vertices} vertices; register the suspect to this very mesh")]
+    Vertices {
+        /// How many observations.
+        given: usize,
+        /// #V of the original.
+        vertices: usize,
+    },
+    /// Bits of another number than the layout has.
+    #[error("{given} bits were given for a mark of {wanted}")]
+    Bits {
+        /// How many bits.
+        given: usize,
+        /// l.
+        wanted: usize,
+    },
     /// There is not one value a patch.
     #[error("{given} values were given for {patches} patches; give one for each")]
     Patches {

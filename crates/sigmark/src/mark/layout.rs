@@ -1,120 +1,103 @@
-use super::MarkError;
+use std::sync::Arc;
 
-/// Where the chips of a signature of `bits` bits sit in the spectrum of a patch, each bit repeated `rate` times (eqs. 11–13).
-///
-/// Chip p carries bit p mod l and moves the coefficient of frequency 1 + ⌊p/3⌋ along axis p mod 3. Frequency 0, the
-/// constant function, is never touched. Bit t thus sits at p = t, t + l, t + 2l, …: the printed index `k+1+i/3` of
-/// eq. 15 is k + 1 + i·l/3.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct ChipLayout {
-    bits: usize,
-    rate: usize,
+use job::Job;
+
+use super::{MarkError, Original, Patch, PatchBasis, Strength, strength::distortion};
+
+/// Where a mark lies in an original, and how strong it is in each patch, whatever its bits are.
+#[derive(Clone, Debug)]
+pub struct MarkLayout {
+    original: Arc<Original>,
+    alphas: Vec<f64>,
 }
 
-/// The place of one chip.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Chip {
-    /// The bit of the signature that it repeats, from 0.
-    pub bit: usize,
-    /// The manifold harmonic that it modulates, from 1.
-    pub frequency: usize,
-    /// 0, 1, 2 for x, y, z.
-    pub axis: usize,
-}
-
-impl ChipLayout {
-    /// A layout of l = `bits` with chip rate c = `rate`.
+impl MarkLayout {
+    /// A mark with strength α for each patch, α belonging to unit area.
     ///
     /// # Errors
-    /// When either is zero.
-    pub fn new(bits: usize, rate: usize) -> Result<Self, MarkError> {
-        if bits == 0 || rate == 0 {
-            return Err(MarkError::EmptyLayout { bits, rate });
+    /// [`MarkError::Patches`] when there is not one α a patch.
+    pub fn new(original: Arc<Original>, alphas: Vec<f64>) -> Result<Self, MarkError> {
+        original.check_patches(alphas.len())?;
+        Ok(Self { original, alphas })
+    }
+
+    /// A mark of a strength that was asked for.
+    ///
+    /// # Errors
+    /// As [`Strength::alphas`].
+    pub fn with_strength(original: Arc<Original>, strength: Strength) -> Result<Self, MarkError> {
+        let alphas = strength.alphas(&original)?;
+        Ok(Self { original, alphas })
+    }
+
+    /// The original with its patches.
+    pub fn original(&self) -> &Arc<Original> {
+        &self.original
+    }
+
+    /// α of each patch.
+    pub fn alphas(&self) -> &[f64] {
+        &self.alphas
+    }
+
+    /// α when it is the same for every patch, else its root mean square over the marked surface.
+    pub fn alpha(&self) -> f64 {
+        let areas = self.original.patches().iter().map(|patch| patch.mesh().area());
+        let squares = areas.clone().zip(&self.alphas);
+        let square: f64 = squares.map(|(area, alpha)| area * alpha * alpha).sum();
+        (square / areas.sum::<f64>()).sqrt()
+    }
+
+    /// Root mean square displacement of the marked surface, as a fraction of the bounding box's diagonal.
+    pub fn distortion_rms(&self) -> f64 {
+        distortion(&self.original, &self.alphas)
+    }
+
+    /// Writes bits (eq. 26).
+    ///
+    /// # Errors
+    /// [`MarkError::Bits`]; as [`Original::map_bases`].
+    pub fn write(&self, bits: &[bool], job: &Job) -> Result<Written, MarkError> {
+        let (layout, given) = (self.original.layout(), bits.len());
+        if given != layout.bits() {
+            let wanted = layout.bits();
+            return Err(MarkError::Bits { given, wanted });
         }
-        Ok(Self { bits, rate })
-    }
-
-    /// Whether patches that were cut for this layout suit a mark of another.
-    pub(crate) fn check(&self, wanted: &Self) -> Result<(), MarkError> {
-        if self == wanted {
-            return Ok(());
+        let of_patch = |index: usize, _: &Patch, basis: &PatchBasis| {
+            let added = basis.displacement(layout, bits, self.alphas[index]);
+            (added, basis.last_eigenvalue())
+        };
+        let mut written = Written {
+            displacement: vec![[0.0; 3]; self.original.mesh().vertex_count()],
+            last_eigenvalues: Vec::new(),
+        };
+        let patches = self.original.map_bases(of_patch, job)?;
+        for (patch, (added, eigenvalue)) in self.original.patches().iter().zip(patches) {
+            for (&v, value) in patch.vertices().iter().zip(added) {
+                written.displacement[v as usize] = value;
+            }
+            written.last_eigenvalues.push(eigenvalue);
         }
-        Err(MarkError::Layout {
-            bits: self.bits,
-            rate: self.rate,
-            wanted_bits: wanted.bits,
-            wanted_rate: wanted.rate,
-        })
-    }
-
-    /// l, the length of the signature.
-    pub fn bits(&self) -> usize {
-        self.bits
-    }
-
-    /// c, how often each bit is repeated in a patch.
-    pub fn rate(&self) -> usize {
-        self.rate
-    }
-
-    /// ⌈l c / 3⌉, how many frequencies are modulated.
-    pub fn frequencies(&self) -> usize {
-        self.bits.saturating_mul(self.rate).div_ceil(3)
-    }
-
-    /// m = ⌈l c / 3⌉ + 1, the least number of manifold harmonics that a patch needs (Theorem 1).
-    pub fn functions(&self) -> usize {
-        self.frequencies() + 1
-    }
-
-    /// All l c chips in the order of p.
-    pub fn chips(&self) -> impl Iterator<Item = Chip> + use<> {
-        let bits = self.bits;
-        (0..bits * self.rate).map(move |p| Chip {
-            bit: p % bits,
-            frequency: 1 + p / 3,
-            axis: p % 3,
-        })
-    }
-
-    /// How many chips lie on each axis.
-    pub fn chips_per_axis(&self) -> [usize; 3] {
-        let chips = self.bits * self.rate;
-        std::array::from_fn(|axis| (chips + 2 - axis) / 3)
+        Ok(written)
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+/// A mark as it was written.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Written {
+    /// What it adds to the positions of the whole mesh, #V; zero outside the patches.
+    pub displacement: Vec<[f64; 3]>,
+    /// [Of each patch's basis](PatchBasis::last_eigenvalue); who reads the mark [expects](Original::expecting) the same.
+    pub last_eigenvalues: Vec<f64>,
+}
 
-    #[test]
-    fn the_papers_parameters_need_325_functions() {
-        assert_eq!(ChipLayout::new(324, 3).unwrap().functions(), 325);
-        assert_eq!(ChipLayout::new(512, 3).unwrap().functions(), 513);
-    }
-
-    #[test]
-    fn every_bit_has_its_chips_and_no_coefficient_has_two() {
-        for (bits, rate) in [(324, 3), (512, 3), (512, 1), (7, 2), (1, 1)] {
-            let layout = ChipLayout::new(bits, rate).unwrap();
-            let mut chips_of_bit = vec![0; bits];
-            let mut per_axis = [0; 3];
-            let mut used = std::collections::HashSet::new();
-            for chip in layout.chips() {
-                chips_of_bit[chip.bit] += 1;
-                per_axis[chip.axis] += 1;
-                assert!((1..=layout.frequencies()).contains(&chip.frequency));
-                assert!(used.insert((chip.frequency, chip.axis)));
-            }
-            assert!(chips_of_bit.iter().all(|&count| count == rate));
-            assert_eq!(per_axis, layout.chips_per_axis());
-        }
-    }
-
-    #[test]
-    fn a_layout_without_bits_or_chips_is_refused() {
-        assert!(ChipLayout::new(0, 3).is_err());
-        assert!(ChipLayout::new(324, 0).is_err());
+impl Written {
+    /// The marked positions, #V.
+    pub fn positions(&self, original: &Original) -> Vec<[f64; 3]> {
+        let pairs = original.mesh().positions().iter().zip(&self.displacement);
+        pairs
+            .map(|(p, d)| std::array::from_fn(|axis| p[axis] + d[axis]))
+            .collect()
     }
 }

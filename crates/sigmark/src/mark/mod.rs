@@ -6,6 +6,7 @@
 
 mod basis;
 mod bits;
+mod chips;
 mod detect;
 mod error;
 mod layout;
@@ -18,16 +19,13 @@ mod strength;
 
 pub use basis::PatchBasis;
 pub use bits::{SoftBits, correlation, extraction_rate};
-pub use detect::{CoefficientDetector, Detector, LeastSquaresDetector};
+pub use chips::{Chip, ChipLayout};
+pub use detect::{AttackModel, CoefficientDetector, Detector, JointEstimate, JointEstimator};
 pub use error::MarkError;
-pub use layout::{Chip, ChipLayout};
+pub use layout::{MarkLayout, Written};
 pub use original::Original;
 pub use patches::{LARGEST_PATCH, Patch, PatchCount, Patches};
-pub use reader::Sampler;
+pub use reader::{Found, Reader, Reading, ReadingMethod, Suspect};
 pub use registered::Registered;
 pub use stage::MarkStage;
 pub use strength::{MOST_DISTORTION, Strength};
-
-pub(crate) use detect::Equations;
-pub(crate) use reader::{Aligned, align};
-pub(crate) use strength::distortion;

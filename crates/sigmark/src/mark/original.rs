@@ -28,6 +28,9 @@ pub struct Original {
 /// Two correct programs agree on eigenvalues far better than this, relative to them.
 const SAME_EIGENVALUE: f64 = 1e-6;
 
+/// Bytes of bases that every machine has room for.
+const SMALL_BASES: usize = 1 << 30;
+
 impl Original {
     /// Cuts a mesh into patches with room for `layout`.
     ///
@@ -118,6 +121,14 @@ impl Original {
         Ok(())
     }
 
+    /// As [`keep_bases`](Self::keep_bases), if they take less than a gigabyte; others are computed anew for every pass over them.
+    pub(crate) fn keep_small_bases(&self, job: &Job) -> Result<(), MarkError> {
+        if self.basis_bytes() <= SMALL_BASES {
+            self.keep_bases(job)?;
+        }
+        Ok(())
+    }
+
     /// What `f` makes of the number of each patch, the patch and its basis, in the order of the patches.
     ///
     /// Patches are worked on side by side, so memory is that of as many bases as there are threads.
@@ -137,28 +148,6 @@ impl Original {
             Ok(f(i, &self.patches[i], &bases[i]))
         };
         job.map(bases.len(), 1, of)?.into_iter().collect()
-    }
-
-    /// What a signature adds to the positions of the whole mesh; zero outside the patches. One α a patch.
-    ///
-    /// # Errors
-    /// As [`map_bases`](Self::map_bases).
-    pub fn displacement(&self, bits: &[bool], alphas: &[f64], job: &Job) -> Result<Vec<[f64; 3]>, MarkError> {
-        self.check_patches(alphas.len())?;
-        let added =
-            |i: usize, _: &Patch, basis: &PatchBasis| basis.displacement(&self.layout, bits, alphas[i]);
-        Ok(self.scatter(self.map_bases(added, job)?))
-    }
-
-    /// Joins fields over the patches to one over the mesh; zero outside.
-    pub(crate) fn scatter(&self, fields: Vec<Vec<[f64; 3]>>) -> Vec<[f64; 3]> {
-        let mut whole = vec![[0.0; 3]; self.mesh.vertex_count()];
-        for (patch, field) in self.patches.iter().zip(fields) {
-            for (&v, value) in patch.vertices().iter().zip(field) {
-                whole[v as usize] = value;
-            }
-        }
-        whole
     }
 
     /// Computes every basis once and hands it over. The threads work on one patch if there is one, otherwise each on its own:

@@ -1,3 +1,5 @@
+use super::MarkError;
+
 /// A suspect brought onto an original, and sampled at the original's vertices; everything is in the original's order and frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Registered {
@@ -8,7 +10,7 @@ pub struct Registered {
     pub along: Vec<Option<[f64; 3]>>,
     /// What u·δ would be if the suspect's vertices lay on the original: flat triangles cut the corners of a curved surface (#V). Zero
     /// where the vertex itself was found again.
-    pub facets: Vec<f64>,
+    pub tessellation_bias: Vec<f64>,
     /// How many vertices the suspect has: no more samples than that are independent.
     pub suspect_vertices: usize,
 }
@@ -18,7 +20,7 @@ impl Registered {
     pub fn by_vertices(positions: Vec<Option<[f64; 3]>>) -> Self {
         Self {
             along: vec![None; positions.len()],
-            facets: vec![0.0; positions.len()],
+            tessellation_bias: vec![0.0; positions.len()],
             suspect_vertices: positions.len(),
             positions,
         }
@@ -28,6 +30,19 @@ impl Registered {
     pub(crate) fn redundancy(&self) -> f64 {
         let seen = self.positions.iter().flatten().count();
         (seen as f64 / self.suspect_vertices.max(1) as f64).max(1.0)
+    }
+
+    /// Whether there is one observation a vertex of an original.
+    pub(crate) fn check(&self, vertices: usize) -> Result<(), MarkError> {
+        let fields = [
+            self.positions.len(),
+            self.along.len(),
+            self.tessellation_bias.len(),
+        ];
+        match fields.into_iter().find(|&given| given != vertices) {
+            Some(given) => Err(MarkError::Vertices { given, vertices }),
+            None => Ok(()),
+        }
     }
 
     /// The share of the original's vertices at which the suspect has no surface, from 0 to 1.

@@ -1,25 +1,34 @@
+use std::sync::Arc;
+
 use job::Job;
 
-use super::Detector;
-use crate::mark::{MarkError, Original, Patch, PatchBasis, Registered, SoftBits};
+use super::{Detector, check_vertices};
+use crate::mark::{MarkError, MarkLayout, Patch, PatchBasis, Registered, SoftBits};
 
 /// The paper's extraction: subtract coefficients and sum each bit's chips over all patches (eq. 15).
 ///
 /// Where the suspect was not seen, the original's vertex takes its place, as in section 4.4.1. Best where all vertices were
 /// found again: the basis is orthonormal then, and the bits do not disturb each other.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct CoefficientDetector;
+#[derive(Clone, Debug)]
+pub struct CoefficientDetector {
+    layout: Arc<MarkLayout>,
+}
+
+impl CoefficientDetector {
+    /// A detector for marks of this layout; their strengths make no difference.
+    pub fn new(layout: &Arc<MarkLayout>) -> Self {
+        Self {
+            layout: Arc::clone(layout),
+        }
+    }
+}
 
 impl Detector for CoefficientDetector {
-    fn detect(
-        &self,
-        original: &Original,
-        _alphas: &[f64],
-        suspect: &Registered,
-        job: &Job,
-    ) -> Result<SoftBits, MarkError> {
+    fn detect(&self, suspect: &Registered, job: &Job) -> Result<SoftBits, MarkError> {
+        let original = self.layout.original();
+        check_vertices(original, suspect)?;
         let layout = original.layout();
-        let sums_of = |_: usize, patch: &Patch, basis: &PatchBasis| {
+        let sums_of_patch = |_: usize, patch: &Patch, basis: &PatchBasis| {
             let seen = patch.gather(&suspect.positions);
             // The transform is linear: the difference of coefficients is the transform of the difference.
             let difference: Vec<[f64; 3]> = seen
@@ -34,11 +43,10 @@ impl Detector for CoefficientDetector {
             }
             sums
         };
-        let sums_of = original.map_bases(sums_of, job)?;
+        let sums = original.map_bases(sums_of_patch, job)?;
+        let bits = 0..layout.bits();
         Ok(SoftBits(
-            (0..layout.bits())
-                .map(|bit| sums_of.iter().map(|sums| sums[bit]).sum())
-                .collect(),
+            bits.map(|bit| sums.iter().map(|sums| sums[bit]).sum()).collect(),
         ))
     }
 }

@@ -1,27 +1,28 @@
+//! From a registered suspect to soft bits.
+
 mod coefficients;
 mod joint;
 
 pub use coefficients::CoefficientDetector;
-pub(crate) use joint::Equations;
-pub use joint::LeastSquaresDetector;
+pub use joint::{AttackModel, JointEstimate, JointEstimator};
 
 use job::Job;
 
 use super::{MarkError, Original, Registered, SoftBits};
 
-/// Reads the bits of a mark from a registered suspect, knowing the original but not the signature.
+/// Reads the bits of a mark from a registered suspect, knowing the original but not the bits.
 ///
-/// That a detector never sees the signature is what makes the p-values of [`statistics`](crate::statistics) hold.
+/// A detector is bound to what it reads: an original, where the mark lies in it, and how strong it is. That it never sees the bits
+/// that are looked for is what makes p-values hold.
 pub trait Detector: std::fmt::Debug + Send + Sync {
-    /// The estimates of all l bits, the mark having the strength `alphas[i]` in patch i.
+    /// The estimates of all l bits.
     ///
     /// # Errors
-    /// When the original's bases can't be computed.
-    fn detect(
-        &self,
-        original: &Original,
-        alphas: &[f64],
-        suspect: &Registered,
-        job: &Job,
-    ) -> Result<SoftBits, MarkError>;
+    /// When there is not one observation a vertex of the original, or its bases can't be computed; [`MarkError::Job`].
+    fn detect(&self, suspect: &Registered, job: &Job) -> Result<SoftBits, MarkError>;
+}
+
+/// Whether there is one observation a vertex.
+fn check_vertices(original: &Original, suspect: &Registered) -> Result<(), MarkError> {
+    suspect.check(original.mesh().vertex_count())
 }

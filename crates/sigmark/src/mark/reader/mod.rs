@@ -1,5 +1,186 @@
-mod sampler;
-mod vertices;
+//! From a suspect in unknown pose to soft bits: registration, sampling, refinement of the pose, detection.
 
-pub use sampler::Sampler;
-pub(crate) use vertices::{Aligned, align};
+mod by_vertices;
+mod generalised;
+mod method;
+mod reading;
+mod suspect;
+mod tessellation;
+
+pub use method::ReadingMethod;
+pub use reading::Reading;
+pub use suspect::Suspect;
+
+use std::{fmt, iter};
+
+use job::Job;
+use registration::{
+    AlignOptions, Aligner, Alignment, Correspondence, MatchedBy, Placement, PreparedMesh, RegistrationStage,
+};
+
+use super::{MarkError, MarkStage};
+use reading::Choice;
+use suspect::SeenBy;
+
+/// Brings suspects onto a reference and reads them there. What does not depend on the suspect is computed once, when it is first
+/// needed, and kept.
+///
+/// ```
+/// use std::sync::Arc;
+/// use mesh::shapes;
+/// use sigmark::mark::{ChipLayout, JointEstimator, MarkLayout, Original, PatchCount, Reader, ReadingMethod, Strength};
+///
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// let (mesh, job) = (shapes::bumpy_sphere(4, 1), job::Job::default());
+/// let original = Original::cut(mesh, ChipLayout::new(24, 3)?, PatchCount::Auto, &job)?;
+/// let layout = Arc::new(MarkLayout::with_strength(Arc::new(original), Strength::default())?);
+/// let bits: Vec<bool> = (0..24).map(|t| t % 3 == 0).collect();
+/// let marked = layout.original().mesh().with_positions(layout.write(&bits, &job)?.positions(layout.original()))?;
+///
+/// let reader = Reader::new(layout.original().mesh())?;
+/// let method = ReadingMethod::joint(JointEstimator::new(&layout).into());
+/// let found = reader.find(&shapes::scaled(&marked, 7.0), &job)?;
+/// assert_eq!(found.read(&method, &bits, &job)?.soft.hard(), bits);
+/// # Ok(())
+/// # }
+/// ```
+pub struct Reader {
+    aligner: Aligner,
+}
+
+impl Reader {
+    /// A reader by a reference, which is the original for most marks. Nothing is computed yet.
+    ///
+    /// # Errors
+    /// None that the options of this library can cause.
+    pub fn new(reference: impl Into<PreparedMesh>) -> Result<Self, MarkError> {
+        Ok(Self {
+            aligner: Aligner::new(reference, &AlignOptions::default())?,
+        })
+    }
+
+    /// The reference, with its search structures.
+    pub fn reference(&self) -> &PreparedMesh {
+        self.aligner.original()
+    }
+
+    /// Finds how a suspect lies on the reference: by its vertices where all are there, whatever its shape, else by its surface.
+    ///
+    /// # Errors
+    /// As [`Aligner::find`].
+    pub fn find(&self, suspect: impl Into<PreparedMesh>, job: &Job) -> Result<Found, MarkError> {
+        job.begin(MarkStage::Registration)?;
+        let suspect = suspect.into();
+        let job = job.within(RegistrationStage::Hypotheses);
+        let placement = match self.aligner.find(&suspect, &job)? {
+            Placement::ByVertices(maps) => FoundBy::Vertices(maps),
+            Placement::BySurface(alignment) => FoundBy::Surface(alignment),
+            _ => return Err(MarkError::Alignment),
+        };
+        Ok(Found {
+            reference: self.reference().clone(),
+            suspect,
+            placement,
+        })
+    }
+
+    /// As [`find`](Self::find), with the overlap of the surfaces measured even where all vertices are there, and vertices not
+    /// trusted where the surfaces disagree.
+    ///
+    /// # Errors
+    /// As [`Aligner::align`].
+    pub fn align(&self, suspect: impl Into<PreparedMesh>, job: &Job) -> Result<Alignment, MarkError> {
+        job.begin(MarkStage::Registration)?;
+        let job = job.within(RegistrationStage::Hypotheses);
+        Ok(self.aligner.align(suspect, &job)?)
+    }
+
+    /// A suspect that was aligned, to be looked at in any pose: at its vertices where those of the reference were found again,
+    /// elsewhere at its surface.
+    pub fn suspect(&self, mesh: impl Into<PreparedMesh>, alignment: &Alignment) -> Suspect {
+        let survivors = alignment.correspondence.clone();
+        let seen_by = match (alignment.matched_by, survivors) {
+            (MatchedBy::Connectivity, Some(map)) => SeenBy::Vertices(map),
+            (_, survivors) => SeenBy::Surface(survivors),
+        };
+        Suspect::new(self.reference().clone(), mesh.into(), seen_by)
+    }
+
+    /// A suspect of which only the surface is looked at, in any pose.
+    pub fn surface(&self, mesh: impl Into<PreparedMesh>) -> Suspect {
+        Suspect::new(self.reference().clone(), mesh.into(), SeenBy::Surface(None))
+    }
+}
+
+impl fmt::Debug for Reader {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mesh = self.reference().mesh();
+        f.debug_struct("Reader")
+            .field("vertices", &mesh.vertex_count())
+            .finish_non_exhaustive()
+    }
+}
+
+/// A suspect that was brought onto a reference, in all the ways that it can lie there.
+pub struct Found {
+    reference: PreparedMesh,
+    suspect: PreparedMesh,
+    placement: FoundBy,
+}
+
+enum FoundBy {
+    /// Maps of the vertices, at least one.
+    Vertices(Vec<Correspondence>),
+    Surface(Alignment),
+}
+
+impl Found {
+    /// The alignment of the surfaces; none where the suspect was found by its vertices.
+    pub fn alignment(&self) -> Option<&Alignment> {
+        match &self.placement {
+            FoundBy::Vertices(_) => None,
+            FoundBy::Surface(alignment) => Some(alignment),
+        }
+    }
+
+    /// In how many ways it can lie there; above 1 for symmetric shapes.
+    pub fn poses(&self) -> usize {
+        match &self.placement {
+            FoundBy::Vertices(maps) => maps.len(),
+            FoundBy::Surface(alignment) => 1 + alignment.alternatives.len(),
+        }
+    }
+
+    /// Reads the suspect in all the ways that it can lie, and answers with what agrees best with the bits that are looked for.
+    ///
+    /// By vertices, a look by the paper's rule, which is cheap, or by the [method](ReadingMethod)'s own detector comes first. Where
+    /// it misreads a bit, the joint estimate follows in the best way.
+    ///
+    /// # Errors
+    /// When the original's bases can't be computed or aren't those that are expected; [`MarkError::Alignment`]; [`MarkError::Job`].
+    pub fn read(&self, method: &ReadingMethod, expected: &[bool], job: &Job) -> Result<Reading, MarkError> {
+        method.layout().original().keep_small_bases(job)?;
+        match &self.placement {
+            FoundBy::Vertices(maps) => {
+                by_vertices::read(&self.reference, &self.suspect, maps, method, expected, job)
+            }
+            FoundBy::Surface(alignment) => self.read_surface(alignment, method, expected, job),
+        }
+    }
+
+    fn read_surface(
+        &self,
+        alignment: &Alignment,
+        method: &ReadingMethod,
+        expected: &[bool],
+        job: &Job,
+    ) -> Result<Reading, MarkError> {
+        let seen_by = SeenBy::Surface(alignment.correspondence.clone());
+        let suspect = Suspect::new(self.reference.clone(), self.suspect.clone(), seen_by);
+        let mut choice = Choice::new(expected);
+        for pose in iter::once(&alignment.transform).chain(&alignment.alternatives) {
+            choice.offer(suspect.read(method, pose, job)?);
+        }
+        choice.best(self.poses())
+    }
+}

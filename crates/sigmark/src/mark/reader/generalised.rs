@@ -1,4 +1,4 @@
-//! Alignment of a suspect whose vertices are known to correspond to the original's.
+//! The pose of a suspect whose vertices are known to correspond to the original's.
 //!
 //! Plain least squares is pulled by the mark itself: the mark is not orthogonal to the coordinate functions, whose own
 //! coefficients are far larger than a chip, so a little scale and rotation can swallow some bits. Generalised least squares
@@ -14,86 +14,45 @@
 
 use faer::{Mat, Side};
 use job::Job;
-use mesh::{Similarity, TriMesh};
-use registration::{Correspondence, Handedness};
+use mesh::Similarity;
+use registration::{Correspondence, Handedness, PreparedMesh};
 
-use crate::mark::{MarkError, Original, Patch, PatchBasis, Registered};
-
-/// A suspect in the original's frame.
-#[derive(Clone, Debug)]
-pub(crate) struct Aligned {
-    pub(crate) registered: Registered,
-    /// Takes the suspect to the original.
-    pub(crate) transform: Similarity,
-    /// RMS distance of corresponding points, in the original's unit.
-    pub(crate) residual: f64,
-}
-
-impl Aligned {
-    pub(crate) fn new(original: &TriMesh, registered: Registered, transform: Similarity) -> Self {
-        let pairs = registered.positions.iter().zip(original.positions());
-        let squares: Vec<f64> = pairs
-            .filter_map(|(r, v)| r.map(|r| (0..3).map(|axis| (r[axis] - v[axis]).powi(2)).sum()))
-            .collect();
-        Self {
-            residual: (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt(),
-            registered,
-            transform,
-        }
-    }
-
-    /// Vertices that were registered by `before`, by this transform.
-    pub(crate) fn carried(self, original: &TriMesh, before: &Similarity) -> Self {
-        let better = before.inverse().then(&self.transform);
-        let positions = self.registered.positions.iter();
-        let positions = positions.map(|p| p.map(|p| better.apply(p))).collect();
-        Self::new(original, Registered::by_vertices(positions), self.transform)
-    }
-}
+use crate::mark::{MarkError, MarkLayout, Patch, PatchBasis};
 
 /// Gauss–Newton steps. The first fit is off by the size of the mark, and steps converge quadratically.
 const STEPS: usize = 4;
 
-/// Aligns the suspect with the original, marked with strengths `alphas`.
-pub(crate) fn align(
-    original: &Original,
-    alphas: &[f64],
-    suspect: &TriMesh,
-    correspondence: &Correspondence,
+/// The generalised least-squares fit of the suspect to the original, to which a mark of this layout is noise.
+pub(super) fn fit(
+    layout: &MarkLayout,
+    suspect: &PreparedMesh,
+    map: &Correspondence,
     job: &Job,
-) -> Result<Aligned, MarkError> {
-    let coarse = correspondence
-        .fit(original.mesh(), suspect, Handedness::Either)?
-        .transform;
+) -> Result<Similarity, MarkError> {
+    let (original, suspect) = (layout.original(), suspect.mesh());
+    let coarse = map.fit(original.mesh(), suspect, Handedness::Either)?.transform;
     let bounds = original.mesh().bounding_box();
     let (centre, diagonal) = (bounds.centre(), bounds.diagonal());
     let unit = |p: [f64; 3]| std::array::from_fn(|axis| (p[axis] - centre[axis]) / diagonal);
-    let seen: Vec<Option<[f64; 3]>> = correspondence
+    let seen: Vec<Option<[f64; 3]>> = map
         .carry(suspect)
         .iter()
         .map(|s| s.map(|s| unit(coarse.apply(s))))
         .collect();
 
-    let reading = |index: usize, patch: &Patch, basis: &PatchBasis| {
+    let products = |index: usize, patch: &Patch, basis: &PatchBasis| {
         let reference: Vec<[f64; 3]> = patch.mesh().positions().iter().map(|&p| unit(p)).collect();
-        let amplitude = basis.size().map(|phi| alphas[index] * phi / diagonal);
-        Reading::of(patch, basis, &patch.gather(&seen), &reference, amplitude)
+        let amplitude = basis.size().map(|phi| layout.alphas()[index] * phi / diagonal);
+        PatchProducts::of(patch, basis, &patch.gather(&seen), &reference, amplitude)
     };
-    let readings = original.map_bases(reading, job)?;
+    let products = original.map_bases(products, job)?;
 
     let mut fine = Similarity::IDENTITY;
     for _ in 0..STEPS {
-        fine = fine.then(&step(&readings, &fine)?);
+        fine = fine.then(&step(&products, &fine)?);
     }
     let to_unit = bounds.to_unit_frame();
-    let transform = coarse.then(&to_unit).then(&fine).then(&to_unit.inverse());
-    let positions: Vec<Option<[f64; 3]>> = correspondence
-        .carry(suspect)
-        .iter()
-        .map(|s| s.map(|s| transform.apply(s)))
-        .collect();
-    let registered = Registered::by_vertices(positions);
-    Ok(Aligned::new(original.mesh(), registered, transform))
+    Ok(coarse.then(&to_unit).then(&fine).then(&to_unit.inverse()))
 }
 
 /// Suspect x, y, z; indicator; original x, y, z.
@@ -104,7 +63,7 @@ const REFERENCE: usize = 4;
 type Gram = [[f64; FIELDS]; FIELDS];
 
 /// What the minimisation needs of a patch, over unit area.
-struct Reading {
+struct PatchProducts {
     area: f64,
     vertices: usize,
     /// a, along each axis.
@@ -115,7 +74,7 @@ struct Reading {
     outside: Gram,
 }
 
-impl Reading {
+impl PatchProducts {
     fn of(
         patch: &Patch,
         basis: &PatchBasis,
@@ -203,7 +162,7 @@ fn gram(vectors: &[Vec<[f64; 3]>; 3], weights: &[f64]) -> Gram {
 const PARAMETERS: usize = 7;
 
 /// The small similarity after `fine` that lessens the generalised sum of squares most.
-fn step(readings: &[Reading], fine: &Similarity) -> Result<Similarity, MarkError> {
+fn step(patches: &[PatchProducts], fine: &Similarity) -> Result<Similarity, MarkError> {
     // Rows: the suspect's x, y, z under `fine` as combinations of the fields.
     let moved: [[f64; FIELDS]; 3] = std::array::from_fn(|axis| {
         let [x, y, z] = fine.rotation[axis].map(|r| fine.scale * r);
@@ -216,12 +175,12 @@ fn step(readings: &[Reading], fine: &Similarity) -> Result<Similarity, MarkError
     let derivatives: [[[f64; FIELDS]; 3]; PARAMETERS] = std::array::from_fn(|p| derivative(p, &moved));
     let mut normal = [[0.0; PARAMETERS]; PARAMETERS];
     let mut gradient = [0.0; PARAMETERS];
-    for reading in readings {
-        let weight = reading.weight(&residual);
+    for patch in patches {
+        let weight = patch.weight(&residual);
         for i in 0..PARAMETERS {
-            gradient[i] += reading.area * reading.product(&derivatives[i], &residual, weight);
+            gradient[i] += patch.area * patch.product(&derivatives[i], &residual, weight);
             for j in 0..=i {
-                normal[i][j] += reading.area * reading.product(&derivatives[i], &derivatives[j], weight);
+                normal[i][j] += patch.area * patch.product(&derivatives[i], &derivatives[j], weight);
             }
         }
     }

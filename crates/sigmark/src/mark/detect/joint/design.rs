@@ -1,0 +1,88 @@
+//! The design matrix: a row an observation, a column an unknown.
+
+use faer::Mat;
+use mesh::{Similarity, vector::dot};
+
+use super::{
+    fields::{FIELDS, SIMILARITY_FIELDS, SMOOTHING_FIELDS, similarity_fields},
+    observations::Observation,
+};
+use crate::mark::{ChipLayout, Original, Patch, PatchBasis};
+
+/// What the rows of all patches have in common.
+pub(super) struct Design<'a> {
+    layout: &'a ChipLayout,
+    /// L x, L² x, … at each vertex of the original, in diagonals.
+    smoothing: &'a [[[f64; 3]; SMOOTHING_FIELDS]],
+    centre: [f64; 3],
+    pub(super) diagonal: f64,
+    /// To the frame in which the centre is 0 and the diagonal 1.
+    to_unit: Similarity,
+}
+
+/// The patch of some observations, and where its chips are.
+pub(super) struct View<'a> {
+    pub(super) alpha: f64,
+    pub(super) patch: &'a Patch,
+    pub(super) basis: &'a PatchBasis,
+}
+
+impl<'a> Design<'a> {
+    pub(super) fn new(original: &'a Original, smoothing: &'a [[[f64; 3]; SMOOTHING_FIELDS]]) -> Self {
+        let bounds = original.mesh().bounding_box();
+        Self {
+            layout: original.layout(),
+            smoothing,
+            centre: bounds.centre(),
+            diagonal: bounds.diagonal(),
+            to_unit: bounds.to_unit_frame(),
+        }
+    }
+
+    /// How many bits and fields there are.
+    pub(super) fn unknowns(&self) -> usize {
+        self.bits() + FIELDS
+    }
+
+    pub(super) fn bits(&self) -> usize {
+        self.layout.bits()
+    }
+
+    /// X, G and u·d, one row an observation, without weights.
+    pub(super) fn rows(&self, view: &View<'_>, block: &[Observation]) -> Mat<f64> {
+        let View { basis, patch, .. } = view;
+        let amplitude = basis
+            .size()
+            .map(|phi| view.alpha * phi * basis.area().sqrt() / self.diagonal);
+        let mut rows = Mat::<f64>::zeros(block.len(), self.unknowns() + 1);
+        for chip in self.layout.chips() {
+            let harmonic = basis.spectrum().eigenfunction(chip.frequency);
+            let column = rows.col_as_slice_mut(chip.bit).iter_mut();
+            for (entry, observation) in column.zip(block) {
+                *entry += amplitude[chip.axis] * observation.along[chip.axis] * harmonic[observation.vertex];
+            }
+        }
+        for (i, observation) in block.iter().enumerate() {
+            let place = patch.mesh().positions()[observation.vertex];
+            let place = std::array::from_fn(|axis| (place[axis] - self.centre[axis]) / self.diagonal);
+            let smoothing = self.smoothing[patch.vertices()[observation.vertex] as usize];
+            let fields = similarity_fields(place, observation.along).into_iter();
+            let fields = fields.chain(smoothing.map(|field| dot(observation.along, field)));
+            let fields = fields.chain(observation.tessellation_bias);
+            for (j, value) in fields.chain([observation.displacement]).enumerate() {
+                rows[(i, self.bits() + j)] = value;
+            }
+        }
+        rows
+    }
+
+    /// The similarity with parameters θ of that frame.
+    pub(super) fn similarity(&self, [scale, a, b, c, x, y, z]: [f64; SIMILARITY_FIELDS]) -> Similarity {
+        let turn = Similarity {
+            scale: 1.0 + scale,
+            translation: [x, y, z],
+            ..Similarity::from_quaternion([1.0, a / 2.0, b / 2.0, c / 2.0])
+        };
+        self.to_unit.then(&turn).then(&self.to_unit.inverse())
+    }
+}

@@ -1,0 +1,184 @@
+//! The normal equations, and what solves them.
+
+use faer::{
+    Accum, Mat, Par, Side,
+    linalg::{
+        matmul::triangular::{BlockStructure, matmul},
+        solvers::Solve,
+    },
+};
+
+use super::{
+    design::{Design, View},
+    observations::Observation,
+    robust::reweight,
+};
+use crate::mark::MarkError;
+
+/// The Gram matrix of all columns X, G and d, by its lower triangle.
+pub(super) struct NormalEquations {
+    bits: usize,
+    gram: Mat<f64>,
+    observations: usize,
+    /// Observations to an independent one.
+    redundancy: f64,
+}
+
+/// Rows of the design matrix that are multiplied at a time.
+const BLOCK: usize = 512;
+
+/// A start for the noise, and its refinements, which converge at once.
+const ROUNDS: usize = 6;
+
+/// How often weights follow from residuals; they are all but settled then.
+const REWEIGHTINGS: usize = 2;
+
+/// With fewer observations, residuals say little about noise; more change weights by little.
+const OBSERVATIONS_AN_UNKNOWN: usize = 8;
+
+/// Added to the diagonal, relative to it: what the observations do not determine, such as a turn of a sphere, stays zero.
+const RIDGE: f64 = 1e-12;
+
+impl NormalEquations {
+    /// Those of no observations.
+    pub(super) fn empty(design: &Design<'_>, redundancy: f64) -> Self {
+        let columns = design.unknowns() + 1;
+        Self {
+            bits: design.bits(),
+            gram: Mat::zeros(columns, columns),
+            observations: 0,
+            redundancy,
+        }
+    }
+
+    /// Those of a patch's observations with robust weights. A part of the observations is enough for the solutions that residuals
+    /// are left by.
+    pub(super) fn of_patch(
+        design: &Design<'_>,
+        view: &View<'_>,
+        observations: &mut [Observation],
+        redundancy: f64,
+    ) -> Result<Self, MarkError> {
+        let enough = OBSERVATIONS_AN_UNKNOWN * design.unknowns();
+        let rounds = if observations.len() < enough {
+            0
+        } else {
+            REWEIGHTINGS
+        };
+        for _ in 0..rounds {
+            // Axes take turns in the list: no stride of threes.
+            let stride = observations.len() / enough;
+            let stride = stride + usize::from(stride.is_multiple_of(3));
+            let part: Vec<Observation> = observations.iter().step_by(stride).copied().collect();
+            let solution = Self::weighted(design, view, &part, redundancy).solution()?;
+            let residuals = residuals(design, view, observations, &solution);
+            reweight(observations, &residuals);
+        }
+        Ok(Self::weighted(design, view, observations, redundancy))
+    }
+
+    /// Those of a patch's observations with the weights that these have.
+    fn weighted(design: &Design<'_>, view: &View<'_>, observations: &[Observation], redundancy: f64) -> Self {
+        let mut equations = Self::empty(design, redundancy);
+        equations.observations = observations.len();
+        for block in observations.chunks(BLOCK) {
+            let mut rows = design.rows(view, block);
+            let roots: Vec<f64> = block.iter().map(|o| (o.mass * o.robust_weight).sqrt()).collect();
+            for j in 0..rows.ncols() {
+                let column = rows.col_as_slice_mut(j).iter_mut();
+                column.zip(&roots).for_each(|(entry, root)| *entry *= root);
+            }
+            matmul(
+                equations.gram.as_mut(),
+                BlockStructure::TriangularLower,
+                Accum::Add,
+                rows.transpose(),
+                BlockStructure::Rectangular,
+                rows.as_ref(),
+                BlockStructure::Rectangular,
+                1.0,
+                Par::Seq,
+            );
+        }
+        equations
+    }
+
+    /// Takes in the observations of another patch.
+    pub(super) fn add(&mut self, other: &Self) {
+        self.gram += &other.gram;
+        self.observations += other.observations;
+    }
+
+    /// The unknowns that leave least, the noise estimated with them.
+    pub(super) fn solution(&self) -> Result<Mat<f64>, MarkError> {
+        let unknowns = self.unknowns();
+        let right = Mat::from_fn(unknowns, 1, |i, _| self.entry(unknowns, i));
+        let mut solution = Mat::zeros(unknowns, 1);
+        for _ in 0..ROUNDS {
+            // σ² for the mean weight; the weights hold masses.
+            let noise = self.squares_left(&solution) / self.observations.max(1) as f64;
+            let system = Mat::from_fn(unknowns, unknowns, |i, j| {
+                let prior = if i < self.bits {
+                    self.redundancy * noise
+                } else {
+                    0.0
+                };
+                let ridge = RIDGE * self.entry(i, i) + prior + f64::MIN_POSITIVE;
+                self.entry(i, j) + if i == j { ridge } else { 0.0 }
+            });
+            let factor = system.llt(Side::Lower).map_err(|_| MarkError::Alignment)?;
+            solution = factor.solve(&right);
+        }
+        Ok(solution)
+    }
+
+    /// Σ w e² of a solution.
+    pub(super) fn squares_left(&self, solution: &Mat<f64>) -> f64 {
+        let unknowns = self.unknowns();
+        let fitted: f64 = (0..unknowns)
+            .map(|i| solution[(i, 0)] * self.entry(unknowns, i))
+            .sum();
+        let quadratic: f64 = (0..unknowns)
+            .map(|i| {
+                let row: f64 = (0..unknowns).map(|j| self.entry(i, j) * solution[(j, 0)]).sum();
+                solution[(i, 0)] * row
+            })
+            .sum();
+        (self.entry(unknowns, unknowns) - 2.0 * fitted + quadratic).max(0.0)
+    }
+
+    /// The share of Σ w (u·d)² that some unknowns explain: Σ θᵢ ⟨Gᵢ, u·d⟩ over all squares. Shares of all unknowns and of the
+    /// rest add up to 1; one is negative where it cancels another.
+    pub(super) fn explained(&self, solution: &Mat<f64>, unknowns: std::ops::Range<usize>) -> f64 {
+        let last = self.unknowns();
+        let squares = self.entry(last, last);
+        let explained: f64 = unknowns.map(|i| solution[(i, 0)] * self.entry(last, i)).sum();
+        if squares > 0.0 { explained / squares } else { 0.0 }
+    }
+
+    /// Entry (i, j) of the Gram matrix.
+    pub(super) fn entry(&self, i: usize, j: usize) -> f64 {
+        self.gram[(i.max(j), i.min(j))]
+    }
+
+    fn unknowns(&self) -> usize {
+        self.gram.nrows() - 1
+    }
+}
+
+/// What a solution leaves of each observation.
+fn residuals(
+    design: &Design<'_>,
+    view: &View<'_>,
+    observations: &[Observation],
+    solution: &Mat<f64>,
+) -> Vec<f64> {
+    let last = solution.nrows();
+    let mut residuals = Vec::with_capacity(observations.len());
+    for block in observations.chunks(BLOCK) {
+        let rows = design.rows(view, block);
+        let fitted = rows.get(.., ..last) * solution;
+        residuals.extend((0..block.len()).map(|i| rows[(i, last)] - fitted[(i, 0)]));
+    }
+    residuals
+}

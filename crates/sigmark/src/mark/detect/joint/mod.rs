@@ -1,0 +1,168 @@
+//! The joint estimate: the bits and whatever else moved the suspect, estimated together from all that was seen of it.
+//!
+//! At a vertex of the original the suspect's displacement d, in diagonals, is known along some unit vectors u: along all axes
+//! where the vertex itself was found again, along the normal where the surface was sampled. Each is an observation
+//!
+//! u·d = Σₜ Xₜ bₜ + Σᵧ Gᵧ θᵧ + e,  Xₜ = Σ α φ Hᵏ u_axis over the chips of bit t,
+//!
+//! with bits b = ±1, fields G of a small similarity, of smoothing and of tessellation bias with coefficients θ, and noise e. The
+//! estimate minimises
+//!
+//! Σ w e² + σ² Σ b²,  σ² the mean square of e,
+//!
+//! which is the best linear one where noise has no pattern, bits being as often 1 as −1. Samples of a suspect coarser than the
+//! original are not independent: σ² is then as many times larger as there are samples to a vertex of the suspect. Vertices that
+//! were not seen take no part. The mark is noise to θ, and θ takes nothing from the bits.
+//!
+//! **Smoothing.** Smoothing, decimation and subdivision move a surface towards the mean of its neighbourhood. With L x the way
+//! from each vertex to the mean of its neighbours, k steps x ← x + λ L x with any λ, of either sign, displace by a polynomial
+//! of degree k of L. So G has the fields L x, L² x, …, too: what any few steps do to the original is known but for these
+//! coefficients, and is taken out. Without them a change of scale would have to account for it.
+//!
+//! **Tessellation bias.** A coarser suspect's flat triangles cut the corners of the original. What that does to each sample is known
+//! for vertices on the original ([`Registered::tessellation_bias`]), and is a field, too. Its coefficient is 1 for re-meshed suspects.
+//! Decimation by quadrics puts vertices outside, so that the bias cancels in the mean: what harmonics hold of the field, which is
+//! where the bits are, has a coefficient of its own.
+//!
+//! **Robust weights.** w is the area that an observation stands for, times a weight for its residual. A sample of a surface stands
+//! for the mass of its vertex, since errors of samples that are near each other are alike. A vertex that was found again has an error
+//! of its own, however little surface there is around it: each stands for the mean mass. Where a surface was decimated or re-meshed,
+//! most samples are good and a few, at edges and tips, are far off; and noise or rounding that follows the bounding box differs from
+//! axis to axis. Noise is therefore taken for Student's t distribution, of the degrees of freedom ν and scale s that the residuals
+//! of each kind of observations in a patch make likeliest: w ∝ mass · (ν + 1) / (ν s² + e²) (Lange, Little and Taylor 1989).
+
+mod design;
+mod equations;
+mod fields;
+mod observations;
+mod robust;
+
+use std::sync::{Arc, OnceLock};
+
+use job::Job;
+use mesh::Similarity;
+use serde::Serialize;
+
+use super::{Detector, check_vertices};
+use crate::mark::{MarkError, MarkLayout, Patch, PatchBasis, Registered, SoftBits};
+use design::{Design, View};
+use equations::NormalEquations;
+use fields::{FIELDS, SIMILARITY_FIELDS, SMOOTHING_FIELDS, smoothing_fields};
+use observations::observations;
+
+/// Estimates the bits together with a misalignment, smoothing and tessellation bias, by robust least squares over what was seen.
+///
+/// Where the suspect's surface was sampled along normals, or parts of it are missing, chips disturb each other; this takes them
+/// apart. What smoothing did to the shape is estimated and taken out, and samples that are far off count for little. Costs
+/// #V l² operations.
+#[derive(Debug)]
+pub struct JointEstimator {
+    layout: Arc<MarkLayout>,
+    /// Built when it is first needed.
+    smoothing: OnceLock<Vec<[[f64; 3]; SMOOTHING_FIELDS]>>,
+}
+
+/// What the equations say.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct JointEstimate {
+    /// b, one a bit; ±1 but for noise.
+    pub bits: SoftBits,
+    /// The small similarity by which the suspect is off, in the original's frame.
+    pub misalignment: Similarity,
+    /// The root mean square of e, in diagonals.
+    pub noise: f64,
+    /// What moved the suspect.
+    pub attack_model: AttackModel,
+}
+
+/// What moved a suspect from the original, as the joint estimate has it: of each cause, the share of the weighted squares of all
+/// observed displacements that it explains. The shares add up to 1; one below 0 says that a cause was cancelled by others.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct AttackModel {
+    /// The mark itself.
+    pub mark: f64,
+    /// A similarity that was left over by the registration.
+    pub misalignment: f64,
+    /// Smoothing, or sharpening.
+    pub smoothing: f64,
+    /// Flat triangles that are not the original's.
+    pub tessellation_bias: f64,
+    /// Nothing of these.
+    pub noise: f64,
+}
+
+impl JointEstimator {
+    /// An estimator for marks of this layout.
+    pub fn new(layout: &Arc<MarkLayout>) -> Self {
+        Self {
+            layout: Arc::clone(layout),
+            smoothing: OnceLock::new(),
+        }
+    }
+
+    /// Where the marks lie, and how strong they are.
+    pub fn layout(&self) -> &Arc<MarkLayout> {
+        &self.layout
+    }
+
+    /// What a registered suspect says.
+    ///
+    /// # Errors
+    /// When there is not one observation a vertex of the original, its bases can't be computed, or its coordinates not be squared;
+    /// [`MarkError::Job`].
+    pub fn estimate(&self, suspect: &Registered, job: &Job) -> Result<JointEstimate, MarkError> {
+        let original = self.layout.original();
+        check_vertices(original, suspect)?;
+        let smoothing = self.smoothing.get_or_init(|| smoothing_fields(original.mesh()));
+        let design = Design::new(original, smoothing);
+        let redundancy = suspect.redundancy();
+        let of_patch = |index: usize, patch: &Patch, basis: &PatchBasis| {
+            let view = View {
+                alpha: self.layout.alphas()[index],
+                patch,
+                basis,
+            };
+            let mut seen = observations(patch, basis, suspect, design.diagonal);
+            NormalEquations::of_patch(&design, &view, &mut seen, redundancy)
+        };
+        let mut equations = NormalEquations::empty(&design, redundancy);
+        for patch in original.map_bases(of_patch, job)? {
+            equations.add(&patch?);
+        }
+        estimate(&design, &equations)
+    }
+}
+
+impl Detector for JointEstimator {
+    fn detect(&self, suspect: &Registered, job: &Job) -> Result<SoftBits, MarkError> {
+        Ok(self.estimate(suspect, job)?.bits)
+    }
+}
+
+fn estimate(design: &Design<'_>, equations: &NormalEquations) -> Result<JointEstimate, MarkError> {
+    let (bits, solution) = (design.bits(), equations.solution()?);
+    let theta: [f64; SIMILARITY_FIELDS] = std::array::from_fn(|j| solution[(bits + j, 0)]);
+    let (similarity, smoothing) = (
+        bits + SIMILARITY_FIELDS,
+        bits + SIMILARITY_FIELDS + SMOOTHING_FIELDS,
+    );
+    // The fields of translation are the components of u, which has length 1 or little more.
+    let weight: f64 = (similarity - 3..similarity).map(|j| equations.entry(j, j)).sum();
+    let explained = |unknowns| equations.explained(&solution, unknowns);
+    let mut attack_model = AttackModel {
+        mark: explained(0..bits),
+        misalignment: explained(bits..similarity),
+        smoothing: explained(similarity..smoothing),
+        tessellation_bias: explained(smoothing..bits + FIELDS),
+        noise: 0.0,
+    };
+    attack_model.noise = 1.0 - explained(0..bits + FIELDS);
+    Ok(JointEstimate {
+        noise: (equations.squares_left(&solution) / weight).sqrt(),
+        bits: SoftBits((0..bits).map(|t| solution[(t, 0)]).collect()),
+        misalignment: design.similarity(theta),
+        attack_model,
+    })
+}

@@ -1,0 +1,91 @@
+//! What is known of a suspect at the vertices of a patch.
+
+use super::fields::TESSELLATION_FIELDS;
+use crate::mark::{Patch, PatchBasis, Registered};
+
+/// One observation at a vertex of a patch: how far the suspect lies from it along a unit vector u, or one little longer.
+#[derive(Clone, Copy)]
+pub(super) struct Observation {
+    /// Of the patch.
+    pub(super) vertex: usize,
+    /// u.
+    pub(super) along: [f64; 3],
+    /// u·d, in diagonals.
+    pub(super) displacement: f64,
+    /// What flat triangles alone do to u·d, and what harmonics hold of that, in diagonals.
+    pub(super) tessellation_bias: [f64; TESSELLATION_FIELDS],
+    pub(super) kind: ObservationKind,
+    /// The area that it stands for.
+    pub(super) mass: f64,
+    /// 1 until the residuals are known; see [`reweight`](super::robust::reweight).
+    pub(super) robust_weight: f64,
+}
+
+/// Observations of a kind have one distribution of noise.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum ObservationKind {
+    /// Coordinates of vertices that were found again.
+    X,
+    Y,
+    Z,
+    /// Samples of the surface.
+    Surface,
+}
+
+impl ObservationKind {
+    pub(super) const ALL: [Self; 4] = [Self::X, Self::Y, Self::Z, Self::Surface];
+
+    /// The axes, with their directions.
+    const AXES: [(Self, [f64; 3]); 3] = [
+        (Self::X, [1.0, 0.0, 0.0]),
+        (Self::Y, [0.0, 1.0, 0.0]),
+        (Self::Z, [0.0, 0.0, 1.0]),
+    ];
+}
+
+/// All observations of a patch: three of a vertex that was found again, one where the surface was sampled, none elsewhere.
+pub(super) fn observations(
+    patch: &Patch,
+    basis: &PatchBasis,
+    suspect: &Registered,
+    diagonal: f64,
+) -> Vec<Observation> {
+    let masses = basis.spectrum().mass();
+    let mean_mass = masses.iter().sum::<f64>() / masses.len().max(1) as f64;
+    let bias = patch.gather(&suspect.tessellation_bias);
+    let held = held_by_harmonics(basis, &bias);
+    let mut all = Vec::new();
+    for (vertex, &v) in patch.vertices().iter().enumerate() {
+        let Some(seen) = suspect.positions[v as usize] else {
+            continue;
+        };
+        let place = patch.mesh().positions()[vertex];
+        let tessellation_bias = [bias[vertex], held[vertex]].map(|bias| bias / diagonal);
+        let mut observe = |kind, along: [f64; 3], mass| {
+            let displacement = (0..3).map(|i| along[i] * (seen[i] - place[i])).sum::<f64>() / diagonal;
+            all.push(Observation {
+                vertex,
+                along,
+                displacement,
+                tessellation_bias,
+                kind,
+                mass,
+                robust_weight: 1.0,
+            });
+        };
+        match suspect.along[v as usize] {
+            Some(normal) => observe(ObservationKind::Surface, normal, masses[vertex].max(0.0)),
+            None => ObservationKind::AXES
+                .into_iter()
+                .for_each(|(kind, along)| observe(kind, along, mean_mass)),
+        }
+    }
+    all
+}
+
+/// The part of a scalar field over a patch that its harmonics span.
+fn held_by_harmonics(basis: &PatchBasis, field: &[f64]) -> Vec<f64> {
+    let field: Vec<[f64; 3]> = field.iter().map(|&value| [value, 0.0, 0.0]).collect();
+    let held = basis.inverse_transform(&basis.transform(&field));
+    held.into_iter().map(|[value, ..]| value).collect()
+}

@@ -1,0 +1,108 @@
+//! Robust weights: how much an observation counts, from what a first estimate left of it.
+
+use std::f64::consts::{FRAC_1_PI, FRAC_1_SQRT_2};
+
+use super::observations::{Observation, ObservationKind};
+
+/// Gives observations the weights of Student's t distribution for their residuals, one distribution a kind; the mean weight stays
+/// what it was without.
+pub(super) fn reweight(observations: &mut [Observation], residuals: &[f64]) {
+    let noises = ObservationKind::ALL.map(|kind| {
+        let of_kind = observations.iter().zip(residuals);
+        let of_kind = of_kind.filter(|(observation, _)| observation.kind == kind);
+        let weighted: Vec<(f64, f64)> = of_kind.map(|(o, &e)| (o.mass, e)).collect();
+        StudentT::of(&weighted)
+    });
+    let largest = noises.iter().map(|noise| noise.scale).fold(0.0, f64::max);
+    if largest == 0.0 {
+        return;
+    }
+    let (mut before, mut after) = (0.0, 0.0);
+    for (observation, &residual) in observations.iter_mut().zip(residuals) {
+        let noise = &noises[observation.kind as usize];
+        let relative = (noise.scale / largest).max(LEAST_SCALE);
+        observation.robust_weight = noise.weight(residual) / relative.powi(2);
+        before += observation.mass;
+        after += observation.mass * observation.robust_weight;
+    }
+    let change = before / after;
+    for observation in observations {
+        observation.robust_weight *= change;
+    }
+}
+
+/// Beside the least exact kind of observations, none counts as more exact than that: one without errors would be all that counts.
+const LEAST_SCALE: f64 = 1e-3;
+
+/// Student's t distribution of noise.
+struct StudentT {
+    /// Degrees of freedom; infinitely many are a normal distribution.
+    freedom: f64,
+    scale: f64,
+}
+
+/// Degrees of freedom to choose from, and the density at 0 for scale 1: Γ((ν + 1)/2) / (Γ(ν/2) √(νπ)).
+const FREEDOMS: [(f64, f64); 6] = [
+    (1.0, FRAC_1_PI),
+    (2.0, FRAC_1_SQRT_2 / 2.0),
+    (4.0, 3.0 / 8.0),
+    (8.0, 0.386_699_020_961_393),
+    (16.0, 0.392_761_230_468_75),
+    (f64::INFINITY, 0.398_942_280_401_432_7),
+];
+
+/// Steps towards the likeliest scale, which come near to it at once.
+const SCALE_STEPS: usize = 12;
+
+impl StudentT {
+    /// The likeliest of [`FREEDOMS`] for residuals with masses (mass, e), with the likeliest scale; scale 0 where nothing is left.
+    fn of(residuals: &[(f64, f64)]) -> Self {
+        let mass: f64 = residuals.iter().map(|&(mass, _)| mass).sum();
+        let mean = |f: &dyn Fn(f64) -> f64| {
+            let terms = residuals.iter().map(|&(mass, e)| mass * f(e * e));
+            terms.sum::<f64>() / mass
+        };
+        let square = mean(&|square| square);
+        let exact = Self {
+            freedom: f64::INFINITY,
+            scale: 0.0,
+        };
+        if residuals.is_empty() || square == 0.0 {
+            return exact;
+        }
+        let mut best = (f64::NEG_INFINITY, exact);
+        for (freedom, peak) in FREEDOMS {
+            let mut noise = Self {
+                freedom,
+                scale: square.sqrt(),
+            };
+            for _ in 0..SCALE_STEPS {
+                noise.scale = mean(&|square| square * noise.weight(square.sqrt())).sqrt();
+            }
+            let likelihood = (peak / noise.scale).ln() - mean(&|square| noise.fall(square));
+            if likelihood > best.0 {
+                best = (likelihood, noise);
+            }
+        }
+        best.1
+    }
+
+    /// (ν + 1) / (ν + e²/s²).
+    fn weight(&self, residual: f64) -> f64 {
+        if self.freedom.is_infinite() {
+            1.0
+        } else {
+            (self.freedom + 1.0) / (self.freedom + (residual / self.scale).powi(2))
+        }
+    }
+
+    /// By how much the logarithm of the density is below that at 0.
+    fn fall(&self, square: f64) -> f64 {
+        let square = square / self.scale.powi(2);
+        if self.freedom.is_infinite() {
+            square / 2.0
+        } else {
+            (self.freedom + 1.0) / 2.0 * (square / self.freedom).ln_1p()
+        }
+    }
+}

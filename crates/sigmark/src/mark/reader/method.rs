@@ -1,0 +1,42 @@
+use std::sync::Arc;
+
+use crate::mark::{Detector, JointEstimator, MarkLayout};
+
+/// How bits are read from suspects: by the joint estimate, or by a detector for which it only betters the pose.
+#[derive(Clone, Debug)]
+pub struct ReadingMethod {
+    joint: Arc<JointEstimator>,
+    detector: Option<Arc<dyn Detector>>,
+}
+
+impl ReadingMethod {
+    /// Bits and pose by the joint estimate.
+    pub fn joint(joint: Arc<JointEstimator>) -> Self {
+        Self {
+            joint,
+            detector: None,
+        }
+    }
+
+    /// Bits by another detector, in the pose that the joint estimate betters.
+    pub fn with_detector(self, detector: Arc<dyn Detector>) -> Self {
+        Self {
+            detector: Some(detector),
+            ..self
+        }
+    }
+
+    /// Where the marks lie, and how strong they are.
+    pub fn layout(&self) -> &Arc<MarkLayout> {
+        self.joint.layout()
+    }
+
+    pub(super) fn estimator(&self) -> &JointEstimator {
+        &self.joint
+    }
+
+    /// The detector override.
+    pub(super) fn detector(&self) -> Option<&dyn Detector> {
+        self.detector.as_deref()
+    }
+}

@@ -1,0 +1,164 @@
+use job::Job;
+use mesh::{
+    BoundingBox, Similarity,
+    vector::{add, dot, scaled, sub},
+};
+use registration::{Correspondence, PreparedMesh, ResampleOptions, resample};
+
+use super::{Reading, ReadingMethod, tessellation};
+use crate::mark::{MarkError, MarkStage, Registered};
+
+/// A suspect, looked at from the vertices of a reference in any pose (section 4.4.1).
+///
+/// A pose is a transform to the reference's frame.
+///
+/// ```
+/// use mesh::{Similarity, shapes};
+/// use sigmark::mark::Reader;
+///
+/// let (original, suspect) = (shapes::bumpy_sphere(3, 1), shapes::flipped(&shapes::bumpy_sphere(3, 1), 5));
+/// let suspect = Reader::new(&original)?.surface(&suspect);
+/// assert_eq!(suspect.sample(&Similarity::IDENTITY, &Default::default())?.missing(), 0.0);
+/// # Ok::<(), sigmark::mark::MarkError>(())
+/// ```
+pub struct Suspect {
+    reference: PreparedMesh,
+    mesh: PreparedMesh,
+    seen_by: SeenBy,
+}
+
+/// What of a suspect is looked at.
+pub(super) enum SeenBy {
+    /// The vertices, all of which were found again.
+    Vertices(Correspondence),
+    /// The vertices that were found again, elsewhere the surface along the normal.
+    Surface(Option<Correspondence>),
+}
+
+/// Where a pose is off by less, in diagonals, lines along normals meet the suspect nearly where they should.
+const SETTLED: f64 = 5e-4;
+
+/// As a share of the noise.
+const NEGLIGIBLE: f64 = 0.1;
+
+/// How often a suspect is sampled at most.
+const MOST_ROUNDS: usize = 2;
+
+impl Suspect {
+    pub(super) fn new(reference: PreparedMesh, mesh: PreparedMesh, seen_by: SeenBy) -> Self {
+        Self {
+            reference,
+            mesh,
+            seen_by,
+        }
+    }
+
+    /// The suspect under a pose, at each vertex of the reference.
+    ///
+    /// # Errors
+    /// [`MarkError::Job`].
+    pub fn sample(&self, pose: &Similarity, job: &Job) -> Result<Registered, MarkError> {
+        match &self.seen_by {
+            SeenBy::Vertices(map) => Ok(carried(map, &self.mesh, pose)),
+            SeenBy::Surface(survivors) => self.sample_surface(survivors.as_ref(), pose, job),
+        }
+    }
+
+    /// Reads the bits in a pose that is nearly right, and betters it.
+    ///
+    /// The joint estimate sees the mark as noise to the pose; what is left is of second order in the error. Where that is not
+    /// negligible, the suspect is sampled again.
+    ///
+    /// # Errors
+    /// As [`Detector::detect`](crate::mark::Detector::detect).
+    pub fn read(&self, method: &ReadingMethod, pose: &Similarity, job: &Job) -> Result<Reading, MarkError> {
+        let original = self.reference.mesh();
+        if let Some(detector) = method.detector() {
+            job.begin(MarkStage::Resampling)?;
+            let estimate = method.estimator().estimate(&self.sample(pose, job)?, job)?;
+            let pose = pose.then(&estimate.misalignment.inverse());
+            let registered = self.sample(&pose, job)?;
+            job.begin(MarkStage::Detection)?;
+            let soft = detector.detect(&registered, job)?;
+            let model = Some(estimate.attack_model);
+            return Ok(Reading::new(original, registered, pose, soft, model));
+        }
+        let mut pose = *pose;
+        let mut round = 1;
+        loop {
+            job.begin(MarkStage::Resampling)?;
+            let registered = self.sample(&pose, job)?;
+            job.begin(MarkStage::Detection)?;
+            let estimate = method.estimator().estimate(&registered, job)?;
+            let better = pose.then(&estimate.misalignment.inverse());
+            let step = self.farthest(&pose, &better);
+            let settled = step < SETTLED && step * step < NEGLIGIBLE * estimate.noise;
+            if settled || round == MOST_ROUNDS {
+                let model = Some(estimate.attack_model);
+                return Ok(Reading::new(original, registered, better, estimate.bits, model));
+            }
+            pose = better;
+            round += 1;
+        }
+    }
+
+    /// How far two poses lay the suspect apart, in diagonals of the reference.
+    fn farthest(&self, a: &Similarity, b: &Similarity) -> f64 {
+        let BoundingBox { min, max } = self.mesh.mesh().bounding_box();
+        let corners = (0..8).map(|i| std::array::from_fn(|axis| [min, max][i >> axis & 1][axis]));
+        let apart = corners.map(|p: [f64; 3]| sub(a.apply(p), b.apply(p)));
+        let farthest = apart.map(|d| dot(d, d).sqrt()).fold(0.0, f64::max);
+        farthest / self.reference.mesh().bounding_box().diagonal()
+    }
+
+    fn sample_surface(
+        &self,
+        survivors: Option<&Correspondence>,
+        pose: &Similarity,
+        job: &Job,
+    ) -> Result<Registered, MarkError> {
+        let (reference, suspect) = (self.reference.mesh(), self.mesh.mesh());
+        let options = ResampleOptions::default();
+        let sampled = resample(&self.reference, &self.mesh, pose, &options, &job.quiet())?;
+        let mut registered = Registered::by_vertices(vec![None; reference.vertex_count()]);
+        registered.suspect_vertices = suspect.vertex_count();
+        for (v, offset) in sampled.offsets.iter().enumerate() {
+            if let Some(survivor) = survivors.and_then(|map| map.suspect_of[v]) {
+                let place = suspect.positions()[survivor as usize];
+                registered.positions[v] = Some(pose.apply(place));
+            } else if let (Some(offset), Some(triangle)) = (*offset, sampled.triangles[v]) {
+                let (place, normal) = (reference.positions()[v], self.reference.vertex_normals()[v]);
+                registered.positions[v] = Some(add(place, scaled(normal, offset)));
+                let facing = tessellation::normal(suspect, triangle as usize);
+                let facing = pose.rotation.map(|row| dot(row, facing));
+                registered.along[v] = Some(gradient(normal, facing));
+            }
+        }
+        if registered.along.iter().any(Option::is_some) {
+            registered.tessellation_bias =
+                tessellation::bias(&self.reference, suspect, &registered, &sampled, pose, job)?;
+        }
+        Ok(registered)
+    }
+}
+
+/// A suspect whose vertices correspond to the reference's by a map, under a pose.
+pub(super) fn carried(map: &Correspondence, suspect: &PreparedMesh, pose: &Similarity) -> Registered {
+    let places = map.carry(suspect.mesh()).into_iter();
+    Registered::by_vertices(places.map(|place| place.map(|p| pose.apply(p))).collect())
+}
+
+/// Steeper triangles are taken for this steep: their slope says little about the surface.
+const STEEPEST: f64 = 0.5;
+
+/// How the offset along a line with direction n grows when the plane that it meets moves: f / (f·n) for a plane with
+/// normal f, on either side.
+fn gradient(n: [f64; 3], f: [f64; 3]) -> [f64; 3] {
+    let length = dot(f, f).sqrt();
+    let cosine = dot(f, n) / length;
+    if cosine.abs() >= STEEPEST {
+        f.map(|x| x / (length * cosine))
+    } else {
+        n
+    }
+}
