@@ -4,9 +4,7 @@ use std::time::Instant;
 
 use anyhow::Result;
 use mesh::TriMesh;
-use quality::{
-    DistanceOptions, Msdm2, Normalisation, ShapeDna, ShapeDnaOptions, surface_distance, vertex_distances,
-};
+use quality::{DistanceOptions, Measurement, Metric, Msdm2Metric, surface_distance, vertex_distances};
 use serde_json::{Value, json};
 
 use super::{Mark, Study};
@@ -26,6 +24,10 @@ impl Study<'_> {
         Ok((per_cent * distance.rmse, per_cent * distance.maximum))
     }
 
+    fn measured(&self, metric: &dyn Metric, marked: &TriMesh) -> Result<Measurement> {
+        Ok(metric.measure(self.original(), marked, &self.job())?)
+    }
+
     /// A mark's distortion.
     pub(crate) fn mark(&self, signature: usize, alpha: f64) -> Result<Mark> {
         let inputs = self.mark_inputs(signature, alpha);
@@ -39,18 +41,15 @@ impl Study<'_> {
         let begun = Instant::now();
         let (d_rmse, hausdorff) = self.d_rmse(&marked)?;
         let msdm2 = (signature == 0 && marked.vertex_count() <= MOST_FOR_MSDM2)
-            .then(|| Msdm2::between(&marked, self.original(), &self.job()))
+            .then(|| self.measured(&Msdm2Metric, &marked))
             .transpose()?;
+        let d_2_50 = self.measured(self.scene.shape_dna()?, &marked)?;
         let mark = Mark {
             alpha,
             d_rmse,
             hausdorff,
-            d_2_50: self.scene.shape_dna()?.distance(
-                &ShapeDna::of(&marked, &ShapeDnaOptions::default(), &self.job())?,
-                2.0,
-                Normalisation::FirstEigenvalue,
-            )?,
-            msdm2: msdm2.map(|msdm2| msdm2.symmetric),
+            d_2_50: d_2_50.number("distance"),
+            msdm2: msdm2.map(|found| found.number("symmetric")),
             seconds,
             measuring_seconds: begun.elapsed().as_secs_f64(),
         };

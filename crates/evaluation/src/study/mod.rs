@@ -13,7 +13,7 @@ use anyhow::{Context, Result};
 use baselines::{Algorithm, Prepared, Subject};
 use job::{Job, JobError};
 use mesh::TriMesh;
-use quality::{ShapeDna, ShapeDnaOptions};
+use quality::{ShapeDna, ShapeDnaMetric};
 use serde_json::{Map, Value, json};
 use sigmark::{PatchCount, PublicKey, Scheme, Signature, mark::Patches};
 
@@ -49,7 +49,7 @@ pub(crate) struct Scene<'a> {
     pub(crate) setup: &'a Setup<'a>,
     pub(crate) standin: &'a Standin,
     patches: Patches,
-    shape_dna: OnceLock<ShapeDna>,
+    shape_dna: OnceLock<ShapeDnaMetric>,
 }
 
 /// One algorithm on one scene. What costs much is computed when it is first needed.
@@ -74,11 +74,13 @@ impl<'a> Scene<'a> {
         })
     }
 
-    /// The original's, with which every mark is compared.
-    fn shape_dna(&self) -> Result<&ShapeDna> {
+    /// d_2,50 from the original, whose eigenvalues are computed once for all marks.
+    fn shape_dna(&self) -> Result<&ShapeDnaMetric> {
         if self.shape_dna.get().is_none() {
-            let dna = ShapeDna::of(&self.standin.mesh, &ShapeDnaOptions::default(), &Job::default())?;
-            let _ = self.shape_dna.set(dna);
+            let mut metric = ShapeDnaMetric::default();
+            let dna = ShapeDna::of(&self.standin.mesh, &metric.options, &Job::default())?;
+            metric.reference = Some(dna);
+            let _ = self.shape_dna.set(metric);
         }
         self.shape_dna.get().context("it was just computed")
     }
