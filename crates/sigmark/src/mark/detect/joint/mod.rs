@@ -40,7 +40,7 @@ mod robust;
 use std::sync::{Arc, OnceLock};
 
 use job::Job;
-use mesh::Similarity;
+use mesh::{Similarity, Vec3};
 use serde::Serialize;
 
 use super::{Detector, check_vertices};
@@ -59,7 +59,7 @@ use observations::observations;
 pub struct JointEstimator {
     layout: Arc<MarkLayout>,
     /// Built when it is first needed.
-    smoothing: OnceLock<Vec<[[f64; 3]; SMOOTHING_FIELDS]>>,
+    smoothing: OnceLock<Vec<[Vec3; SMOOTHING_FIELDS]>>,
 }
 
 /// What the equations say.
