@@ -6,10 +6,13 @@ use std::sync::Arc;
 
 use mesh::{MeshError, TriMesh, Welded};
 
+use crate::buffer::Buffer;
 use crate::error::{AssetError, Fault};
-use crate::gzip::Gzip;
+use crate::formats::{self, Geometry};
+use crate::gzip::{self, Gzip};
+use crate::save::write_file;
 use crate::slots::Slots;
-use crate::{Format, format, formats, gzip, save::write_file};
+use crate::{Format, format};
 
 /// A mesh file that keeps all its bytes: its geometry is seen as a welded [`TriMesh`], and positions can be replaced.
 ///
@@ -42,18 +45,12 @@ use crate::{Format, format, formats, gzip, save::write_file};
 pub struct Asset {
     path: PathBuf,
     format: Format,
-    bytes: Arc<Vec<u8>>,
+    /// The file first.
+    buffers: Vec<Buffer>,
     slots: Arc<Slots>,
     gzip: Option<Gzip>,
     welded: Arc<Welded>,
     moved: Option<TriMesh>,
-}
-
-/// What the reader of one format finds in a file.
-pub(crate) struct Geometry {
-    pub(crate) positions: Vec<[f64; 3]>,
-    pub(crate) triangles: Vec<[u32; 3]>,
-    pub(crate) slots: Slots,
 }
 
 impl Asset {
@@ -101,16 +98,28 @@ impl Asset {
         if bytes.is_empty() {
             return Err(AssetError::Empty { path });
         }
-        let format = decide_format(&path, format, &bytes)?;
-        let Geometry {
+        let format = formats::decide(&path, format, &bytes)?;
+        let geometry =
+            formats::read(format, &bytes).map_err(|Fault { place, problem }| AssetError::Malformed {
+                path: path.clone(),
+                place,
+                problem,
+            })?;
+        Self::assembled(path, format, gzip, vec![Buffer::file(bytes)], geometry)
+    }
+
+    /// Puts together what a format's reader found in the buffers.
+    fn assembled(
+        path: PathBuf,
+        format: Format,
+        gzip: Option<Gzip>,
+        buffers: Vec<Buffer>,
+        Geometry {
             positions,
             triangles,
             slots,
-        } = formats::read(format, &bytes).map_err(|Fault { place, problem }| AssetError::Malformed {
-            path: path.clone(),
-            place,
-            problem,
-        })?;
+        }: Geometry,
+    ) -> Result<Self, AssetError> {
         let welded = match Welded::new(&positions, &triangles) {
             Ok(welded) => welded,
             Err(MeshError::NotFinite { vertex, position }) => {
@@ -120,21 +129,20 @@ impl Asset {
                     "vertex {vertex} has the coordinate {value}: write the file again with finite numbers"
                 );
                 return Err(AssetError::Malformed {
-                    place: slots.place(&bytes, vertex, axis),
+                    place: slots.place(&buffers, vertex, axis),
                     path,
                     problem,
                 });
             }
             Err(source) => return Err(AssetError::Geometry { path, source }),
         };
-        let (bytes, slots, welded) = (Arc::new(bytes), Arc::new(slots), Arc::new(welded));
         Ok(Self {
             path,
             format,
-            bytes,
-            slots,
+            buffers,
+            slots: Arc::new(slots),
             gzip,
-            welded,
+            welded: Arc::new(welded),
             moved: None,
         })
     }
@@ -184,29 +192,31 @@ impl Asset {
         let finite = self.mesh().with_positions(positions.to_vec()).map_err(refused)?;
         let vertex_of = self.welded.vertex_of();
         let target = |file_vertex: usize| vertex_of[file_vertex].map(|v| finite.positions()[v as usize]);
-        let rewritten =
-            self.slots
-                .rewrite(&self.bytes, target)
-                .map_err(|refusal| AssetError::Unwritable {
-                    path: self.path.clone(),
-                    vertex: vertex_of[refusal.file_vertex].map_or(0, |v| v as usize),
-                    value: refusal.value,
-                    problem: refusal.problem,
-                })?;
-        let Some((bytes, slots)) = rewritten else {
+        let rewritten = self.slots.rewrite(&self.buffers, target);
+        let (buffers, slots) = rewritten.map_err(|refusal| AssetError::Unwritable {
+            path: self.path.clone(),
+            vertex: vertex_of[refusal.file_vertex].map_or(0, |v| v as usize),
+            value: refusal.value,
+            problem: refusal.problem,
+        })?;
+        let is_same = |i: usize| buffers[i].is_same(&self.buffers[i]);
+        if (0..buffers.len()).all(is_same) {
             return Ok(self.clone());
-        };
+        }
 
         let mut held = finite.positions().to_vec();
-        for (file_vertex, vertex) in vertex_of.iter().enumerate().rev() {
+        for (position, vertex) in slots.positions(&buffers).into_iter().zip(vertex_of).rev() {
             if let Some(vertex) = *vertex {
-                held[vertex as usize] = slots.position(&bytes, file_vertex);
+                held[vertex as usize] = position;
             }
         }
         let moved = Some(self.mesh().with_positions(held).map_err(refused)?);
-        let gzip = self.gzip.as_ref().map(Gzip::changed);
+        let gzip = match is_same(0) {
+            true => self.gzip.clone(),
+            false => self.gzip.as_ref().map(Gzip::changed),
+        };
         Ok(Self {
-            bytes: Arc::new(bytes),
+            buffers,
             slots: Arc::new(slots),
             gzip,
             moved,
@@ -216,14 +226,14 @@ impl Asset {
 
     /// The file's content, unpacked where it is gzipped.
     pub fn content(&self) -> &[u8] {
-        &self.bytes
+        &self.buffers[0].bytes
     }
 
     /// The bytes that [`Self::save`] writes: gzipped as the file was; for an unchanged file, exactly its bytes.
     pub fn to_bytes(&self) -> Cow<'_, [u8]> {
         match &self.gzip {
-            None => Cow::Borrowed(&self.bytes),
-            Some(gzip) => gzip.pack(&self.bytes),
+            None => Cow::Borrowed(self.content()),
+            Some(gzip) => gzip.pack(self.content()),
         }
     }
 
@@ -247,13 +257,17 @@ impl Asset {
     }
 
     /// Writes the file: to a temporary one in the same folder, which is then renamed, so that a failure leaves nothing.
-    /// A symbolic link is followed. A file that is overwritten passes its permissions on.
+    /// A symbolic link is followed. A file that is overwritten passes its permissions on. Other files that it refers to by name
+    /// are written into the same folder first, each as a whole.
     ///
     /// # Errors
     /// When the name does not end as the format demands, the file exists and `overwrite` is false, or writing fails.
     pub fn save(&self, path: impl AsRef<Path>, overwrite: bool) -> Result<(), AssetError> {
         let path = path.as_ref();
         self.check_name(path)?;
+        for Buffer { name, bytes } in &self.buffers[1..] {
+            write_file(path.with_file_name(name), bytes, overwrite)?;
+        }
         write_file(path, &self.to_bytes(), overwrite)
     }
 }
@@ -264,47 +278,65 @@ impl fmt::Debug for Asset {
         shown
             .field("path", &self.path)
             .field("format", &self.format)
-            .field("bytes", &self.bytes.len());
+            .field("bytes", &self.content().len());
         shown
             .field("weld", &self.welded.summary())
             .finish_non_exhaustive()
     }
 }
 
-fn decide_format(path: &Path, given: Option<Format>, bytes: &[u8]) -> Result<Format, AssetError> {
-    let unknown = |problem: String| AssetError::UnknownFormat {
-        path: path.into(),
-        problem,
-    };
-    let extension = format::extension_before_gz(path);
-    if bytes.starts_with(b"glTF") || matches!(extension.as_deref(), Some("glb" | "gltf")) {
-        return Err(unknown(
-            "glTF is not read yet: export the model to another format".into(),
-        ));
-    }
-    let Some(named) = given.or_else(|| Format::of_path(path)) else {
-        let found = Format::of_content(bytes);
-        return match (extension, found) {
-            (None, Some(found)) => Ok(found),
-            (None, None) => Err(unknown("the content is of no known format".into())),
-            (Some(extension), Some(found)) => {
-                let rename = format!(
-                    "but the content looks like {found}: rename it to end in .{}",
-                    found.extension()
-                );
-                Err(unknown(format!("the name ends in .{extension}, {rename}")))
-            }
-            (Some(extension), None) => Err(unknown(format!(
-                "files that end in .{extension} are of no known format"
-            ))),
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scalar::{Endian, Scalar};
+    use crate::slots::binary::BinaryRun;
+
+    #[test]
+    fn an_asset_of_two_files_is_saved_as_two_files() {
+        let corners = [[0.0_f32, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        let numbers: Vec<u8> = corners
+            .as_flattened()
+            .iter()
+            .flat_map(|x| x.to_le_bytes())
+            .collect();
+        let slots = Slots::Binary(vec![BinaryRun {
+            buffer: 1,
+            start: 0,
+            stride: 12,
+            vertices: vec![[0, 4, 8]],
+            count: 3,
+            types: [Scalar::F32; 3],
+            endian: Endian::Little,
+            quantisation: None,
+        }]);
+        let beside = Buffer {
+            name: "corners.bin".into(),
+            bytes: Arc::new(numbers),
         };
-    };
-    match Format::marked(bytes) {
-        Some(found) if found != named => Err(AssetError::WrongExtension {
-            path: path.into(),
-            named,
-            found,
-        }),
-        _ => Ok(named),
+        let buffers = vec![Buffer::file(b"# see corners.bin\n".to_vec()), beside];
+        let geometry = Geometry {
+            positions: slots.positions(&buffers),
+            triangles: vec![[0, 1, 2]],
+            slots,
+        };
+        let asset = Asset::assembled(PathBuf::new(), Format::Obj, None, buffers, geometry).unwrap();
+        let moved = asset
+            .with_positions(&[[0.0; 3], [2.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+            .unwrap();
+        assert_eq!(moved.mesh().area(), 1.0);
+        assert_eq!(moved.content(), asset.content());
+
+        let folder = tempfile::tempdir().unwrap();
+        moved.save(folder.path().join("moved.obj"), false).unwrap();
+        assert_eq!(
+            fs::read(folder.path().join("moved.obj")).unwrap(),
+            asset.content()
+        );
+        assert_eq!(
+            fs::read(folder.path().join("corners.bin")).unwrap()[12..16],
+            2.0_f32.to_le_bytes()
+        );
+        let again = asset.save(folder.path().join("other.obj"), false);
+        assert!(matches!(again, Err(AssetError::Exists { path }) if path.ends_with("corners.bin")));
     }
 }

@@ -188,6 +188,9 @@ fn reason_and_remedy(error: &io::Error, done: &str) -> String {
     format!("cannot be {done} ({error}): {remedy}")
 }
 
+/// What to think of a file that lacks something.
+pub(crate) const CUT_SHORT: &str = ": the file is damaged or cut short, fetch or export it again";
+
 /// What a reader of one format reports; [`Asset`](crate::Asset) adds the path.
 #[derive(Debug)]
 pub(crate) struct Fault {

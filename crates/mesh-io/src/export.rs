@@ -3,6 +3,7 @@ use mesh::TriMesh;
 
 /// The floating point numbers of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Precision {
     /// 32 bits: about 7 digits. Meshes with neighbouring vertices closer than that may lose triangles.
     Single,

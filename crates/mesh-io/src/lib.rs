@@ -15,6 +15,7 @@
 //! ```
 
 mod asset;
+mod buffer;
 mod error;
 mod export;
 mod format;
@@ -24,7 +25,7 @@ mod number;
 mod save;
 mod scalar;
 mod slots;
-mod text;
+mod words;
 
 pub use asset::Asset;
 pub use error::{AssetError, Place};

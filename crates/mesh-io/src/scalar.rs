@@ -75,4 +75,50 @@ impl Scalar {
             Self::F64 => read!(f64),
         })
     }
+
+    /// Overwrites the number at `at`, which must be there, by one that this type holds.
+    pub(crate) fn write(self, number: f64, bytes: &mut [u8], at: usize, endian: Endian) {
+        macro_rules! write {
+            ($type:ty) => {{
+                let raw = match endian {
+                    Endian::Little => (number as $type).to_le_bytes(),
+                    Endian::Big => (number as $type).to_be_bytes(),
+                };
+                bytes[at..at + raw.len()].copy_from_slice(&raw);
+            }};
+        }
+        match self {
+            Self::I8 => write!(i8),
+            Self::U8 => write!(u8),
+            Self::I16 => write!(i16),
+            Self::U16 => write!(u16),
+            Self::I32 => write!(i32),
+            Self::U32 => write!(u32),
+            Self::F32 => write!(f32),
+            Self::F64 => write!(f64),
+        }
+    }
+
+    /// The greatest number of the type.
+    pub(crate) fn greatest(self) -> f64 {
+        match self {
+            Self::I8 => i8::MAX.into(),
+            Self::U8 => u8::MAX.into(),
+            Self::I16 => i16::MAX.into(),
+            Self::U16 => u16::MAX.into(),
+            Self::I32 => i32::MAX.into(),
+            Self::U32 => u32::MAX.into(),
+            Self::F32 => f32::MAX.into(),
+            Self::F64 => f64::MAX,
+        }
+    }
+
+    /// The least number of the type.
+    pub(crate) fn least(self) -> f64 {
+        match self {
+            Self::U8 | Self::U16 | Self::U32 => 0.0,
+            Self::I8 | Self::I16 | Self::I32 => -self.greatest() - 1.0,
+            Self::F32 | Self::F64 => -self.greatest(),
+        }
+    }
 }

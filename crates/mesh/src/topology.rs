@@ -74,6 +74,7 @@ pub struct TopologyReport {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+#[non_exhaustive]
 pub enum Facing {
     /// Outward, as is usual: positive volume.
     Outward,

@@ -1,11 +1,17 @@
 //! One module a format: each finds the geometry of a file, and the bytes of every coordinate.
 
-use crate::{Format, asset::Geometry, error::Fault};
-
+mod geometry;
 mod obj;
 mod off;
 mod ply;
 mod stl;
+mod text;
+
+use std::path::Path;
+
+use crate::error::{AssetError, Fault};
+use crate::{Format, format};
+pub(crate) use geometry::Geometry;
 
 /// Reads the bytes of a file.
 pub(crate) fn read(format: Format, bytes: &[u8]) -> Result<Geometry, Fault> {
@@ -14,5 +20,44 @@ pub(crate) fn read(format: Format, bytes: &[u8]) -> Result<Geometry, Fault> {
         Format::Ply => ply::read(bytes),
         Format::Stl => stl::read(bytes),
         Format::Off => off::read(bytes),
+    }
+}
+
+/// The format of a file, by what the caller says, its name and its content.
+pub(crate) fn decide(path: &Path, given: Option<Format>, bytes: &[u8]) -> Result<Format, AssetError> {
+    let unknown = |problem: String| AssetError::UnknownFormat {
+        path: path.into(),
+        problem,
+    };
+    let extension = format::extension_before_gz(path);
+    if bytes.starts_with(b"glTF") || matches!(extension.as_deref(), Some("glb" | "gltf")) {
+        return Err(unknown(
+            "glTF is not read yet: export the model to another format".into(),
+        ));
+    }
+    let Some(named) = given.or_else(|| Format::of_path(path)) else {
+        let found = Format::of_content(bytes);
+        return match (extension, found) {
+            (None, Some(found)) => Ok(found),
+            (None, None) => Err(unknown("the content is of no known format".into())),
+            (Some(extension), Some(found)) => {
+                let rename = format!(
+                    "but the content looks like {found}: rename it to end in .{}",
+                    found.extension()
+                );
+                Err(unknown(format!("the name ends in .{extension}, {rename}")))
+            }
+            (Some(extension), None) => Err(unknown(format!(
+                "files that end in .{extension} are of no known format"
+            ))),
+        };
+    };
+    match Format::marked(bytes) {
+        Some(found) if found != named => Err(AssetError::WrongExtension {
+            path: path.into(),
+            named,
+            found,
+        }),
+        _ => Ok(named),
     }
 }

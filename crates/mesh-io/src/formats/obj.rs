@@ -1,8 +1,9 @@
 //! Wavefront OBJ: `v` and `f` lines, in any order; all other lines are kept and not looked at.
 
-use crate::error::Fault;
-use crate::text::{TextGeometry, Word, Words};
-use crate::{asset::Geometry, format};
+use super::{geometry::Geometry, text::TextGeometry};
+use crate::error::{CUT_SHORT, Fault};
+use crate::format;
+use crate::words::{Word, Words};
 
 pub(crate) fn read(bytes: &[u8]) -> Result<Geometry, Fault> {
     let mut words = Words::with_continued_lines(bytes, bytes.len() - format::without_bom(bytes).len());
@@ -42,7 +43,7 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Geometry, Fault> {
                 "the face refers to {}, but the file has {count} vertices (counted from 1)",
                 word.shown()
             );
-            Err(words.fault_at(word, problem + crate::text::CUT_SHORT))
+            Err(words.fault_at(word, problem + CUT_SHORT))
         }
         _ => Ok(geometry.finish()),
     }

@@ -1,8 +1,9 @@
 //! Geomview OFF, its variants with colours (C), normals (N) and texture coordinates (ST) included.
 
-use crate::error::Fault;
-use crate::text::{CUT_SHORT, TextGeometry, Word, Words};
-use crate::{asset::Geometry, format};
+use super::{geometry::Geometry, text::TextGeometry};
+use crate::error::{CUT_SHORT, Fault};
+use crate::format;
+use crate::words::{Word, Words};
 
 pub(crate) fn read(bytes: &[u8]) -> Result<Geometry, Fault> {
     let mut words = Words::new(bytes, bytes.len() - format::without_bom(bytes).len());

@@ -1,11 +1,11 @@
 //! STL, binary and ASCII. Facets share no vertices: each has three of its own, which welding joins.
 
-use crate::asset::Geometry;
-use crate::error::Fault;
+use super::{geometry::Geometry, text::TextGeometry};
+use crate::error::{CUT_SHORT, Fault};
 use crate::format::{STL_FACET, STL_HEADER, is_binary_stl};
 use crate::scalar::{Endian, Scalar};
-use crate::slots::Slots;
-use crate::text::{CUT_SHORT, TextGeometry, Word, Words};
+use crate::slots::{Slots, binary::BinaryRun};
+use crate::words::{Word, Words};
 
 pub(crate) fn read(bytes: &[u8]) -> Result<Geometry, Fault> {
     let first = bytes
@@ -22,17 +22,21 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Geometry, Fault> {
 
 /// 80 bytes of header, the number of facets, then 50 bytes a facet: a normal, three vertices, two bytes of attributes.
 fn read_binary(bytes: &[u8]) -> Result<Geometry, Fault> {
-    const NORMAL: usize = 12;
     if !is_binary_stl(bytes) {
         return Err(wrong_size(bytes));
     }
     let vertex_count = (bytes.len() - STL_HEADER) / STL_FACET * 3;
-    let start_of = |v: usize| STL_HEADER + v / 3 * STL_FACET + NORMAL + v % 3 * 12;
-    let starts: Vec<[usize; 3]> = (0..vertex_count)
-        .map(|v| [0, 4, 8].map(|axis| start_of(v) + axis))
-        .collect();
-    let slots = Slots::binary(starts, [Scalar::F32; 3], Endian::Little);
-    let positions = (0..vertex_count).map(|v| slots.position(bytes, v)).collect();
+    let slots = Slots::Binary(vec![BinaryRun {
+        buffer: 0,
+        start: STL_HEADER,
+        stride: STL_FACET,
+        vertices: vec![[12, 16, 20], [24, 28, 32], [36, 40, 44]],
+        count: vertex_count,
+        types: [Scalar::F32; 3],
+        endian: Endian::Little,
+        quantisation: None,
+    }]);
+    let positions = slots.positions(&[bytes]);
     let triangles = (0..vertex_count as u32 / 3)
         .map(|t| [3 * t, 3 * t + 1, 3 * t + 2])
         .collect();

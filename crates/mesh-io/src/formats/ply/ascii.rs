@@ -1,0 +1,120 @@
+use super::faces::{Faces, Triangles};
+use super::header::{Element, Header, Property};
+use crate::error::{CUT_SHORT, Fault};
+use crate::formats::{geometry::Geometry, text::TextGeometry};
+use crate::words::{Word, Words, not_a_number};
+
+/// Reads the data as text: one record a line.
+pub(super) struct Ascii<'a> {
+    words: Words<'a>,
+    triangles: Triangles,
+}
+
+impl<'a> Ascii<'a> {
+    pub(super) fn read(
+        bytes: &'a [u8],
+        header: &Header<'_>,
+        vertex: usize,
+        axes: [usize; 3],
+    ) -> Result<Geometry, Fault> {
+        let words = Words::new(bytes, header.end);
+        let mut ascii = Self {
+            words,
+            triangles: Triangles::new(header.elements[vertex].count),
+        };
+        let mut geometry = TextGeometry::new();
+        for (number, element) in header.elements.iter().enumerate() {
+            // A digit and a blank a value; the last blank may lack.
+            element.check_count((bytes.len() + 1).saturating_sub(ascii.words.position()), |_| 2)?;
+            if element.properties.is_empty() {
+                continue;
+            }
+            let indices = element.faces();
+            for record in 0..element.count {
+                let Some(first) = ascii.words.next_anywhere() else {
+                    let (count, name) = (element.count, element.name.escape_ascii());
+                    let problem = format!(
+                        "the file ends after {record} of {count} records of element {name}{CUT_SHORT}"
+                    );
+                    return Err(ascii.words.fault(problem));
+                };
+                ascii.words.go_back_to(first);
+                let xyz = ascii.record(element, axes, number == vertex, indices)?;
+                if number == vertex {
+                    geometry.push_vertex(&ascii.words, xyz.map(|word| word.unwrap_or(first)))?;
+                }
+                if let Some(extra) = ascii.words.next_in_line() {
+                    let problem = format!(
+                        "{} is more than the header declares for this line: mend one of them",
+                        extra.shown()
+                    );
+                    return Err(ascii.words.fault_at(extra, problem));
+                }
+                ascii.words.skip_line();
+            }
+        }
+        let declared = axes.map(|axis| header.elements[vertex].properties[axis].value);
+        let geometry = geometry.finish_as(declared);
+        Ok(Geometry {
+            triangles: ascii.triangles.triangles,
+            ..geometry
+        })
+    }
+
+    /// Reads one record; returns the words of x, y and z of a vertex.
+    fn record(
+        &mut self,
+        element: &Element<'_>,
+        axes: [usize; 3],
+        is_vertex: bool,
+        indices: Option<(usize, Faces)>,
+    ) -> Result<[Option<Word<'a>>; 3], Fault> {
+        let mut xyz = [None; 3];
+        for (number, property) in element.properties.iter().enumerate() {
+            let value = self.value(property)?;
+            if property.count.is_none() {
+                if is_vertex && let Some(axis) = axes.iter().position(|&a| a == number) {
+                    xyz[axis] = Some(value);
+                }
+                continue;
+            }
+            let faces = indices
+                .filter(|&(list, _)| list == number)
+                .map(|(_, faces)| faces);
+            self.list(property, value, faces)?;
+        }
+        Ok(xyz)
+    }
+
+    fn list(&mut self, property: &Property<'_>, count: Word<'_>, faces: Option<Faces>) -> Result<(), Fault> {
+        let length = count.integer().filter(|&n| n >= 0).ok_or_else(|| {
+            self.words.fault_at(
+                count,
+                format!("{} is not the length of a list{CUT_SHORT}", count.shown()),
+            )
+        })?;
+        for _ in 0..length {
+            let word = self.value(property)?;
+            if let Some(faces) = faces {
+                let index = word.integer().ok_or_else(|| not_a_number(&self.words, word))?;
+                self.triangles
+                    .push_index(index, faces)
+                    .map_err(|problem| self.words.fault_at(word, problem))?;
+            }
+        }
+        faces.map_or(Ok(()), |faces| {
+            self.triangles
+                .end_list(faces)
+                .map_err(|p| self.words.fault_at(count, p))
+        })
+    }
+
+    fn value(&mut self, property: &Property<'_>) -> Result<Word<'a>, Fault> {
+        self.words.next_in_line().ok_or_else(|| {
+            let name = property.name.escape_ascii();
+            self.words.fault(format!(
+                "the line ends before the value of property {name}{CUT_SHORT}"
+            ))
+        })
+    }
+}

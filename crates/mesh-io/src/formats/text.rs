@@ -1,0 +1,78 @@
+//! What the text formats have in common.
+
+use super::geometry::{Geometry, fan};
+use crate::error::{CUT_SHORT, Fault};
+use crate::number;
+use crate::scalar::Scalar;
+use crate::slots::{Slots, text::TextSlots};
+use crate::words::{Word, Words, not_a_number};
+
+/// Gathers the vertices and triangles of a text file.
+pub(crate) struct TextGeometry {
+    positions: Vec<[f64; 3]>,
+    starts: Vec<[usize; 3]>,
+    triangles: Vec<[u32; 3]>,
+    single: bool,
+}
+
+impl TextGeometry {
+    pub(crate) fn new() -> Self {
+        Self {
+            positions: Vec::new(),
+            starts: Vec::new(),
+            triangles: Vec::new(),
+            single: true,
+        }
+    }
+
+    pub(crate) fn vertex_count(&self) -> usize {
+        self.positions.len()
+    }
+
+    /// Takes a vertex's coordinates, x, y, z.
+    pub(crate) fn push_vertex(&mut self, words: &Words<'_>, xyz: [Word<'_>; 3]) -> Result<(), Fault> {
+        let mut position = [0.0; 3];
+        for (value, word) in position.iter_mut().zip(xyz) {
+            *value = number::parse(word.text).ok_or_else(|| not_a_number(words, word))?;
+            self.single = self.single && number::fits_single(word.text, *value);
+        }
+        self.positions.push(position);
+        self.starts.push(xyz.map(|word| word.start));
+        Ok(())
+    }
+
+    /// Takes the next three words of the line as a vertex.
+    pub(crate) fn read_vertex(&mut self, words: &mut Words<'_>) -> Result<(), Fault> {
+        let mut next = || words.next_in_line();
+        match (next(), next(), next()) {
+            (Some(x), Some(y), Some(z)) => self.push_vertex(words, [x, y, z]),
+            _ => Err(words.fault(format!(
+                "vertex {} needs three coordinates{CUT_SHORT}",
+                self.vertex_count()
+            ))),
+        }
+    }
+
+    /// Takes a polygon of at least three corners, as triangles that share its first one.
+    pub(crate) fn push_polygon(&mut self, corners: &[u32]) {
+        fan(corners, &mut self.triangles);
+    }
+
+    /// The geometry, in the precision that the digits show.
+    pub(crate) fn finish(self) -> Geometry {
+        let precision = if self.single { Scalar::F32 } else { Scalar::F64 };
+        self.finish_as([precision; 3])
+    }
+
+    /// The geometry, in declared types.
+    pub(crate) fn finish_as(self, types: [Scalar; 3]) -> Geometry {
+        Geometry {
+            positions: self.positions,
+            triangles: self.triangles,
+            slots: Slots::Text(TextSlots {
+                starts: self.starts,
+                types,
+            }),
+        }
+    }
+}

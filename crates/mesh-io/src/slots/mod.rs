@@ -1,0 +1,88 @@
+//! Where in an asset's buffers the coordinates of its vertices lie, and how they are written.
+//!
+//! Binary numbers keep their size and are overwritten in place ([`binary`]). A new decimal may be longer than the old one, so
+//! that text is spliced together anew ([`text`]).
+
+pub(crate) mod binary;
+mod replacement;
+pub(crate) mod text;
+
+use crate::buffer::Buffer;
+use crate::error::Place;
+use binary::BinaryRun;
+use replacement::Refusal;
+use text::TextSlots;
+
+/// The places of all coordinates, vertex by vertex.
+#[derive(Clone, Debug)]
+pub(crate) enum Slots {
+    /// Decimals in the first buffer.
+    Text(TextSlots),
+    /// Runs of numbers, each in some buffer: together all vertices, in their order.
+    Binary(Vec<BinaryRun>),
+}
+
+impl Slots {
+    /// How many vertices the file has.
+    pub(crate) fn len(&self) -> usize {
+        match self {
+            Self::Text(text) => text.starts.len(),
+            Self::Binary(runs) => runs.iter().map(|run| run.count).sum(),
+        }
+    }
+
+    /// The coordinates that the buffers hold, one row a vertex.
+    pub(crate) fn positions(&self, buffers: &[impl AsRef<[u8]>]) -> Vec<[f64; 3]> {
+        match self {
+            Self::Text(text) => text.positions(buffers[0].as_ref()).collect(),
+            Self::Binary(runs) => runs
+                .iter()
+                .flat_map(|run| run.positions(buffers[run.buffer].as_ref()))
+                .collect(),
+        }
+    }
+
+    /// Where a coordinate lies, for messages.
+    pub(crate) fn place(&self, buffers: &[Buffer], vertex: usize, axis: usize) -> Place {
+        match self {
+            Self::Text(text) => text.place(&buffers[0].bytes, vertex, axis),
+            Self::Binary(runs) => {
+                let mut first = 0;
+                let holds = |run: &&BinaryRun| {
+                    first += run.count;
+                    vertex < first
+                };
+                let offset = runs.iter().find(holds).map_or(0, |run| {
+                    let [x, y, z] = run.place(vertex + run.count - first);
+                    [x, y, z][axis]
+                });
+                Place::Byte {
+                    offset,
+                    what: format!("vertex {vertex}, {}", ["x", "y", "z"][axis]),
+                }
+            }
+        }
+    }
+
+    /// The buffers with new coordinates where `target` gives some, and where they lie then. A buffer of which no byte changes
+    /// stays the [same](Buffer::is_same).
+    pub(crate) fn rewrite(
+        &self,
+        buffers: &[Buffer],
+        target: impl Fn(usize) -> Option<[f64; 3]>,
+    ) -> Result<(Vec<Buffer>, Self), Refusal> {
+        let mut buffers = buffers.to_vec();
+        let slots = match self {
+            Self::Text(text) => Self::Text(text.rewrite(&mut buffers[0].bytes, target)?),
+            Self::Binary(runs) => {
+                let mut first = 0;
+                for run in runs {
+                    run.rewrite(&mut buffers[run.buffer].bytes, first, &target)?;
+                    first += run.count;
+                }
+                self.clone()
+            }
+        };
+        Ok((buffers, slots))
+    }
+}
