@@ -29,18 +29,7 @@ use crate::{Format, format};
 /// that contradicts a mark in the content (`ply`, `OFF`, `solid`, the size of binary STL) is an error; a name
 /// without an extension leaves the decision to the content. Saving keeps format and compression.
 ///
-/// Reading takes linear time (welding n log n) and memory of a small multiple of the file's size; counts in a header are
-/// checked against that size before anything is allocated. A clone shares the bytes.
-///
-/// ```
-/// let tetrahedron = "v 0 0 0\nv 1 0 0\nv 0 1 0 # top\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";
-/// let asset = mesh_io::Asset::from_bytes(tetrahedron, mesh_io::Format::Obj)?;
-/// let mut positions = asset.mesh().positions().to_vec();
-/// positions[2][1] += 0.25;
-/// let moved = asset.with_positions(&positions)?;
-/// assert_eq!(*moved.to_bytes(), *tetrahedron.replace("0 1 0 # top", "0 1.25 0 # top").as_bytes());
-/// # Ok::<(), mesh_io::AssetError>(())
-/// ```
+/// A clone shares the bytes.
 #[derive(Clone)]
 pub struct Asset {
     path: PathBuf,

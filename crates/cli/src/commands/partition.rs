@@ -1,10 +1,9 @@
-use std::path::Path;
+use std::{path::Path, sync::Arc};
 
 use anyhow::{Context, Result, bail};
-use job::Job;
 use mesh::Edges;
 use mesh_io::Asset;
-use partition::{Effort, Graph, Options, Partition, partition, read_metis};
+use partition::{Effort, Graph, Options, Partition, PartitionStage, partition, read_metis};
 use serde_json::json;
 
 use crate::{
@@ -25,7 +24,7 @@ pub(crate) fn run(arguments: &args::Partition) -> Result<Answer> {
         files::check_apart(output, &arguments.input, "the input itself")?;
         files::check_free(output, arguments.force)?;
     }
-    let progress = Progress::new();
+    let progress = Arc::new(Progress::new());
     progress.begin("reading", "reading");
     let input = read(&arguments.input)?;
     progress.begin("partition", "dividing");
@@ -41,8 +40,11 @@ pub(crate) fn run(arguments: &args::Partition) -> Result<Answer> {
         },
         ..Options::default()
     };
-    let result = partition(&input.graph, &options, &Job::new(arguments.threads.count()))
-        .with_context(|| arguments.input.display().to_string())?;
+    let job = progress
+        .job(arguments.threads.count())
+        .within(PartitionStage::Refinement);
+    let result =
+        partition(&input.graph, &options, &job).with_context(|| arguments.input.display().to_string())?;
     progress.begin("writing", "writing");
     write(arguments, &input, &result)?;
     let seconds = progress.finish();
