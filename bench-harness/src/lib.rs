@@ -1,11 +1,14 @@
-//! What every comparison and benchmark shares: the inputs, and one judge for all solvers.
+//! The benchmarks, and the peers that ours is held against on the same inputs in one run.
 //!
-//! Inputs are files ([`mesh_files`], [`graph_files`]) or made-up surfaces of a wished size ([`surface`]). A graph is either read
-//! ([`read_graph`]) or made of the edges of a mesh ([`edge_graph`]). Peers in other languages read a problem from files
-//! ([`write_matrices`]); [`faer_lanczos`] is the peer in Rust. [`worst_residual`] judges eigenpairs, whoever computed them.
+//! Each comparison has a folder of its own, with its inputs, its runs and its page in `results/`: [`eigen`], [`partition`], [`quality`],
+//! [`registration`]. Each is a struct of options, which `cargo xtask bench` parses, with a method `run`. Peers in other languages are in `peers/`, each in a process of its
+//! own; what they finished is kept in `.cache/bench`. `benches/` measures the steps of ours alone, with criterion.
+//!
+//! Seconds are CPU seconds, user and system time of all threads, unless wall time is said; inputs are the files of a folder, or made-up surfaces
+//! of a wished size ([`surface`]). [`worst_residual`](eigen::worst_residual) judges eigenpairs, whoever computed them:
 //!
 //! ```
-//! use bench_harness::{edge_graph, surface, worst_residual};
+//! use bench_harness::{edge_graph, eigen::worst_residual, surface};
 //! use mhb_core::{Laplacian, Spectrum, SpectrumOptions};
 //!
 //! let mesh = surface(600);
@@ -21,18 +24,12 @@
 
 pub mod eigen;
 mod kept;
-mod lanczos;
-mod matrices;
 mod measure;
 pub mod partition;
 mod peers;
 pub mod quality;
 pub mod registration;
-mod residual;
 mod results;
 mod selection;
 
-pub use evaluation::inputs::{edge_graph, graph_files, mesh_files, name_of, read_graph, surface};
-pub use lanczos::{Pairs, faer_lanczos};
-pub use matrices::{fingerprint, read_matrices, write_matrices};
-pub use residual::worst_residual;
+pub use evaluation::inputs::{edge_graph, surface};

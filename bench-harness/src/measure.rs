@@ -12,6 +12,16 @@ pub(crate) struct Cost {
     pub(crate) wall: f64,
 }
 
+impl Cost {
+    /// The medians of either time.
+    pub(crate) fn median(rounds: &[Self]) -> Self {
+        Self {
+            cpu: median(rounds.iter().map(|cost| cost.cpu)),
+            wall: median(rounds.iter().map(|cost| cost.wall)),
+        }
+    }
+}
+
 /// Runs `work`, which must be all that this process does meanwhile.
 pub(crate) fn timed<T>(work: impl FnOnce() -> T) -> (T, Cost) {
     let (cpu, wall) = (ProcessTime::now(), Instant::now());

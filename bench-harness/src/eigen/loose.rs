@@ -3,12 +3,13 @@
 use std::path::Path;
 
 use anyhow::Result;
+use evaluation::table::Table;
 
 use super::{
-    problem::{self, Problem},
-    solvers::{Case, Outcome, ours},
+    ours::ours,
+    problem::{self, EigenProblem},
+    task::{EigenTask, SolveOutcome},
 };
-use evaluation::table::Table;
 
 /// Pairs in the published table.
 const COUNT: usize = 100;
@@ -62,15 +63,15 @@ pub(crate) fn table(meshes: &Path, folder: &Path) -> Result<Table> {
                 continue;
             }
         };
-        let problem = Problem::whole_file(&file, folder)?;
+        let problem = EigenProblem::whole_file(&file, folder)?;
         for tolerance in TOLERANCES {
-            let case = Case {
+            let task = EigenTask {
                 count: COUNT,
                 tolerance,
             };
-            let outcome = ours(&problem.laplacian, case, 1)?;
+            let outcome = ours(&problem.laplacian, task, 1)?;
             println!("{name}: {COUNT} pairs, {tolerance:e}: {outcome}");
-            let Outcome::Done { cpu, residual, .. } = outcome else {
+            let SolveOutcome::Done { cpu, residual, .. } = outcome else {
                 continue;
             };
             table.row([

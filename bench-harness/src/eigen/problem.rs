@@ -2,7 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::{fingerprint, write_matrices};
 use anyhow::{Context, Result, bail};
 use evaluation::inputs::{mesh_files, name_of};
 use job::Job;
@@ -11,14 +10,17 @@ use mesh_io::Asset;
 use mhb_core::Laplacian;
 use sigmark::mark::{LARGEST_PATCH, PatchCount, Patches};
 
+use super::matrices::{fingerprint, write_matrices};
+use crate::selection::named;
+
 /// A surface whose matrices lie in a folder.
-pub(crate) struct Problem {
+pub(crate) struct EigenProblem {
     pub(crate) name: String,
     pub(crate) laplacian: Laplacian,
     pub(crate) matrices: PathBuf,
 }
 
-impl Problem {
+impl EigenProblem {
     /// Writes the matrices into a folder of their own within `folder`. Finished cells lie beside them, and so belong to them alone.
     pub(crate) fn new(name: &str, mesh: &TriMesh, folder: &Path) -> Result<Self> {
         let laplacian = Laplacian::cotangent(mesh)?;
@@ -69,7 +71,8 @@ pub(crate) fn cut(mesh: &TriMesh, count: PatchCount) -> Result<Vec<TriMesh>> {
 
 /// The mesh file in `folder` that has this name.
 pub(crate) fn file(folder: &Path, name: &str) -> Result<PathBuf> {
-    let found = mesh_files(folder)?.into_iter().find(|path| name_of(path) == name);
+    let files = mesh_files(folder)?;
+    let found = named(&files, name).cloned();
     found.with_context(|| format!("{}: no mesh file {name} there", folder.display()))
 }
 

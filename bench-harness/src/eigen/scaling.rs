@@ -3,15 +3,16 @@
 use std::path::Path;
 
 use anyhow::Result;
+use evaluation::table::Table;
 use mesh_io::Asset;
 use mhb_core::Laplacian;
 use sigmark::PatchCount;
 
 use super::{
-    problem::{self, HARMONICS, Problem},
-    solvers::{Case, Outcome, ours, ours_alone},
+    ours::{ours, ours_alone},
+    problem::{self, EigenProblem, HARMONICS},
+    task::{EigenTask, SolveOutcome},
 };
-use evaluation::table::Table;
 
 const TOLERANCE: f64 = 1e-6;
 
@@ -28,7 +29,7 @@ pub(crate) fn tables(meshes: &Path, name: &str, patches: usize, folder: &Path) -
     let asset = Asset::open(problem::file(meshes, name)?)?;
     let patches = problem::cut(asset.mesh(), PatchCount::Exactly(patches))?;
     drop(asset);
-    let largest = Problem::new(&format!("{name}_patch"), &patches[0], folder)?;
+    let largest = EigenProblem::new(&format!("{name}_patch"), &patches[0], folder)?;
     Ok([against_patches(name, &patches)?, against_pairs(name, &largest)?])
 }
 
@@ -44,15 +45,15 @@ fn against_patches(name: &str, patches: &[mesh::TriMesh]) -> Result<Table> {
     ];
     let title = format!("Against the number of patches: {name}, {HARMONICS} pairs a patch, {TOLERANCE:e}");
     let mut table = Table::new(&title, &header);
-    let case = Case {
+    let task = EigenTask {
         count: HARMONICS,
         tolerance: TOLERANCE,
     };
     let (mut vertices, mut cpu, mut worst) = (0, 0.0, 0.0f64);
     for (index, patch) in patches.iter().enumerate() {
-        let outcome = ours(&Laplacian::cotangent(patch)?, case, 1)?;
+        let outcome = ours(&Laplacian::cotangent(patch)?, task, 1)?;
         println!("{name}, patch {}: {outcome}", index + 1);
-        if let Outcome::Done {
+        if let SolveOutcome::Done {
             cpu: own, residual, ..
         } = outcome
         {
@@ -76,7 +77,7 @@ fn against_patches(name: &str, patches: &[mesh::TriMesh]) -> Result<Table> {
 }
 
 /// Each count in a process of its own, whose memory the system counts.
-fn against_pairs(name: &str, largest: &Problem) -> Result<Table> {
+fn against_pairs(name: &str, largest: &EigenProblem) -> Result<Table> {
     let header = [
         "pairs",
         "CPU (s)",
@@ -92,13 +93,13 @@ fn against_pairs(name: &str, largest: &Problem) -> Result<Table> {
     );
     let mut table = Table::new(&title, &header);
     for count in COUNTS.into_iter().filter(|&count| 4 * count <= largest.size()) {
-        let case = Case {
+        let task = EigenTask {
             count,
             tolerance: TOLERANCE,
         };
-        let (outcome, peak) = ours_alone(largest, case)?;
+        let (outcome, peak) = ours_alone(largest, task)?;
         println!("{}: {count} pairs: {outcome}", largest.name);
-        let Outcome::Done { cpu, wall, residual } = outcome else {
+        let SolveOutcome::Done { cpu, wall, residual } = outcome else {
             continue;
         };
         let basis = (count * largest.size() * size_of::<f64>()) as f64;

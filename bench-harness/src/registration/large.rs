@@ -4,8 +4,8 @@ use std::{path::PathBuf, thread};
 
 use anyhow::Result;
 use evaluation::{
+    attacks::{Attack, random_similarity},
     machine::{forget_peak_memory, peak_memory},
-    meshes::random_similarity,
     python::Python,
     table::Table,
 };
@@ -14,21 +14,13 @@ use mesh::{TriMesh, shapes};
 use mesh_io::Asset;
 use registration::{AlignOptions, ResampleOptions, align, resample};
 
-use super::{
-    suspects::attacked,
-    trial::{POSE_ATTACKS, PoseAttack},
-};
+use super::{suspects::attacked, trial};
 use crate::{measure::timed, selection};
 
 const MESH: &str = "ct_skull_1081k_closed";
 
-const SUSPECTS: [&str; 5] = [
-    "none",
-    "crop to 50 %",
-    "noise 0.5 %",
-    "simplification to 5 %",
-    "isotropic re-meshing",
-];
+/// Of the attacks, those that say something about time.
+const SUSPECTS: [&str; 5] = ["crop:100", "crop:50", "noise:0.5", "simplify:5", "remesh:100"];
 
 /// A table, and what it says; nothing where the mesh is not there.
 pub(crate) fn run(files: &[PathBuf], attacks: &Python) -> Result<String> {
@@ -48,9 +40,9 @@ pub(crate) fn run(files: &[PathBuf], attacks: &Python) -> Result<String> {
             "peak memory (MiB)",
         ],
     );
-    for attack in POSE_ATTACKS
+    for attack in trial::attacks()
         .iter()
-        .filter(|attack| SUSPECTS.contains(&attack.name))
+        .filter(|attack| SUSPECTS.contains(&attack.spec.as_str()))
     {
         table.row(row(&original, attack, attacks, threads)?);
     }
@@ -62,8 +54,8 @@ pub(crate) fn run(files: &[PathBuf], attacks: &Python) -> Result<String> {
     ))
 }
 
-fn row(original: &TriMesh, attack: &PoseAttack, attacks: &Python, threads: usize) -> Result<[String; 6]> {
-    let suspect = attacked(attacks, original, MESH, attack.spec, 0)?;
+fn row(original: &TriMesh, attack: &Attack, attacks: &Python, threads: usize) -> Result<[String; 6]> {
+    let suspect = attacked(attacks, original, MESH, &attack.spec, 0)?;
     let suspect = shapes::moved(&suspect, &random_similarity(original, 1));
     forget_peak_memory();
     let (found, aligning) = timed(|| align(original, &suspect, &AlignOptions::default(), &Job::new(threads)));
@@ -75,7 +67,7 @@ fn row(original: &TriMesh, attack: &PoseAttack, attacks: &Python, threads: usize
     seen?;
     let memory = peak_memory().map_or_else(String::new, |bytes| (bytes >> 20).to_string());
     Ok([
-        attack.name.to_string(),
+        attack.name.clone(),
         suspect.vertex_count().to_string(),
         format!("{:.1}", aligning.wall),
         format!("{:.1}", resampling.wall),

@@ -17,10 +17,11 @@ mod trial;
 use std::{
     fs,
     path::{Path, PathBuf},
-    time::{Duration, Instant},
+    time::Instant,
 };
 
 use anyhow::{Context, Result, bail};
+use clap::Args;
 use evaluation::{
     inputs::{mesh_files, name_of},
     python::Python,
@@ -31,22 +32,30 @@ use mesh_io::Asset;
 use self::{runs::MeshRuns, trial::PoseTrial};
 use crate::{kept, selection::is_chosen};
 
-/// What to measure.
+/// What to measure, and on what.
+#[derive(Args)]
 pub struct RegistrationBench {
-    /// Folder with mesh files.
+    /// Mesh files
+    #[arg(long, value_name = "DIR")]
     pub meshes: PathBuf,
-    /// Beginnings of the names of those that are taken; all if empty.
+    /// Only files whose name begins so; may be given again
+    #[arg(long, value_name = "NAME")]
     pub only: Vec<String>,
-    /// Beginnings of the names of trials; all if empty.
-    pub attacks: Vec<String>,
-    /// Random poses of each mesh after each attack.
+    /// Only attacks whose name begins so; may be given again
+    #[arg(long, value_name = "NAME")]
+    pub attack: Vec<String>,
+    /// Random poses of each mesh after each attack
+    #[arg(long, value_name = "N", default_value_t = 20)]
     pub draws: u64,
-    /// Larger meshes are passed over.
+    /// Meshes with more vertices are passed over
+    #[arg(long, value_name = "N", default_value_t = usize::MAX, hide_default_value = true)]
     pub most_vertices: usize,
-    /// Whether peers are timed, and a million vertices.
-    pub with_peers: bool,
-    /// No draw begins later after the start.
-    pub time: Option<Duration>,
+    /// Begin no draw after so many minutes, and write what there is; 0: what is finished
+    #[arg(long, value_name = "MINUTES")]
+    pub minutes: Option<f64>,
+    /// Leave out the peers, and the times of a million vertices
+    #[arg(long)]
+    pub no_peers: bool,
 }
 
 impl RegistrationBench {
@@ -57,11 +66,15 @@ impl RegistrationBench {
     pub fn run(&self) -> Result<()> {
         let attacks = Python::prepare()?;
         let begin = Instant::now();
-        let code = digest_of_code()?;
+        let may_begin = || {
+            self.minutes
+                .is_none_or(|minutes| begin.elapsed().as_secs_f64() < 60.0 * minutes)
+        };
+        let code = sources::digest_of_all_but(&NO_PART_IN_DRAWS)?;
         let folder = kept::folder(&format!("registration/{code}"))?;
         let files = by_size(mesh_files(&self.meshes)?)?;
         let trials: Vec<PoseTrial> = PoseTrial::all()
-            .filter(|trial| is_chosen(trial.name(), &self.attacks))
+            .filter(|trial| is_chosen(trial.name(), &self.attack))
             .collect();
         let mut draws = Vec::new();
         for (i, path) in files.iter().enumerate() {
@@ -80,29 +93,34 @@ impl RegistrationBench {
                 attacks: &attacks,
                 folder: folder.clone(),
                 prepared: None,
-                may_begin: &|| self.time.is_none_or(|time| begin.elapsed() < time),
+                may_begin: &may_begin,
             };
             draws.extend(runs.all(&trials, self.draws)?);
         }
         if draws.is_empty() {
             bail!("{}: no draws of meshes of such names", self.meshes.display());
         }
-        let peers = if self.with_peers {
-            large::run(&files, &attacks)? + &peers::run(&files, &attacks)?
-        } else {
+        let peers = if self.no_peers {
             String::new()
+        } else {
+            large::run(&files, &attacks)? + &peers::run(&files, &attacks)?
         };
         page::write(&draws, &attacks, &peers, &code)
     }
 }
 
-/// The digest of what finished draws depend on.
-fn digest_of_code() -> Result<String> {
-    sources::digest_of(
-        &["mesh", "partition", "mhb-core", "registration", "sigmark"],
-        &["bench-harness/src/registration/runs.rs"],
-    )
-}
+/// What has no part in a draw. All else of the sources has, so that nothing is forgotten that comes.
+const NO_PART_IN_DRAWS: [&str; 9] = [
+    "crates/baselines",
+    "crates/cli",
+    "bench-harness/src/eigen",
+    "bench-harness/src/partition",
+    "bench-harness/src/quality",
+    "bench-harness/src/registration/large.rs",
+    "bench-harness/src/registration/page.rs",
+    "bench-harness/src/registration/peers.rs",
+    "bench-harness/src/registration/tables.rs",
+];
 
 /// The smallest file first.
 fn by_size(files: Vec<PathBuf>) -> Result<Vec<PathBuf>> {

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
-use evaluation::{meshes::random_similarity, python::Python};
+use evaluation::{attacks::random_similarity, python::Python};
 use job::Job;
 use mesh::{Similarity, TriMesh, shapes};
 use mesh_io::Asset;
@@ -114,7 +114,7 @@ impl MeshRuns<'_> {
                 let marked_name = format!("{}-marked", self.name);
                 let attacks = self.attacks;
                 let marked = self.prepared()?.marked.mesh();
-                let suspect = attacked(attacks, marked, &marked_name, attack.spec, seed)?;
+                let suspect = attacked(attacks, marked, &marked_name, &attack.spec, seed)?;
                 (format!("{}-{seed}", attack.spec), suspect)
             }
             None => (String::new(), Asset::open(self.stranger)?.mesh().clone()),
@@ -153,7 +153,7 @@ impl MeshRuns<'_> {
         let Some((attack, seed)) = trial.attack(number).filter(|_| trial.is_exact()) else {
             return Ok(None);
         };
-        let suspect = attacked(self.attacks, self.original, &self.name, attack.spec, seed)?;
+        let suspect = attacked(self.attacks, self.original, &self.name, &attack.spec, seed)?;
         let there = shapes::moved(&suspect, moved);
         let found = self.prepared()?.aligner.align(&there, &Job::default())?;
         Ok(Some(self.error(&suspect, &moved.then(&found.transform))))

@@ -1,36 +1,11 @@
 //! What is tried on every mesh: the kinds of suspects, which are the rows of the tables.
 
-/// What happens to a suspect before it is moved.
-pub(crate) struct PoseAttack {
-    pub(crate) name: &'static str,
-    /// As `attacks/attack.py` has it.
-    pub(crate) spec: &'static str,
-    /// Whether the seed makes a difference.
-    random: bool,
-    /// Whether what is left of the surface lies exactly on the original's, but for the mark.
-    exact: bool,
-}
+use evaluation::attacks::{self, Attack, Survivor};
 
-const fn attack(name: &'static str, spec: &'static str, random: bool, exact: bool) -> PoseAttack {
-    PoseAttack {
-        name,
-        spec,
-        random,
-        exact,
-    }
+/// The attacks of this benchmark, from the one list of attacks.
+pub(crate) fn attacks() -> &'static [Attack] {
+    &attacks::tables().registration
 }
-
-pub(crate) const POSE_ATTACKS: [PoseAttack; 8] = [
-    // Keeping all is the crop that changes nothing.
-    attack("none", "crop:100", false, true),
-    attack("crop to 50 %", "crop:50", true, true),
-    attack("crop to 25 %", "crop:25", true, true),
-    attack("noise 0.5 %", "noise:0.5", true, false),
-    attack("simplification to 5 %", "simplify:5", false, false),
-    attack("isotropic re-meshing", "remesh:100", false, false),
-    attack("Laplacian x5", "laplacian:5", false, false),
-    attack("Loop", "loop:1", false, false),
-];
 
 /// Of attacks that are random, so many seeds are used in turn.
 pub(crate) const VARIANTS: u64 = 4;
@@ -41,7 +16,7 @@ const DRAWS_A_STRANGER: u64 = 5;
 /// A kind of suspect.
 #[derive(Clone, Copy)]
 pub(crate) enum PoseTrial {
-    Attacked(&'static PoseAttack),
+    Attacked(&'static Attack),
     /// The mirror image, of each attack in turn.
     Mirrored,
     /// Another model.
@@ -51,13 +26,13 @@ pub(crate) enum PoseTrial {
 impl PoseTrial {
     /// All of them, in the order of the tables.
     pub(crate) fn all() -> impl Iterator<Item = Self> {
-        let attacked = POSE_ATTACKS.iter().map(Self::Attacked);
+        let attacked = attacks().iter().map(Self::Attacked);
         attacked.chain([Self::Mirrored, Self::Stranger])
     }
 
     pub(crate) fn name(self) -> &'static str {
         match self {
-            Self::Attacked(attack) => attack.name,
+            Self::Attacked(attack) => &attack.name,
             Self::Mirrored => "mirrored",
             Self::Stranger => "another model",
         }
@@ -65,7 +40,7 @@ impl PoseTrial {
 
     /// Whether unmarked suspects lie exactly on the original.
     pub(crate) fn is_exact(self) -> bool {
-        matches!(self, Self::Attacked(attack) if attack.exact)
+        matches!(self, Self::Attacked(attack) if attack.keeps(Survivor::Surface))
     }
 
     pub(crate) fn is_mirrored(self) -> bool {
@@ -77,13 +52,13 @@ impl PoseTrial {
     }
 
     /// The attack of a draw, and its seed; none for strangers.
-    pub(crate) fn attack(self, draw: u64) -> Option<(&'static PoseAttack, u64)> {
+    pub(crate) fn attack(self, draw: u64) -> Option<(&'static Attack, u64)> {
         let (attack, turn) = match self {
             Self::Attacked(attack) => (attack, draw),
-            Self::Mirrored => (&POSE_ATTACKS[draw as usize % POSE_ATTACKS.len()], 0),
+            Self::Mirrored => (&attacks()[draw as usize % attacks().len()], 0),
             Self::Stranger => return None,
         };
-        Some((attack, if attack.random { turn % VARIANTS } else { 0 }))
+        Some((attack, if attack.is_random() { turn % VARIANTS } else { 0 }))
     }
 
     /// How many draws there are of it for so many of each attack.

@@ -1,3 +1,5 @@
+//! Matrices as files, for programs in other languages; and what tells them apart.
+
 use std::{
     fs,
     hash::{DefaultHasher, Hash, Hasher},
@@ -8,12 +10,11 @@ use anyhow::{Context, Result, ensure};
 use mhb_core::Laplacian;
 use sprs::CsMat;
 
+use crate::results;
+
 /// Writes S as compressed rows, `offsets.u64`, `columns.u64`, `values.f64`, and the diagonal of D, `mass.f64`, into a folder:
 /// little-endian, without headers, for programs in other languages.
-///
-/// # Errors
-/// When a file can't be written.
-pub fn write_matrices(folder: &Path, laplacian: &Laplacian) -> Result<()> {
+pub(crate) fn write_matrices(folder: &Path, laplacian: &Laplacian) -> Result<()> {
     let stiffness = laplacian.stiffness();
     let integers = |numbers: &[usize]| numbers.iter().flat_map(|&i| (i as u64).to_le_bytes()).collect();
     let reals = |numbers: &[f64]| numbers.iter().flat_map(|x| x.to_le_bytes()).collect();
@@ -25,17 +26,13 @@ pub fn write_matrices(folder: &Path, laplacian: &Laplacian) -> Result<()> {
     ];
     fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     for (name, bytes) in files {
-        let path = folder.join(name);
-        fs::write(&path, bytes).with_context(|| path.display().to_string())?;
+        results::write(&folder.join(name), bytes)?;
     }
     Ok(())
 }
 
 /// Reads what [`write_matrices`] wrote.
-///
-/// # Errors
-/// When a file can't be read, or they are no stiffness and mass.
-pub fn read_matrices(folder: &Path) -> Result<Laplacian> {
+pub(crate) fn read_matrices(folder: &Path) -> Result<Laplacian> {
     let words = |name: &str| {
         let path = folder.join(name);
         let bytes = fs::read(&path).with_context(|| path.display().to_string())?;
@@ -65,7 +62,7 @@ pub fn read_matrices(folder: &Path) -> Result<Laplacian> {
 }
 
 /// A number that tells matrices apart, so that figures of one problem are not taken for those of another.
-pub fn fingerprint(laplacian: &Laplacian) -> u64 {
+pub(crate) fn fingerprint(laplacian: &Laplacian) -> u64 {
     let mut hasher = DefaultHasher::new();
     laplacian.stiffness().indices().hash(&mut hasher);
     let reals = laplacian.stiffness().data().iter().chain(laplacian.mass());

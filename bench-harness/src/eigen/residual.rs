@@ -1,3 +1,5 @@
+//! The judge of eigenpairs, whoever computed them.
+
 use mhb_core::Laplacian;
 use rayon::prelude::*;
 

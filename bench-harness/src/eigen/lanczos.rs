@@ -1,3 +1,5 @@
+//! The peer in Rust: faer's own partial eigensolver.
+
 use anyhow::{Result, ensure};
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::matrix_free::LinOp;
@@ -14,20 +16,17 @@ use mhb_core::Laplacian;
 const SHIFT: f64 = -0.01;
 
 /// Eigenvalues, ascending, and eigenfunctions of unit D-norm as columns.
-pub struct Pairs {
+pub(crate) struct LanczosPairs {
     /// λ, `count` of them.
-    pub eigenvalues: Vec<f64>,
+    pub(crate) eigenvalues: Vec<f64>,
     /// #V by `count`.
-    pub eigenfunctions: Mat<f64>,
+    pub(crate) eigenfunctions: Mat<f64>,
 }
 
 /// The lowest pairs of S h = λ D h by faer's own partial eigensolver, a Lanczos method with thick restarts, on
 /// (A − σ I)⁻¹ with A = D^-½ S D^-½ and faer's own Cholesky factor; on one thread. A last solve makes residuals of A as small as those of its
-/// inverse.
-///
-/// # Errors
-/// When the factorisation fails, or not all pairs converge within faer's default number of restarts.
-pub fn faer_lanczos(laplacian: &Laplacian, count: usize, tolerance: f64) -> Result<Pairs> {
+/// inverse. Fails when not all pairs converge within faer's default number of restarts.
+pub(crate) fn faer_lanczos(laplacian: &Laplacian, count: usize, tolerance: f64) -> Result<LanczosPairs> {
     let mass = laplacian.mass();
     let (n, area) = (mass.len(), mass.iter().sum::<f64>());
     let root: Vec<f64> = mass.iter().map(|m| (m / area).sqrt()).collect();
@@ -60,7 +59,7 @@ pub fn faer_lanczos(laplacian: &Laplacian, count: usize, tolerance: f64) -> Resu
     }
     // Largest θ first are smallest λ first.
     let eigenvalues = theta.iter().map(|t| (SHIFT + 1.0 / t) / area).collect();
-    Ok(Pairs {
+    Ok(LanczosPairs {
         eigenvalues,
         eigenfunctions: vectors,
     })
@@ -121,7 +120,7 @@ impl LinOp<f64> for Inverse {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{surface, worst_residual};
+    use crate::{eigen::worst_residual, surface};
     use mhb_core::{Spectrum, SpectrumOptions};
 
     #[test]

@@ -1,0 +1,168 @@
+//! Distances between surfaces (eq. 21) by ours and by MeshLab's filter.
+
+use std::ffi::OsString;
+
+use anyhow::{Context, Result};
+use evaluation::{python::Python, table::Table};
+use job::Job;
+use quality::{DistanceOptions, SurfaceDistance, surface_distance};
+use serde::{Deserialize, Serialize};
+
+use super::inputs::SharedMesh;
+use crate::{
+    kept,
+    measure::{greatest, median, timed},
+};
+
+/// One pair of meshes, measured by both.
+pub(crate) struct ComparedDistance {
+    name: String,
+    pub(crate) ours: SurfaceDistance,
+    diagonal: f64,
+    cpu: f64,
+    pub(crate) theirs: Option<FilterReport>,
+}
+
+/// What the filter says, as `peers/quality.py` prints it.
+#[derive(Serialize, Deserialize)]
+pub(crate) struct FilterReport {
+    rms: f64,
+    mean: f64,
+    max: f64,
+    samples: f64,
+    cpu: f64,
+}
+
+impl ComparedDistance {
+    /// From the distorted mesh to the original; times are medians over the rounds.
+    pub(crate) fn of(
+        distorted: &SharedMesh,
+        original: &SharedMesh,
+        python: Option<&Python>,
+        rounds: usize,
+    ) -> Result<Self> {
+        let (options, job) = (DistanceOptions::default(), Job::default());
+        let measure = || surface_distance(&distorted.mesh, &original.mesh, &options, &job);
+        let (ours, first) = timed(measure);
+        let more = (1..rounds).map(|_| timed(measure).1);
+        let ours = ours?;
+        Ok(Self {
+            name: distorted.name.clone(),
+            diagonal: original.mesh.bounding_box().diagonal(),
+            cpu: median([first].into_iter().chain(more).map(|cost| cost.cpu)),
+            theirs: python
+                .map(|python| filter(python, distorted, original, &ours, rounds))
+                .transpose()?,
+            ours,
+        })
+    }
+
+    /// Our CPU time over theirs.
+    pub(crate) fn ratio(&self) -> Option<f64> {
+        self.theirs.as_ref().map(|theirs| self.cpu / theirs.cpu)
+    }
+
+    /// The largest relative difference between theirs and ours.
+    pub(crate) fn difference(&self) -> Option<f64> {
+        let (theirs, ours) = (self.theirs.as_ref()?, &self.ours);
+        let figures = [
+            (theirs.rms, ours.rmse),
+            (theirs.mean, ours.mean),
+            (theirs.max, ours.maximum),
+        ];
+        Some(greatest(
+            figures.map(|(theirs, ours)| (theirs / ours - 1.0).abs()),
+        ))
+    }
+
+    /// A line of progress.
+    pub(crate) fn words(&self) -> String {
+        let cent = |length: f64| 100.0 * length / self.diagonal;
+        let theirs = self.theirs.as_ref();
+        let theirs = theirs.map(|t| format!("; MeshLab {:.5} %, CPU {:.2} s", cent(t.rms), t.cpu));
+        format!(
+            "{}: d_rmse {:.5} %, CPU {:.2} s{}",
+            self.name,
+            cent(self.ours.rmse),
+            self.cpu,
+            theirs.unwrap_or_default(),
+        )
+    }
+}
+
+/// MeshLab's filter with as many samples as the interval asks for: area / interval². Medians over the rounds.
+fn filter(
+    python: &Python,
+    from: &SharedMesh,
+    to: &SharedMesh,
+    ours: &SurfaceDistance,
+    rounds: usize,
+) -> Result<FilterReport> {
+    let samples = (ours.area / ours.interval.powi(2)).round();
+    let round = |round: usize| {
+        kept::figures(&from.folder, &format!("hausdorff-{round}"), || {
+            let arguments: [OsString; 4] = [
+                "hausdorff".into(),
+                from.folder.clone().into(),
+                to.folder.clone().into(),
+                samples.to_string().into(),
+            ];
+            let report = python.run("quality.py", arguments)?;
+            serde_json::from_str(&report).context("the report of quality.py")
+        })
+    };
+    let reports: Vec<FilterReport> = (0..rounds).map(round).collect::<Result<_>>()?;
+    let figure = |of: fn(&FilterReport) -> f64| median(reports.iter().map(of));
+    Ok(FilterReport {
+        rms: figure(|report| report.rms),
+        mean: figure(|report| report.mean),
+        max: figure(|report| report.max),
+        samples: figure(|report| report.samples),
+        cpu: figure(|report| report.cpu),
+    })
+}
+
+/// Two lines a pair: ours, and MeshLab's.
+pub(crate) fn table(pairs: &[ComparedDistance]) -> Table {
+    let header = [
+        "pair",
+        "who",
+        "samples",
+        "d_rmse (%)",
+        "mean (%)",
+        "Hausdorff, forward (%)",
+        "largest difference (%)",
+        "CPU (s)",
+        "CPU / theirs",
+    ];
+    let mut table = Table::new("Distances", &header);
+    for pair in pairs {
+        let cent = |length: f64| format!("{:.6}", 100.0 * length / pair.diagonal);
+        let shown = |figure: Option<f64>| figure.map_or_else(String::new, |x| format!("{x:.3}"));
+        let ours = &pair.ours;
+        table.row([
+            pair.name.clone(),
+            "ours".into(),
+            ours.samples.to_string(),
+            cent(ours.rmse),
+            cent(ours.mean),
+            cent(ours.maximum),
+            String::new(),
+            format!("{:.2}", pair.cpu),
+            shown(pair.ratio()),
+        ]);
+        let Some(theirs) = &pair.theirs else { continue };
+        table.row([
+            pair.name.clone(),
+            "MeshLab".into(),
+            theirs.samples.to_string(),
+            cent(theirs.rms),
+            cent(theirs.mean),
+            cent(theirs.max),
+            shown(pair.difference().map(|difference| 100.0 * difference)),
+            format!("{:.2}", theirs.cpu),
+            String::new(),
+        ]);
+    }
+    table
+}

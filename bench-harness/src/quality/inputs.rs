@@ -1,0 +1,50 @@
+//! The meshes that are measured, where the peers read them.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
+
+use anyhow::{Context, Result};
+use mesh::{TriMesh, shapes};
+
+use crate::results;
+
+/// A mesh that lies in a folder for the peers, too: `positions.f64`, `triangles.u32`, little-endian, without headers.
+pub(crate) struct SharedMesh {
+    /// As it stands in the tables.
+    pub(crate) name: String,
+    pub(crate) mesh: TriMesh,
+    pub(crate) folder: PathBuf,
+}
+
+/// How the distorted meshes are made, by name.
+type Distortion = (&'static str, fn(&TriMesh) -> TriMesh);
+
+const DISTORTIONS: [Distortion; 2] = [
+    // A mark's size: waves of up to 0.1 % of the model.
+    ("waves", |mesh| shapes::bumped(mesh, 1e-3, 1)),
+    ("noise", |mesh| shapes::jittered(mesh, 0.3, 1)),
+];
+
+impl SharedMesh {
+    /// Writes the mesh into a folder of its own within `parent`.
+    pub(crate) fn new(name: String, mesh: TriMesh, parent: &Path) -> Result<Self> {
+        let folder = parent.join(name.replace(", ", "-"));
+        fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
+        let positions = mesh.positions().as_flattened().iter();
+        let positions: Vec<u8> = positions.flat_map(|x| x.to_le_bytes()).collect();
+        let triangles = mesh.triangles().as_flattened().iter();
+        let triangles: Vec<u8> = triangles.flat_map(|v| v.to_le_bytes()).collect();
+        results::write(&folder.join("positions.f64"), positions)?;
+        results::write(&folder.join("triangles.u32"), triangles)?;
+        Ok(Self { name, mesh, folder })
+    }
+
+    /// The distorted copies.
+    pub(crate) fn distorted(&self, parent: &Path) -> impl Iterator<Item = Result<Self>> {
+        DISTORTIONS.iter().map(move |(kind, distort)| {
+            Self::new(format!("{}, {kind}", self.name), distort(&self.mesh), parent)
+        })
+    }
+}
