@@ -3,7 +3,7 @@
 use std::{borrow::Cow, fs, path::Path, time::Instant};
 
 use anyhow::{Context, Result, ensure};
-use baselines::{Reading, Reference};
+use baselines::{DetectorId, Reference};
 use mesh::{Similarity, TriMesh, shapes};
 use mesh_io::{Asset, Format, Precision, write_mesh};
 use quality::picture::{Paint, Picture, linear};
@@ -134,15 +134,15 @@ impl<'a> Study<'a> {
         let found = finder.find(&suspect.mesh)?;
         let read = found.read(prepared, alpha, &found.alignment.transform)?;
         // The true pose explains what was lost.
-        let all = read.readings[0].bits.hard() == self.signature(number).bits();
+        let all = read.readings[0].1.hard() == self.signature(number).bits();
         let in_true_pose = suspect
             .pose
             .filter(|_| !all)
             .map(|pose| found.read(prepared, alpha, &pose.inverse()))
             .transpose()?;
-        let rated = read.readings.iter().enumerate().map(|(i, reading)| {
-            let in_true_pose = in_true_pose.as_ref().map(|read| &read.readings[i]);
-            self.rated(number, reading, in_true_pose)
+        let rated = read.readings.iter().enumerate().map(|(i, (detector, bits))| {
+            let in_true_pose = in_true_pose.as_ref().map(|read| read.readings[i].1.hard());
+            self.rated(number, detector, &bits.hard(), in_true_pose.as_deref())
         });
         Ok(Cell {
             readings: rated.collect::<Result<_>>()?,
@@ -159,25 +159,31 @@ impl<'a> Study<'a> {
         })
     }
 
-    fn rated(&self, number: usize, reading: &Reading, in_true_pose: Option<&Reading>) -> Result<Rated> {
+    fn rated(
+        &self,
+        number: usize,
+        detector: &DetectorId,
+        bits: &[bool],
+        in_true_pose: Option<&[bool]>,
+    ) -> Result<Rated> {
         let signed = &self.setup().signatures[number];
-        let (expected, bits) = (signed.signature.bits(), reading.bits.hard());
+        let expected = signed.signature.bits();
         ensure!(
             bits.len() == expected.len(),
             "{} read {} bits of {}",
-            reading.detector.name(),
+            detector.name(),
             bits.len(),
             expected.len()
         );
         let strangers = self.setup().strangers.iter();
-        let read = Signature::from_bits(SCHEME, &bits)?;
+        let read = Signature::from_bits(SCHEME, bits)?;
         let verified = self.setup().public_key.verify(signed.message.as_bytes(), &read);
         Ok(Rated {
-            detector: reading.detector.clone(),
-            rate: extraction_rate(&expected, &bits),
-            rate_in_true_pose: in_true_pose.map(|reading| extraction_rate(&expected, &reading.bits.hard())),
+            detector: detector.clone(),
+            rate: extraction_rate(&expected, bits),
+            rate_in_true_pose: in_true_pose.map(|bits| extraction_rate(&expected, bits)),
             strangers: strangers
-                .map(|stranger| extraction_rate(&stranger.bits(), &bits))
+                .map(|stranger| extraction_rate(&stranger.bits(), bits))
                 .collect(),
             verified: verified.is_ok(),
         })
