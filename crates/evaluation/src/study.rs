@@ -509,20 +509,15 @@ impl<'a> Study<'a> {
         let reading = found.read(prepared, alpha, &found.alignment.transform)?;
         // The true pose explains what was lost.
         let expected = self.bits(number);
-        let all = reading.readings[0].bits.hard() == expected;
+        let all = reading.readings[0].1.hard() == expected;
         let in_true_pose = suspect
             .pose
             .filter(|_| !all)
             .map(|pose| found.read(prepared, alpha, &pose.inverse()))
             .transpose()?;
-        let rated = reading.readings.iter().enumerate().map(|(i, reading)| {
-            let true_bits = in_true_pose.as_ref().map(|read| read.readings[i].bits.hard());
-            self.rated(
-                number,
-                &reading.detector.name(),
-                &reading.bits.hard(),
-                true_bits.as_deref(),
-            )
+        let rated = reading.readings.iter().enumerate().map(|(i, (detector, bits))| {
+            let true_bits = in_true_pose.as_ref().map(|read| read.readings[i].1.hard());
+            self.rated(number, &detector.name(), &bits.hard(), true_bits.as_deref())
         });
         Ok(Cell {
             readings: rated.collect::<Result<_>>()?,

@@ -13,8 +13,7 @@ use crate::{
     symmetries::Symmetries,
 };
 
-/// Finds the similarity that takes the suspect to the original, mirrored if need be, without an initial
-/// guess.
+/// Finds the similarity that takes the suspect to the original, mirrored if need be, wherever the suspect lies.
 ///
 /// Vertices that survived are used when there are enough of them and the surfaces agree; else the surfaces are
 /// aligned, from the given pose, from principal axes and from rotations all around. Another model comes back

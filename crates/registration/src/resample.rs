@@ -132,7 +132,8 @@ struct Lines<'a> {
 /// Vertices between two reports of progress.
 const CHUNK: usize = 4 * GRAIN;
 
-/// The nearest hits must agree on a side to this degree before the facing is asked.
+/// Of the nearest hits, so many must agree on a side before the facing is asked: triangles without orientation agree by half,
+/// a model with most of its surface in order by nearly all.
 const ORIENTED: f64 = 0.75;
 
 impl Lines<'_> {

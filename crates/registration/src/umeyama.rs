@@ -29,6 +29,7 @@ impl Fit {
 
 /// Which similarities a fit may choose from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Handedness {
     /// Rotations alone (determinant +1).
     #[default]
