@@ -8,7 +8,7 @@ use job::Job;
 use mesh::{Similarity, TriMesh, shapes};
 use mesh_io::{Asset, Format, Precision, write_mesh};
 use quality::{
-    DistanceOptions, Msdm2, Normalisation, ShapeDna, ShapeDnaOptions,
+    DistanceOptions, Measurement, Metric, Msdm2Metric, ShapeDna, ShapeDnaMetric,
     picture::{Paint, Picture, linear},
     surface_distance, vertex_distances,
 };
@@ -63,7 +63,7 @@ pub(crate) struct Scene<'a> {
     pub(crate) bench: &'a Bench<'a>,
     pub(crate) standin: &'a Standin,
     pub(crate) patches: Patches,
-    shape_dna: OnceLock<ShapeDna>,
+    shape_dna: OnceLock<ShapeDnaMetric>,
 }
 
 /// α, and whether the mark then has the distortion that was asked for.
@@ -279,6 +279,10 @@ impl<'a> Study<'a> {
         Ok((per_cent * distance.rmse, per_cent * distance.maximum))
     }
 
+    fn measured(&self, metric: &dyn Metric, marked: &TriMesh) -> Result<Measurement> {
+        Ok(metric.measure(self.original(), marked, &self.job())?)
+    }
+
     /// α for the distortion that the study has, in the mean over the signatures.
     pub(crate) fn strength(&self) -> Result<Strength> {
         let inputs = self.with(json!({"distortion": self.distortion}));
@@ -383,18 +387,16 @@ impl<'a> Study<'a> {
         let begun = Instant::now();
         let (d_rmse, hausdorff) = self.d_rmse(&marked)?;
         let msdm2 = (signature == 0 && marked.vertex_count() <= MOST_FOR_MSDM2)
-            .then(|| Msdm2::between(&marked, self.original(), &self.job()))
+            .then(|| self.measured(&Msdm2Metric, &marked))
             .transpose()?;
         let mark = Mark {
             alpha,
             d_rmse,
             hausdorff,
-            d_2_50: self.scene.shape_dna()?.distance(
-                &ShapeDna::of(&marked, &ShapeDnaOptions::default(), &self.job())?,
-                2.0,
-                Normalisation::FirstEigenvalue,
-            )?,
-            msdm2: msdm2.map(|msdm2| msdm2.symmetric),
+            d_2_50: self
+                .measured(self.scene.shape_dna()?, &marked)?
+                .number("distance"),
+            msdm2: msdm2.map(|found| found.number("symmetric")),
             seconds,
             measuring_seconds: begun.elapsed().as_secs_f64(),
         };
@@ -507,20 +509,15 @@ impl<'a> Study<'a> {
         let reading = found.read(prepared, alpha, &found.alignment.transform)?;
         // The true pose explains what was lost.
         let expected = self.bits(number);
-        let all = reading.readings[0].bits.hard() == expected;
+        let all = reading.readings[0].1.hard() == expected;
         let in_true_pose = suspect
             .pose
             .filter(|_| !all)
             .map(|pose| found.read(prepared, alpha, &pose.inverse()))
             .transpose()?;
-        let rated = reading.readings.iter().enumerate().map(|(i, reading)| {
-            let true_bits = in_true_pose.as_ref().map(|read| read.readings[i].bits.hard());
-            self.rated(
-                number,
-                &reading.detector.name(),
-                &reading.bits.hard(),
-                true_bits.as_deref(),
-            )
+        let rated = reading.readings.iter().enumerate().map(|(i, (detector, bits))| {
+            let true_bits = in_true_pose.as_ref().map(|read| read.readings[i].1.hard());
+            self.rated(number, &detector.name(), &bits.hard(), true_bits.as_deref())
         });
         Ok(Cell {
             readings: rated.collect::<Result<_>>()?,
@@ -613,11 +610,16 @@ impl<'a> Scene<'a> {
         })
     }
 
-    /// The original's, with which every mark is compared.
-    fn shape_dna(&self) -> Result<&ShapeDna> {
+    /// d_2,50 from the original, whose eigenvalues are computed once for all marks.
+    fn shape_dna(&self) -> Result<&ShapeDnaMetric> {
         if self.shape_dna.get().is_none() {
-            let dna = ShapeDna::of(&self.standin.mesh, &ShapeDnaOptions::default(), &Job::default())?;
-            let _ = self.shape_dna.set(dna);
+            let mut metric = ShapeDnaMetric::default();
+            metric.reference = Some(ShapeDna::of(
+                &self.standin.mesh,
+                &metric.options,
+                &Job::default(),
+            )?);
+            let _ = self.shape_dna.set(metric);
         }
         self.shape_dna.get().context("it was just computed")
     }

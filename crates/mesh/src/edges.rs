@@ -99,6 +99,13 @@ impl Edges {
     }
 }
 
+impl TriMesh {
+    /// Which vertices share an edge with which.
+    pub fn neighbours(&self) -> VertexStars {
+        Edges::of(self).neighbours()
+    }
+}
+
 /// Calls `visit([smaller, larger], 3 t + i)` for the side i, from corner i to corner i + 1, of every triangle t.
 fn for_each_side(mesh: &TriMesh, mut visit: impl FnMut([u32; 2], u32)) {
     for (t, corners) in mesh.triangles().iter().enumerate() {

@@ -1,18 +1,32 @@
 use crate::{TriMesh, Vec3};
 
-/// See [`TriMesh::vertex_normals`].
-pub(crate) fn vertex_normals(mesh: &TriMesh) -> Vec<[f64; 3]> {
-    let mut normals = vec![Vec3::ZERO; mesh.vertex_count()];
-    for (t, triangle) in mesh.triangles().iter().enumerate() {
-        let p = mesh.corners(t);
-        let normal = (p[1] - p[0]).cross(p[2] - p[0]).unit();
-        for i in 0..3 {
-            normals[triangle[i] as usize] += normal * angle(p[i], p[(i + 1) % 3], p[(i + 2) % 3]);
+impl TriMesh {
+    /// Unit normals of the vertices, #V by 3: the normals of the triangles around, weighted by their angles there.
+    ///
+    /// They do not depend on how flat regions are triangulated (Thürmer and Wüthrich 1998). Zero where undefined: at
+    /// vertices that have no triangle of non-zero area, or whose weighted normals cancel.
+    pub fn vertex_normals(&self) -> Vec<[f64; 3]> {
+        let mut normals = vec![Vec3::ZERO; self.vertex_count()];
+        for (t, triangle) in self.triangles().iter().enumerate() {
+            let p = self.corners(t);
+            let normal = (p[1] - p[0]).cross(p[2] - p[0]).unit();
+            for i in 0..3 {
+                normals[triangle[i] as usize] += normal * angle(p[i], p[(i + 1) % 3], p[(i + 2) % 3]);
+            }
         }
+        // What rounding leaves of normals that cancel is no direction.
+        let unit = |n: Vec3| if n.norm() > 1e-12 { n.unit() } else { Vec3::ZERO };
+        normals.into_iter().map(|n| unit(n).into()).collect()
     }
-    // What rounding leaves of normals that cancel is no direction.
-    let unit = |n: Vec3| if n.norm() > 1e-12 { n.unit() } else { Vec3::ZERO };
-    normals.into_iter().map(|n| unit(n).into()).collect()
+
+    /// Unit normals of the triangles, #F by 3; zero for those without area.
+    pub fn triangle_normals(&self) -> Vec<[f64; 3]> {
+        let normal = |t: usize| {
+            let [a, b, c] = self.corners(t);
+            (b - a).cross(c - a).unit().into()
+        };
+        (0..self.triangle_count()).map(normal).collect()
+    }
 }
 
 /// The angle at `apex` between the directions to `p` and `q`, in radians; accurate for slivers, too.

@@ -1,5 +1,4 @@
-use crate::normals::vertex_normals;
-use crate::{BoundingBox, Edges, MeshError, Vec3, VertexStars};
+use crate::{BoundingBox, MeshError, Vec3, VertexStars};
 
 /// A triangle mesh: #V positions in the unit of the model, and #F triangles of vertex indices from 0.
 ///
@@ -121,28 +120,6 @@ impl TriMesh {
             a.dot(b.cross(c)) / 6.0
         };
         (0..self.triangle_count()).map(tetrahedron).sum()
-    }
-
-    /// Unit normals of the vertices, #V by 3: the normals of the triangles around, weighted by their angles there.
-    ///
-    /// They do not depend on how flat regions are triangulated (Thürmer and Wüthrich 1998). Zero where undefined: at
-    /// vertices that have no triangle of non-zero area, or whose weighted normals cancel.
-    pub fn vertex_normals(&self) -> Vec<[f64; 3]> {
-        vertex_normals(self)
-    }
-
-    /// Unit normals of the triangles, #F by 3; zero for those without area.
-    pub fn triangle_normals(&self) -> Vec<[f64; 3]> {
-        let normal = |t: usize| {
-            let [a, b, c] = self.corners(t);
-            (b - a).cross(c - a).unit().into()
-        };
-        (0..self.triangle_count()).map(normal).collect()
-    }
-
-    /// Which vertices share an edge with which.
-    pub fn neighbours(&self) -> VertexStars {
-        Edges::of(self).neighbours()
     }
 
     /// The triangles at each vertex.

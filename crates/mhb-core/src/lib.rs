@@ -59,7 +59,7 @@ mod triangle;
 
 pub use error::SpectrumError;
 pub use inertia::InertiaCount;
-pub use laplacian::{Laplacian, LaplacianKind, full_mass, lumped_mass, stiffness};
+pub use laplacian::{Laplacian, LaplacianKind, Mass, lumped_mass};
 pub use options::SpectrumOptions;
 pub use spectrum::Spectrum;
 pub use stage::SpectrumStage;
