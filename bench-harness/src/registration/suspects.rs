@@ -43,9 +43,9 @@ pub(crate) fn attacked(
 
 /// Root mean square distance by which a transform moves the vertices of a mesh.
 pub(crate) fn misfit(mesh: &TriMesh, transform: &Similarity) -> f64 {
-    let moved = mesh.positions().iter().map(|&p| {
-        let q = transform.apply(p);
-        (0..3).map(|i| (p[i] - q[i]).powi(2)).sum::<f64>()
+    let moved = (0..mesh.vertex_count()).map(|v| {
+        let p = mesh.point(v);
+        (p - transform.apply(p)).squared()
     });
     (moved.sum::<f64>() / mesh.vertex_count() as f64).sqrt()
 }
