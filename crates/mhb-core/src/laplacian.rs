@@ -33,6 +33,7 @@ pub enum LaplacianKind {
 
 /// The mass matrix of linear finite elements.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Mass {
     /// D of eq. 4, diagonal: the row sums of B. The choice for manifold harmonics (eq. 5).
     #[default]

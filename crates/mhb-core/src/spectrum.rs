@@ -101,7 +101,8 @@ impl Spectrum {
         &self.clusters
     }
 
-    /// Proof that no pair is missing: shifts, ascending, with the number of eigenvalues below each, which is how many were found.
+    /// Proof that no pair is missing: shifts, ascending, with the number of eigenvalues below each, which is how many were found there.
+    /// The last shift may lie beyond the pairs that were asked for.
     pub fn inertia(&self) -> &[InertiaCount] {
         &self.inertia
     }

@@ -33,6 +33,7 @@ const MOST_ENTRIES: usize = 1 << 30;
 
 /// What frees eigenvalues from the size of the shape.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Normalisation {
     /// Division by the first non-zero eigenvalue, as in the paper.
     #[default]

@@ -17,6 +17,7 @@ const VIEW: usize = 512;
 
 /// How much a triangle counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Visibility {
     /// By how much of it can be seen from around: as in the paper.
     #[default]
