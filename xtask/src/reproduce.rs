@@ -20,7 +20,7 @@ pub(crate) struct Reproduce {
     /// Only these models, by the paper's name or the file's; may be given again
     #[arg(long, value_name = "MODEL", requires = "full")]
     only: Vec<String>,
-    /// Only these algorithms, by their names in the tables; may be given again
+    /// Only these algorithms: mhb, lbf, rbf, or with --full others, too; may be given again
     #[arg(long, value_name = "NAME")]
     algorithm: Vec<String>,
     /// How many signatures each figure is a mean over

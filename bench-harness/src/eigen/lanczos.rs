@@ -120,7 +120,7 @@ impl LinOp<f64> for Inverse {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{eigen::worst_residual, surface};
+    use crate::{eigen::residual::worst_residual, surface};
     use mhb_core::{Spectrum, SpectrumOptions};
 
     #[test]

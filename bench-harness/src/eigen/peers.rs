@@ -9,7 +9,7 @@ use serde::Deserialize;
 use super::{
     problem::EigenProblem,
     residual::worst_residual,
-    spectra::Spectra,
+    spectra::SpectraProgram,
     task::{EigenTask, SolveOutcome},
 };
 use crate::{kept, peers};
@@ -30,7 +30,7 @@ enum PeerProgram {
     Python(&'static str),
     /// `peers/spectra.cpp`.
     Spectra(&'static str),
-    /// This program, see [`super::LoneSolve`].
+    /// This program, in a process of its own: `ours.rs`.
     Rust(&'static str),
 }
 
@@ -72,7 +72,7 @@ impl PeerProgram {
 pub(crate) struct EigenPeers {
     python: Option<Python>,
     has_cholmod: bool,
-    spectra: Option<Spectra>,
+    spectra: Option<SpectraProgram>,
     /// CPU seconds after which a peer is stopped.
     limit: u64,
 }
@@ -99,7 +99,7 @@ impl EigenPeers {
                 "No CHOLMOD: scikit-sparse does not build; install SuiteSparse (Debian: apt-get install libsuitesparse-dev)."
             );
         }
-        let spectra = Spectra::compile(folder)
+        let spectra = SpectraProgram::compile(folder)
             .inspect_err(|missing| {
                 eprintln!("No Spectra: {missing:#}\nIt needs g++, Spectra and Eigen (Debian: apt-get install g++ libspectra-dev libeigen3-dev libsuitesparse-dev).");
             })

@@ -12,14 +12,14 @@ use evaluation::process::{output, root};
 use crate::peers::ONE_THREAD;
 
 /// The program, and what it is made of.
-pub(crate) struct Spectra {
+pub(crate) struct SpectraProgram {
     program: PathBuf,
     pub(crate) has_cholmod: bool,
     /// The compiler and its version.
     pub(crate) compiler: String,
 }
 
-impl Spectra {
+impl SpectraProgram {
     /// Compiles it into `folder`, without CHOLMOD where that is not there.
     pub(crate) fn compile(folder: &Path) -> Result<Self> {
         let source = root().join("bench-harness/peers/spectra.cpp");

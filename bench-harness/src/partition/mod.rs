@@ -1,9 +1,9 @@
 //! Divisions of the same graphs by ours, METIS and KaFFPa-strong.
 //!
-//! `problem.rs` is what is divided, `ours.rs`, `metis.rs` and `kaffpa.rs` are those who divide, `comparison.rs` measures them side by side, `page.rs`
+//! `problem.rs` is what is divided, `ours.rs`, `metis.rs` and `kaffpa.rs` are those who divide, `compared.rs` measures them side by side, `page.rs`
 //! writes.
 
-mod comparison;
+mod compared;
 mod kaffpa;
 mod metis;
 mod ours;
@@ -15,7 +15,7 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::Args;
 
-use self::comparison::Comparison;
+use self::compared::ComparedDivision;
 pub use self::ours::LoneDivision;
 use crate::peers;
 
@@ -51,14 +51,14 @@ impl PartitionBench {
                 None
             });
         let rounds = self.rounds.max(1);
-        let mut comparisons = Vec::new();
+        let mut all = Vec::new();
         for problem in problem::problems(&self.graphs, &self.meshes)? {
             for &parts in problem.parts {
-                let comparison = Comparison::of(&problem, parts, rounds, python.as_ref())?;
-                println!("{}", comparison.words());
-                comparisons.push(comparison);
+                let compared = ComparedDivision::of(&problem, parts, rounds, python.as_ref())?;
+                println!("{}", compared.words());
+                all.push(compared);
             }
         }
-        page::write(&comparisons, rounds)
+        page::write(&all, rounds)
     }
 }

@@ -4,7 +4,7 @@ use anyhow::Result;
 use evaluation::{machine, table::Table};
 use partition::Partition;
 
-use super::comparison::Comparison;
+use super::compared::ComparedDivision;
 use crate::{
     measure::{geometric_mean, greatest},
     results,
@@ -14,7 +14,7 @@ use crate::{
 const LEAST_SECONDS: f64 = 0.010;
 
 /// Writes the page and its CSV file.
-pub(crate) fn write(all: &[Comparison], rounds: usize) -> Result<()> {
+pub(crate) fn write(all: &[ComparedDivision], rounds: usize) -> Result<()> {
     let results = results::folder()?;
     let (cuts, summary) = (cut_table(all), summary(all));
     cuts.write_csv(&results.join("partition.csv"))?;
@@ -32,9 +32,9 @@ pub(crate) fn write(all: &[Comparison], rounds: usize) -> Result<()> {
 }
 
 /// Means over all cases, in words.
-fn summary(all: &[Comparison]) -> String {
-    let ratios = || all.iter().map(Comparison::ratio);
-    let to_kaffpa = || all.iter().filter_map(Comparison::ratio_to_kaffpa);
+fn summary(all: &[ComparedDivision]) -> String {
+    let ratios = || all.iter().map(ComparedDivision::ratio);
+    let to_kaffpa = || all.iter().filter_map(ComparedDivision::ratio_to_kaffpa);
     let metis_to_kaffpa = all
         .iter()
         .filter_map(|case| Some(case.metis.cut as f64 / case.kaffpa? as f64));
@@ -48,7 +48,7 @@ fn summary(all: &[Comparison]) -> String {
         greatest(ratios()),
         geometric_mean(timed().map(|case| case.one_thread.cpu / case.metis_seconds)),
         geometric_mean(timed().map(|case| case.two_threads.wall / case.metis_seconds)),
-        geometric_mean(all.iter().map(Comparison::high_ratio)),
+        geometric_mean(all.iter().map(ComparedDivision::high_ratio)),
         geometric_mean(timed().map(|case| case.high_seconds / case.metis_seconds)),
     );
     let memory = all
@@ -74,7 +74,7 @@ fn summary(all: &[Comparison]) -> String {
 }
 
 /// A line a case.
-fn cut_table(all: &[Comparison]) -> Table {
+fn cut_table(all: &[ComparedDivision]) -> Table {
     let header = [
         "graph",
         "k",

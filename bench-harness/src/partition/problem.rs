@@ -10,7 +10,7 @@ use partition::{Effort, Graph, Options, Partition, write_metis};
 
 use crate::{kept, results, selection::named};
 
-/// METIS' default, and the bound of all comparisons here.
+/// METIS' default, and the bound of all divisions here.
 pub(crate) const IMBALANCE: f64 = 0.03;
 
 const PARTS: [usize; 6] = [2, 4, 8, 16, 32, 64];

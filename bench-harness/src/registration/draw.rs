@@ -93,3 +93,63 @@ impl TrialDraws {
         )
     }
 }
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::{super::reading::ReadingRule::LeastSquares, *};
+    use serde_json::json;
+
+    /// Aligned, so far off, with these extraction rates in the found and in the true pose.
+    pub(crate) fn draw(error: f64, rates: [f64; 2]) -> PoseDraw {
+        let kept = json!({
+            "aligned": true,
+            "error": error,
+            "exact_error": null,
+            "hand_recognised": true,
+            "rates": {"least_squares": rates, "paper": rates},
+            "overlap": 1.0,
+            "cpu": 2.0,
+            "diagnostics": {},
+        });
+        serde_json::from_value(kept).unwrap()
+    }
+
+    #[test]
+    fn a_draw_is_right_that_lies_where_it_belongs_and_reads_as_the_true_pose_does() {
+        let trial = PoseTrial::all().next().unwrap();
+        let is_right = |draw: &PoseDraw| draw.is_right(trial, LeastSquares);
+        assert!(is_right(&draw(1e-4, [0.995, 1.0])) && is_right(&draw(1e-4, [1.0, 0.9])));
+        assert!(!is_right(&draw(1e-4, [0.99, 1.0])) && !is_right(&draw(0.1, [1.0, 1.0])));
+        let sound = || draw(1e-4, [1.0, 1.0]);
+        let wrong = [
+            PoseDraw {
+                aligned: false,
+                ..sound()
+            },
+            PoseDraw {
+                hand_recognised: false,
+                ..sound()
+            },
+            PoseDraw {
+                exact_error: Some(1e-5),
+                ..sound()
+            },
+            PoseDraw {
+                rates: None,
+                ..sound()
+            },
+        ];
+        assert!(is_right(&sound()) && !wrong.iter().any(is_right));
+    }
+
+    #[test]
+    fn a_stranger_is_right_when_it_does_not_align() {
+        let aligned = draw(1e-4, [1.0, 1.0]);
+        assert!(!aligned.is_right(PoseTrial::Stranger, LeastSquares));
+        let refused = PoseDraw {
+            aligned: false,
+            ..aligned
+        };
+        assert!(refused.is_right(PoseTrial::Stranger, LeastSquares));
+    }
+}

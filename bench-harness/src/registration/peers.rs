@@ -1,21 +1,20 @@
 //! Queries and fine alignment beside the peers.
 
-use std::path::{Path, PathBuf};
+use std::{
+    ffi::OsStr,
+    path::{Path, PathBuf},
+};
 
 use anyhow::{Context, Result};
 use evaluation::{inputs::name_of, python::Python, table::Table};
 use job::Job;
-use mesh::{Similarity, Surface, TriMesh, shapes};
+use mesh::{Similarity, Surface, TriMesh, Vec3, shapes};
 use mesh_io::{Asset, Format, Precision, write_mesh};
 use registration::{AlignOptions, PointPair, PreparedMesh, ResampleOptions, align_points, resample};
-use serde_json::Value;
+use serde::{Deserialize, de::DeserializeOwned};
 
 use super::suspects::{attacked, misfit};
-use crate::{
-    kept,
-    measure::{Cost, timed},
-    peers, results, selection,
-};
+use crate::{kept, measure::timed, peers, results, selection};
 
 /// Meshes of the comparison: small, middling, large.
 const MESHES: [&str; 3] = ["rocker_arm_10k", "stanford_bunny_closed_35k", "igea_134k"];
@@ -107,112 +106,105 @@ impl NearPair {
         misfit(&placed, &there_and_back) / self.original.bounding_box().diagonal()
     }
 
+    /// Ours and the peers from the same start: the pose as it stands.
     fn align(&self, python: &Python, table: &mut Table) -> Result<()> {
-        let mut row = |program: &str, error: f64, cpu: f64| {
-            let cells = [program.to_string(), format!("{error:.1e}"), format!("{cpu:.2}")];
+        let mut row = |program: &str, found: &Similarity, cpu: f64| {
+            let cells = [
+                program.into(),
+                format!("{:.1e}", self.error(found)),
+                format!("{cpu:.2}"),
+            ];
             table.row([self.name.clone()].into_iter().chain(cells));
         };
-        // The pose as it stands, said by pairs of points.
+        // To ours, the pose is said by pairs of points.
         let step = self.original.vertex_count() / 4;
-        let pairs: Vec<PointPair> = (0..4)
-            .map(|k| self.original.positions()[k * step])
+        let places = (0..4).map(|k| self.original.positions()[k * step]);
+        let pairs: Vec<PointPair> = places
             .map(|p| PointPair {
                 suspect: p,
                 original: p,
             })
             .collect();
-        let options = AlignOptions::default();
-        let (found, cost) =
-            timed(|| align_points(&self.original, &self.suspect, &pairs, &options, &Job::default()));
-        row("ours", self.error(&found?.transform), cost.cpu);
+        let (options, job) = (AlignOptions::default(), Job::default());
+        let (found, cost) = timed(|| align_points(&self.original, &self.suspect, &pairs, &options, &job));
+        row("ours", &found?.transform, cost.cpu);
         for peer in ICP_PEERS {
-            if let Some(report) = self.ask(python, &["icp", peer]) {
-                let matrix = similarity(&report["matrix"]).context("a peer printed no matrix")?;
-                row(
-                    peer,
-                    self.error(&matrix),
-                    report["cpu"].as_f64().unwrap_or(f64::NAN),
-                );
+            if let Some(report) = self.ask::<IcpReport>(python, &["icp", peer]) {
+                row(peer, &report.transform(), report.cpu);
             }
         }
         Ok(())
     }
 
     fn query(&self, python: &Python, table: &mut Table) -> Result<()> {
-        let mut row = |query: &str, program: &str, cpu: f64, count: usize| {
-            let each = format!("{:.2}", 1e6 * cpu / count as f64);
+        let mut row = |query: &str, program: &str, report: QueryReport| {
+            let each = format!("{:.2}", 1e6 * report.cpu / report.queries as f64);
             table.row([self.name.clone(), query.into(), program.into(), each]);
         };
-        let [original, suspect] = [&self.original, &self.suspect].map(PreparedMesh::from);
-        let surface = suspect.surface();
-        let options = ResampleOptions::default();
-        let (seen, cost) = timed(|| resample(&original, &suspect, &self.back, &options, &Job::default()));
-        seen?;
-        row("resampling", "ours", cost.cpu, self.original.vertex_count());
-        let (count, cost) = self.rays(surface);
-        row("along normals", "ours", cost.cpu, count);
-        let mut peer = |query: &str, task: &str, program: &str| {
-            let report = self.ask(python, &[task])?;
-            row(
-                query,
-                program,
-                report["cpu"].as_f64()?,
-                report["queries"].as_u64()? as usize,
-            );
-            Some(())
-        };
-        peer("along normals", "rays", "embreex through trimesh");
-        peer("nearest point", "nearest", "pymeshlab");
-        let (count, cost) = self.nearest();
-        row("nearest point", "ours", cost.cpu, count);
+        row("resampling", "ours", self.resampling()?);
+        row("along normals", "ours", self.rays());
+        if let Some(report) = self.ask(python, &["rays"]) {
+            row("along normals", "embreex through trimesh", report);
+        }
+        if let Some(report) = self.ask(python, &["nearest"]) {
+            row("nearest point", "pymeshlab", report);
+        }
+        row("nearest point", "ours", self.nearest());
         Ok(())
     }
 
+    /// The suspect sampled at every vertex of the original.
+    fn resampling(&self) -> Result<QueryReport> {
+        let [original, suspect] = [&self.original, &self.suspect].map(PreparedMesh::from);
+        // Its search tree is built when it is first asked for.
+        suspect.surface();
+        let (options, job) = (ResampleOptions::default(), Job::default());
+        let (seen, cost) = timed(|| resample(&original, &suspect, &self.back, &options, &job));
+        seen?;
+        Ok(QueryReport {
+            queries: self.original.vertex_count(),
+            cpu: cost.cpu,
+        })
+    }
+
     /// Where lines along the original's normals first meet the suspect, either way.
-    fn rays(&self, surface: &Surface) -> (usize, Cost) {
-        let normals = self.original.vertex_normals();
+    fn rays(&self) -> QueryReport {
+        let surface = Surface::new(&self.suspect);
         let there = self.back.inverse();
-        let lines: Vec<[[f64; 3]; 2]> = self
-            .original
-            .positions()
-            .iter()
-            .zip(normals)
-            .map(|(&p, n)| {
-                let ahead = there.apply(std::array::from_fn(|i| p[i] + n[i]));
+        let normals = self.original.vertex_normals();
+        let lines: Vec<[Vec3; 2]> = (0..self.original.vertex_count())
+            .map(|v| {
+                let p = self.original.point(v);
+                let ahead = there.apply(p + Vec3::from(normals[v]));
                 let p = there.apply(p);
-                [p, std::array::from_fn(|i| ahead[i] - p[i])]
+                [p, ahead - p]
             })
             .collect();
-        let first = |[p, d]: &[[f64; 3]; 2]| surface.hit(*p, *d, f64::INFINITY, |_| true).is_some();
-        let (met, cost) = timed(|| lines.iter().filter(|line| first(line)).count());
-        std::hint::black_box(met);
-        (lines.len(), cost)
+        let met = |&&[p, d]: &&[Vec3; 2]| surface.hit(p.into(), d.into(), f64::INFINITY, |_| true).is_some();
+        QueryReport::of(lines.len(), || lines.iter().filter(met).count())
     }
 
     /// Nearest points of the original from points spread over the suspect's triangles.
-    fn nearest(&self) -> (usize, Cost) {
+    fn nearest(&self) -> QueryReport {
         const EACH: usize = 4;
         let surface = Surface::new(&self.original);
-        let corners = (0..self.suspect.triangle_count()).map(|t| self.suspect.corners(t));
-        let points: Vec<[f64; 3]> = corners
-            .flat_map(|[a, b, c]| {
-                (0..EACH).map(move |k| {
-                    let (u, v) = (0.1 + 0.2 * k as f64, 0.1);
-                    std::array::from_fn(|i| a[i] + u * (b[i] - a[i]) + v * (c[i] - a[i]))
-                })
+        let spread = |t| {
+            let [a, b, c] = self.suspect.corners(t);
+            (0..EACH).map(move |k| {
+                let (u, v) = (0.1 + 0.2 * k as f64, 0.1);
+                (a + u * (b - a) + v * (c - a)).into()
             })
-            .collect();
-        let (sum, cost) = timed(|| points.iter().map(|&p| surface.nearest(p).distance).sum::<f64>());
-        std::hint::black_box(sum);
-        (points.len(), cost)
+        };
+        let points: Vec<[f64; 3]> = (0..self.suspect.triangle_count()).flat_map(spread).collect();
+        let distance = |&p: &[f64; 3]| surface.nearest(p).distance;
+        QueryReport::of(points.len(), || points.iter().map(distance).sum::<f64>())
     }
 
     /// What a peer printed last; none, with a word about it, if it failed.
-    fn ask(&self, python: &Python, task: &[&str]) -> Option<Value> {
-        let files = [&self.original_file, &self.suspect_file].map(|file| file.as_os_str().to_owned());
-        let arguments = task.iter().map(Into::into).chain(files);
-        let printed = python.run("registration.py", arguments.collect::<Vec<std::ffi::OsString>>());
-        let report = printed.and_then(|text| {
+    fn ask<T: DeserializeOwned>(&self, python: &Python, task: &[&str]) -> Option<T> {
+        let files = [&self.original_file, &self.suspect_file].map(|file| file.as_os_str());
+        let arguments = task.iter().map(OsStr::new).chain(files);
+        let report = python.run("registration.py", arguments).and_then(|text| {
             let last = text.lines().last().context("it printed nothing")?;
             Ok(serde_json::from_str(last)?)
         });
@@ -222,15 +214,40 @@ impl NearPair {
     }
 }
 
-/// A rigid transform by its 4 by 4 matrix.
-fn similarity(matrix: &Value) -> Option<Similarity> {
-    let entry = |i: usize, j: usize| matrix[i][j].as_f64();
-    let mut found = Similarity::IDENTITY;
-    for i in 0..3 {
-        for j in 0..3 {
-            found.rotation[i][j] = entry(i, j)?;
+/// What `peers/registration.py` says of a fine alignment.
+#[derive(Deserialize)]
+struct IcpReport {
+    /// Of the rigid transform, 4 by 4.
+    matrix: [[f64; 4]; 4],
+    cpu: f64,
+}
+
+impl IcpReport {
+    fn transform(&self) -> Similarity {
+        let [r, s, t, _] = self.matrix;
+        Similarity {
+            rotation: [r, s, t].map(|row| [row[0], row[1], row[2]]),
+            translation: [r[3], s[3], t[3]],
+            ..Similarity::IDENTITY
         }
-        found.translation[i] = entry(i, 3)?;
     }
-    Some(found)
+}
+
+/// How many queries, and their CPU seconds together; also what `peers/registration.py` says of them.
+#[derive(Deserialize)]
+struct QueryReport {
+    queries: usize,
+    cpu: f64,
+}
+
+impl QueryReport {
+    /// Takes the time of `work`, which makes so many queries.
+    fn of<T>(queries: usize, work: impl FnOnce() -> T) -> Self {
+        let (answer, cost) = timed(work);
+        std::hint::black_box(answer);
+        Self {
+            queries,
+            cpu: cost.cpu,
+        }
+    }
 }

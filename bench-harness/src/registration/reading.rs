@@ -156,7 +156,6 @@ impl MarkedMesh {
     /// The joint estimate, and the paper's rule in the pose that it betters.
     fn methods(&self) -> [ReadingMethod; 2] {
         let joint = ReadingMethod::joint(Arc::clone(&self.joint));
-        let paper = CoefficientDetector::new(self.signed.layout());
-        [joint.clone(), joint.with_detector(Arc::new(paper))]
+        [joint.clone(), joint.with_papers_rule()]
     }
 }

@@ -22,7 +22,7 @@ pub(crate) fn attacked(
 ) -> Result<TriMesh> {
     let folder = kept::folder("registration/suspects")?;
     let bytes = write_mesh(original, Format::Ply, Precision::Double);
-    let inputs = digest(&[&bytes, sources::digest_of(&[], &[])?.as_bytes()].concat());
+    let inputs = digest(&[&bytes, sources::digest_of_attacks()?.as_bytes()].concat());
     let name_of_attack = spec.replace(':', "-");
     let result = folder.join(format!("{name}-{name_of_attack}-{seed}-{inputs}.ply"));
     if !result.is_file() {
@@ -43,9 +43,9 @@ pub(crate) fn attacked(
 
 /// Root mean square distance by which a transform moves the vertices of a mesh.
 pub(crate) fn misfit(mesh: &TriMesh, transform: &Similarity) -> f64 {
-    let moved = mesh.positions().iter().map(|&p| {
-        let q = transform.apply(p);
-        (0..3).map(|i| (p[i] - q[i]).powi(2)).sum::<f64>()
+    let moved = (0..mesh.vertex_count()).map(|v| {
+        let p = mesh.point(v);
+        (p - transform.apply(p)).squared()
     });
     (moved.sum::<f64>() / mesh.vertex_count() as f64).sqrt()
 }

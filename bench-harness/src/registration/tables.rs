@@ -144,3 +144,35 @@ pub(crate) fn by_mesh_and_attack(all: &[TrialDraws]) -> Table {
     }
     table
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{super::draw::tests::draw, *};
+
+    #[test]
+    fn tables_count_right_draws_and_leave_empty_what_was_not_tried() {
+        let draws = |mesh: &str, trial, draws| TrialDraws {
+            mesh: mesh.into(),
+            vertices: 10,
+            trial,
+            draws,
+        };
+        let none = PoseTrial::all().next().unwrap();
+        let all = [
+            draws("a", none, vec![draw(1e-5, [1.0, 1.0]), draw(3e-5, [0.98, 0.99])]),
+            draws("b", PoseTrial::Mirrored, vec![draw(1e-5, [1.0, 1.0])]),
+        ];
+        let attacks = by_attack(&all);
+        assert_eq!(
+            attacks.rows[0][..6],
+            ["none", "1 of 2", "50.0 %", "50.0 %", "2.0e-5", "3.0e-5"]
+        );
+        assert_eq!(attacks.rows[0][6..10], ["", "99.0", "99.5", "1.00"]);
+        assert_eq!(attacks.rows[2][..3], ["all", "2 of 3", "66.7 %"]);
+        let meshes = by_mesh(&all);
+        assert_eq!(meshes.rows[0][..4], ["a", "10", "1 of 2", ""]);
+        assert_eq!(meshes.rows[1][10..13], ["1 of 1", "", "1 of 1"]);
+        let single = by_mesh_and_attack(&all);
+        assert_eq!(single.rows[0][3..8], ["2", "1", "1", "1.0000", "2.0e-5"]);
+    }
+}

@@ -1,8 +1,8 @@
-use std::{fmt::Debug, sync::Arc};
+use std::fmt::Debug;
 
 use job::Job;
 use mesh::TriMesh;
-use sigmark::mark::{JointEstimator, Patches, Registered, SoftBits};
+use sigmark::mark::{Detector, JointEstimator, Patches, Registered, SoftBits};
 
 use crate::{Adapted, AlgorithmId, BaselineError, DetectorId, Lbf, Mhb, Rbf};
 
@@ -67,20 +67,27 @@ pub trait Prepared: Debug + Send + Sync {
     /// When there are not l bits, or α is negative or no number.
     fn embed(&self, bits: &[bool], alpha: f64, job: &Job) -> Result<Vec<[f64; 3]>, BaselineError>;
 
-    /// The bits of a suspect, marked with strength α if it is, as each detector of the algorithm reads them. The first is the paper's.
+    /// The algorithm's detectors for marks of strength α, by their ids. The first is the paper's.
     ///
     /// # Errors
-    /// When there is not one position a vertex of the original, or α is negative or no number.
-    fn extract(&self, suspect: &Registered, alpha: f64, job: &Job) -> Result<Vec<Reading>, BaselineError>;
-}
+    /// When α is negative or no number.
+    fn detectors(&self, alpha: f64) -> Result<Vec<(DetectorId, Box<dyn Detector + '_>)>, BaselineError>;
 
-/// The bits that one detector read.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Reading {
-    /// The paper's, or one that was given to [`Mhb::detector`].
-    pub detector: DetectorId,
-    /// Its estimates.
-    pub bits: SoftBits,
+    /// The bits of a suspect, marked with strength α if it is, as each of the [`detectors`](Self::detectors) reads them.
+    ///
+    /// # Errors
+    /// When there is not one observation a vertex of the original, or α is negative or no number; [`BaselineError::Job`].
+    fn extract(
+        &self,
+        suspect: &Registered,
+        alpha: f64,
+        job: &Job,
+    ) -> Result<Vec<(DetectorId, SoftBits)>, BaselineError> {
+        let detectors = self.detectors(alpha)?.into_iter();
+        detectors
+            .map(|(id, detector)| Ok((id, detector.detect(suspect, job)?)))
+            .collect()
+    }
 }
 
 /// The algorithms that the reproduction runs: the paper's three, MHBs also read by least squares, then what the paper did not try.
@@ -88,7 +95,7 @@ pub struct Reading {
 pub fn entries(functions: usize) -> Vec<Box<dyn Algorithm>> {
     vec![
         Box::new(Mhb::default().detector(DetectorId::LEAST_SQUARES, |layout| {
-            Arc::new(JointEstimator::new(layout))
+            Box::new(JointEstimator::new(layout))
         })),
         Box::new(Lbf::new(functions)),
         Box::new(Rbf::default()),

@@ -2,11 +2,11 @@
 
 use faer::{Accum, Mat, MatMut, MatRef, Par, linalg::matmul::matmul};
 use job::Job;
-use sigmark::mark::{ChipLayout, Registered, SoftBits};
+use sigmark::mark::{ChipLayout, Detector, MarkError, Registered, SoftBits};
 
 use crate::{
-    BaselineError, DetectorId, Prepared, Reading,
-    algorithm::{check_alpha, check_bits, check_vertices},
+    BaselineError, DetectorId, Prepared,
+    algorithm::{check_alpha, check_bits},
 };
 
 /// A chip, and how far α = 1 moves its coefficient.
@@ -99,10 +99,16 @@ impl Prepared for PreparedCarriers {
         Ok(positions)
     }
 
-    /// Where the suspect was not seen, the original's vertex takes its place, as in section 4.4.1.
-    fn extract(&self, suspect: &Registered, alpha: f64, _job: &Job) -> Result<Vec<Reading>, BaselineError> {
-        check_vertices(suspect.positions.len(), self.original.len())?;
+    fn detectors(&self, alpha: f64) -> Result<Vec<(DetectorId, Box<dyn Detector + '_>)>, BaselineError> {
         check_alpha(alpha)?;
+        Ok(vec![(DetectorId::PAPER, Box::new(self))])
+    }
+}
+
+impl Detector for PreparedCarriers {
+    /// Where the suspect was not seen, the original's vertex takes its place, as in section 4.4.1.
+    fn detect(&self, suspect: &Registered, _job: &Job) -> Result<SoftBits, MarkError> {
+        suspect.check(self.original.len())?;
         let pairs = suspect.positions.iter().zip(&self.original);
         let difference: Vec<[f64; 3]> = pairs
             .map(|(seen, v)| seen.map_or([0.0; 3], |r| std::array::from_fn(|axis| r[axis] - v[axis])))
@@ -111,10 +117,7 @@ impl Prepared for PreparedCarriers {
         for carrier in &self.carriers {
             carrier.read(&difference, &mut sums);
         }
-        Ok(vec![Reading {
-            detector: DetectorId::PAPER,
-            bits: SoftBits(sums),
-        }])
+        Ok(SoftBits(sums))
     }
 }
 

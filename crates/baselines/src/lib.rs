@@ -28,7 +28,7 @@
 //!
 //! let suspect = Registered::by_vertices(marked.into_iter().map(Some).collect());
 //! let readings = prepared.extract(&suspect, Rbf::PAPER_ALPHA, &job)?;
-//! assert_eq!(readings[0].bits.hard(), signature);
+//! assert_eq!(readings[0].1.hard(), signature);
 //! # Ok::<(), baselines::BaselineError>(())
 //! ```
 //!
@@ -58,7 +58,7 @@ mod radial;
 mod rbf;
 
 pub use adapted::{Adapted, Basis};
-pub use algorithm::{Algorithm, Prepared, Reading, Reference, Subject, entries};
+pub use algorithm::{Algorithm, Prepared, Reference, Subject, entries};
 pub use error::BaselineError;
 pub use id::{AlgorithmId, DetectorId};
 pub use kirchhoff::kirchhoff;

@@ -1,10 +1,10 @@
 use std::sync::Arc;
 
 use job::Job;
-use sigmark::mark::{ChipLayout, CoefficientDetector, Detector, MarkLayout, Original, Registered};
+use sigmark::mark::{ChipLayout, CoefficientDetector, Detector, MarkLayout, Original};
 
 use crate::{
-    Algorithm, AlgorithmId, BaselineError, DetectorId, Prepared, Reading, Reference, Subject,
+    Algorithm, AlgorithmId, BaselineError, DetectorId, Prepared, Reference, Subject,
     algorithm::{check_alpha, check_bits, check_vertices},
 };
 
@@ -17,7 +17,7 @@ pub struct Mhb {
 }
 
 /// Makes a detector for marks of a layout.
-pub type MakeDetector = fn(&Arc<MarkLayout>) -> Arc<dyn Detector>;
+pub type MakeDetector = fn(&Arc<MarkLayout>) -> Box<dyn Detector>;
 
 type Detectors = Vec<(DetectorId, MakeDetector)>;
 
@@ -27,7 +27,7 @@ impl Default for Mhb {
         Self {
             chip_rate: 3,
             detectors: vec![(DetectorId::PAPER, |layout| {
-                Arc::new(CoefficientDetector::new(layout))
+                Box::new(CoefficientDetector::new(layout))
             })],
         }
     }
@@ -114,16 +114,10 @@ impl Prepared for PreparedMhb {
         Ok(written.positions(&self.original))
     }
 
-    fn extract(&self, suspect: &Registered, alpha: f64, job: &Job) -> Result<Vec<Reading>, BaselineError> {
-        check_vertices(suspect.positions.len(), self.original.mesh().vertex_count())?;
+    fn detectors(&self, alpha: f64) -> Result<Vec<(DetectorId, Box<dyn Detector + '_>)>, BaselineError> {
         check_alpha(alpha)?;
         let layout = self.layout(alpha)?;
-        let read = |(id, detector): &(DetectorId, MakeDetector)| {
-            Ok(Reading {
-                detector: id.clone(),
-                bits: detector(&layout).detect(suspect, job)?,
-            })
-        };
-        self.detectors.iter().map(read).collect()
+        let detectors = self.detectors.iter();
+        Ok(detectors.map(|(id, make)| (id.clone(), make(&layout))).collect())
     }
 }

@@ -54,7 +54,7 @@ fn rate(prepared: &dyn Prepared, suspect: &Registered, alpha: f64) -> f64 {
         .extract(suspect, alpha, &Job::default())
         .unwrap()
         .swap_remove(0)
-        .bits;
+        .1;
     extraction_rate(&signature(), &soft.hard())
 }
 

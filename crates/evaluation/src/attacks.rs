@@ -107,6 +107,11 @@ impl Attack {
         self.steps()
             .all(|(script, _)| script.survives.contains(&survivor))
     }
+
+    /// Whether it only moves the mesh: then nobody knows the true pose.
+    pub(crate) fn moves(&self) -> bool {
+        self.keeps(Survivor::Connectivity) && self.keeps(Survivor::Surface)
+    }
 }
 
 /// What moves a suspect to where nobody knows: uniform rotation, scale between 0.01 and 100, shift by up to ten diagonals.

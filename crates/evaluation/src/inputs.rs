@@ -1,3 +1,5 @@
+//! Meshes and graphs that are read or made up.
+
 use std::{
     fs,
     io::Read,

@@ -13,8 +13,12 @@ use mesh_io::{Asset, Format, Precision, write_mesh};
 use rand_chacha::{ChaCha20Rng, rand_core::SeedableRng};
 use sigmark::{Curve, Embedder, Outcome, SigningKey, Verdict, Verifier};
 
-pub use crate::attacks::random_similarity;
+use crate::attacks::random_similarity;
 
+/// Signs every mesh file below a folder, and says what was not as it should be. Larger meshes are passed over.
+///
+/// # Errors
+/// When the folder can't be read, or a check failed.
 pub fn run(folder: &Path, most_vertices: usize) -> Result<()> {
     let mut failures = 0;
     let mut previous: Option<TriMesh> = None;

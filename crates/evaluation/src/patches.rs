@@ -17,6 +17,10 @@ const LEAST: usize = 2 * FUNCTIONS;
 /// Patches by `auto` have fewer vertices.
 const LIMIT: usize = 30_000;
 
+/// Cuts every mesh file below a folder into patches, and says what is not as it should be.
+///
+/// # Errors
+/// When the folder can't be read, or a check failed.
 pub fn run(folder: &Path) -> Result<()> {
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let mut failures = 0;

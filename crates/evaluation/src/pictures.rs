@@ -5,7 +5,6 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use crate::inputs::{edge_graph, mesh_files, name_of};
 use anyhow::{Context, Result, ensure};
 use job::Job;
 use mesh::{Similarity, TriMesh, Welded, shapes};
@@ -16,7 +15,10 @@ use rand_chacha::{ChaCha20Rng, rand_core::SeedableRng};
 use registration::{align, resample};
 use sigmark::{Curve, Embedder, SigningKey};
 
-use crate::process::root;
+use crate::{
+    inputs::{edge_graph, mesh_files, name_of},
+    process::root,
+};
 
 /// Pixels of the longer side.
 const SIZE: usize = 720;
@@ -57,6 +59,10 @@ const SUBJECTS: [Subject; 2] = [
     },
 ];
 
+/// Writes the pictures of the meshes that are there into results/.
+///
+/// # Errors
+/// When a mesh can't be read or partitioned, or a picture not written.
 pub fn run(meshes: &Path) -> Result<()> {
     let results = root().join("results");
     fs::create_dir_all(&results).with_context(|| results.display().to_string())?;

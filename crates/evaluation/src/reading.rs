@@ -3,11 +3,11 @@
 use std::time::Instant;
 
 use anyhow::Result;
-use baselines::{Prepared, Reading};
+use baselines::{DetectorId, Prepared};
 use job::Job;
 use mesh::{Similarity, TriMesh};
 use registration::{Alignment, PreparedMesh};
-use sigmark::mark::{Reader, Suspect};
+use sigmark::mark::{Reader, SoftBits, Suspect};
 
 /// What suspects are brought onto.
 pub(crate) struct Finder {
@@ -25,7 +25,7 @@ pub(crate) struct Found {
 
 /// What the detectors read, and in how many seconds.
 pub(crate) struct Read {
-    pub(crate) readings: Vec<Reading>,
+    pub(crate) readings: Vec<(DetectorId, SoftBits)>,
     /// The share of the reference's vertices that were not seen.
     pub(crate) missing: f64,
     pub(crate) seconds: f64,

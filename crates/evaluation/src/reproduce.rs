@@ -3,58 +3,50 @@
 //! Every algorithm gets the same meshes, patches, signatures and attacks, and is made as strong as gives the paper's d_rmse. What is
 //! read is judged here; an algorithm sees bits only when it writes them. Every suspect is moved by a random similarity before
 //! anything is read from it.
-//!
-//! `paper` holds the printed figures, `models` the meshes, `campaign` what is run on a mesh, `study` one algorithm on it, `reading` the way
-//! from a suspect to bits, `store` what is finished, `jobs` what runs side by side. `tables`, `roc`, `figures` and `page` write what came out; `audit` looks for
-//! what can't be right.
 
 use std::{
     fs::{self, File},
-    path::{Path, PathBuf},
+    path::Path,
     thread,
-    time::Duration,
 };
 
 use anyhow::{Context, Result};
 use rand_chacha::{ChaCha20Rng, rand_core::SeedableRng};
-use sigmark::{Curve, SigningKey};
+use sigmark::{Curve, Signature, SigningKey};
+
+pub use crate::options::Options;
 
 use crate::{
     audit, bare,
-    campaign::{self, Campaign},
-    jobs::{Progress, duration},
+    campaign::{Campaign, Failures},
+    machine,
     models::{self, Candidate},
-    page,
+    pages, plan,
+    process::root,
+    progress::{Progress, duration},
+    python::Python,
     results::Results,
+    sources,
     store::Store,
-    study::{Bench, SCHEME, Signed},
+    study::{SCHEME, Setup, Signed},
 };
-use crate::{process::root, python::Python, sources};
 
-/// What to reproduce.
-pub struct Options {
-    /// Where the tables go.
-    pub output: PathBuf,
-    /// The folder of the six models; the bunny alone without one.
-    pub meshes: Option<PathBuf>,
-    /// Models or files by name; all when empty.
-    pub only: Vec<String>,
-    /// Algorithms by name; all when empty.
-    pub algorithms: Vec<String>,
-    pub signatures: usize,
-    /// Takes finished work of other versions of the code.
-    pub keep: bool,
-    /// When no more work begins, and what there is is written.
-    pub closing: Option<Duration>,
-}
+/// Signatures that are in no mesh, and that everything that is read is compared with.
+const STRANGERS: usize = 2;
 
+/// Runs what is not finished yet, and writes the pages. What is finished is kept in `.cache/reproduce`.
+///
+/// # Errors
+/// When something is missing or can't be right, after the pages were written; when no work can be kept or no page written; without
+/// Python, after a made-up surface was signed in place of it all.
 pub fn run(options: &Options) -> Result<()> {
-    campaign::check_names(&options.algorithms)?;
+    plan::check_algorithms(&options.algorithms)?;
     let python = match Python::prepare() {
         Ok(python) => python,
         Err(missing) => return bare::run(&missing),
     };
-    let (candidates, mut failures) = candidates(options, &python)?;
+    let mut failures = Failures::default();
+    let candidates = candidates(options, &python, &mut failures)?;
     let folder = root().join(".cache/reproduce");
     let _lock = locked(&folder)?;
     let work = folder.join("work");
@@ -64,50 +56,50 @@ pub fn run(options: &Options) -> Result<()> {
     let store = Store::open(&folder.join("cells"), options.keep)?;
     let commit = sources::commit();
     let key = SigningKey::generate(Curve::B163, &mut ChaCha20Rng::seed_from_u64(2012));
-    let signatures = signatures(&key, options.signatures)?;
-    let bench = Bench {
+    let progress = plan::progress(&candidates, options);
+    let setup = Setup {
         python: &python,
         store: &store,
         work: &work,
-        signatures: &signatures,
+        signatures: &marks(&key, options.signatures)?,
+        strangers: &strangers(&key)?,
         public_key: key.public_key(),
+        progress: &progress,
         threads: thread::available_parallelism().map_or(1, usize::from),
     };
     println!(
         "{} model(s), {} signatures, {} threads. Ctrl-C does no harm: what is finished is kept in .cache/reproduce, and the same command goes on.",
         candidates.len(),
-        signatures.len(),
-        bench.threads
+        setup.signatures.len(),
+        setup.threads
     );
-    let progress = campaign::progress(&candidates, options);
-    let mut outcomes = Vec::new();
-    let mut pictures = Vec::new();
+    let (mut outcomes, mut pictures) = (Vec::new(), Vec::new());
     for candidate in candidates {
-        match candidate.open() {
-            Ok(standin) => {
-                let campaign = Campaign {
-                    bench: &bench,
-                    options,
-                    progress: &progress,
-                    standin: &standin,
-                };
-                match campaign.run(&mut failures, &mut pictures) {
-                    Ok(outcome) => outcomes.push(outcome),
-                    Err(error) => failed(&mut failures, format!("{}: {error:#}", standin.model.name)),
-                }
+        let standin = match candidate.open() {
+            Ok(standin) => standin,
+            Err(error) => {
+                failures.tell(format!("{error:#}"));
+                continue;
             }
-            Err(error) => failed(&mut failures, format!("{error:#}")),
+        };
+        let campaign = Campaign {
+            setup: &setup,
+            options,
+            standin: &standin,
+        };
+        match campaign.run(&mut failures, &mut pictures) {
+            Ok(outcome) => outcomes.push(outcome),
+            Err(error) => failures.tell(format!("{}: {error:#}", standin.model.name)),
         }
     }
-    let foot = foot(&bench, &python, &progress, &commit)?;
     let results = Results {
         outcomes,
-        failures,
-        signatures: signatures.len(),
+        failures: failures.0,
+        signatures: setup.signatures.len(),
         pictures,
-        foot,
+        foot: foot(&store, &python, &progress, &commit)?,
     };
-    page::write(&results, options)?;
+    pages::write(&results, &options.output, options.is_full())?;
     println!("\nwritten: {}", options.output.display());
     audit::check(&results)
 }
@@ -126,25 +118,18 @@ fn locked(folder: &Path) -> Result<File> {
     Ok(file)
 }
 
-pub(crate) fn failed(failures: &mut Vec<String>, what: String) {
-    eprintln!("{what}");
-    failures.push(what);
-}
-
 /// The meshes to work on; what is missing among them is a failure only when all were asked for.
-fn candidates(options: &Options, python: &Python) -> Result<(Vec<Candidate>, Vec<String>)> {
+fn candidates(options: &Options, python: &Python, failures: &mut Failures) -> Result<Vec<Candidate>> {
     let Some(folder) = &options.meshes else {
-        return Ok((vec![models::bunny(python.bunny()?)], Vec::new()));
+        return Ok(vec![models::bunny(python.bunny()?)]);
     };
     let (found, missing) = models::in_folder(folder, &options.only)?;
-    for line in &missing {
-        eprintln!("{line}");
-    }
-    Ok((found, missing))
+    missing.into_iter().for_each(|line| failures.tell(line));
+    Ok(found)
 }
 
 /// The marks: signatures of different messages with one key, which comes from a fixed seed and protects nothing.
-fn signatures(key: &SigningKey, count: usize) -> Result<Vec<Signed>> {
+fn marks(key: &SigningKey, count: usize) -> Result<Vec<Signed>> {
     (0..count.max(1))
         .map(|number| {
             let message = format!("Sigmark reproduction {}", number + 1);
@@ -157,16 +142,26 @@ fn signatures(key: &SigningKey, count: usize) -> Result<Vec<Signed>> {
         .collect()
 }
 
+/// Signatures of messages that no mesh bears, with the same key.
+fn strangers(key: &SigningKey) -> Result<Vec<Signature>> {
+    (1..=STRANGERS)
+        .map(|number| {
+            let message = format!("Sigmark reproduction, in no mesh {number}");
+            Ok(key.sign(SCHEME, message.as_bytes())?)
+        })
+        .collect()
+}
+
 /// Machine, versions, seeds, duration: what stands below the tables.
-fn foot(bench: &Bench<'_>, python: &Python, progress: &Progress, commit: &str) -> Result<String> {
-    let (found, of_other_code) = bench.store.counts();
+fn foot(store: &Store, python: &Python, progress: &Progress, commit: &str) -> Result<String> {
+    let (found, of_other_code) = store.counts();
     let passed = duration(progress.passed().as_secs_f64());
     let mut foot = format!(
         "{}; {}. Code {}, sources' digest {}. This run took {passed}; {found} pieces of work were found finished",
-        crate::machine::description(),
+        machine::description(),
         python.versions()?,
         commit,
-        bench.store.code(),
+        store.code(),
     );
     if of_other_code > 0 {
         foot += &format!(", {of_other_code} of them by another version of the code");
@@ -174,8 +169,24 @@ fn foot(bench: &Bench<'_>, python: &Python, progress: &Progress, commit: &str) -
     Ok(foot + ". Seeds: key 2012; attacks and poses 1, 2, … by the number of the signature.")
 }
 
-/// Writes a file of the results.
-pub(crate) fn save(folder: &Path, name: &str, bytes: &[u8]) -> Result<()> {
-    let path = folder.join(name);
-    fs::write(&path, bytes).with_context(|| path.display().to_string())
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_single_mark_is_compared_with_strangers_too() {
+        let key = SigningKey::generate(Curve::B163, &mut ChaCha20Rng::seed_from_u64(2012));
+        let (marks, strangers) = (marks(&key, 1).unwrap(), strangers(&key).unwrap());
+        assert_eq!((marks.len(), strangers.len()), (1, 2));
+        let right = |bits: &[bool], other: &[bool]| bits.iter().zip(other).filter(|(a, b)| a == b).count();
+        for (i, stranger) in strangers.iter().enumerate() {
+            let others = strangers[..i]
+                .iter()
+                .chain(marks.iter().map(|mark| &mark.signature));
+            for other in others {
+                let share = right(&stranger.bits(), &other.bits()) as f64 / 324.0;
+                assert!((share - 0.5).abs() < 0.15, "{share}");
+            }
+        }
+    }
 }

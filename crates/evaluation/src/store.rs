@@ -10,23 +10,15 @@ use anyhow::{Context, Result};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use serde_json::Value;
 
-pub(crate) use crate::sources::digest;
+use crate::sources::{self, digest};
 
-use crate::sources;
-
-/// What finished work depends on: our crates, and of this task what computes, not what it shows.
-const CRATES: [&str; 7] = [
-    "mesh",
-    "partition",
-    "mhb-core",
-    "registration",
-    "quality",
-    "sigmark",
-    "baselines",
-];
-const FILES: [&str; 2] = [
-    "crates/evaluation/src/study.rs",
-    "crates/evaluation/src/reading.rs",
+/// What finished work does not depend on: all that only shows what was computed.
+const NO_PART: [&str; 5] = [
+    "bench-harness",
+    "crates/cli",
+    "crates/evaluation/src/audit.rs",
+    "crates/evaluation/src/output",
+    "crates/evaluation/src/pages",
 ];
 
 /// A folder of finished work. Each piece remembers the source code that computed it; what other code computed is done again, unless
@@ -52,7 +44,7 @@ impl Store {
         fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
         Ok(Self {
             folder: folder.to_path_buf(),
-            code: sources::digest_of(&CRATES, &FILES)?,
+            code: sources::digest_of_all_but(&NO_PART)?,
             takes_other_code,
             found: AtomicUsize::new(0),
             of_other_code: AtomicUsize::new(0),
@@ -129,6 +121,7 @@ impl Store {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::process::root;
     use serde_json::json;
 
     #[test]
@@ -154,5 +147,23 @@ mod tests {
         fs::write(store.path("cell", &inputs, "json"), "{\"kind\": \"ce").unwrap();
         assert_eq!(store.get::<f64>("cell", &inputs), None);
         fs::remove_dir_all(&folder).unwrap();
+    }
+
+    #[test]
+    fn what_poses_and_judges_every_cell_is_part_of_the_code() {
+        let files = sources::all_but(&NO_PART).unwrap();
+        let folder = root().join("crates/evaluation/src");
+        for (file, defined) in [
+            ("attacks.rs", "pub fn random_similarity("),
+            ("reproduce.rs", "fn strangers("),
+            ("study/cell.rs", "fn rated("),
+        ] {
+            let path = folder.join(file);
+            assert!(fs::read_to_string(&path).unwrap().contains(defined), "{file}");
+            assert!(files.contains(&path), "{file}");
+        }
+        for path in NO_PART {
+            assert!(root().join(path).exists(), "{path}");
+        }
     }
 }

@@ -39,7 +39,6 @@ mod topology;
 mod trimesh;
 mod union_find;
 mod vec3;
-pub mod vector;
 mod weld;
 
 pub use boundary::{BoundaryLoop, boundary_loops};

@@ -1,4 +1,4 @@
-//! One basis among all that span the same eigenspaces (DESIGN: the same watermark on every machine).
+//! One basis among all that span the same eigenspaces, so that a watermark is the same on every machine.
 //!
 //! Eigenvectors are defined up to sign, and in a cluster of k close eigenvalues up to a rotation. Let F be k fixed
 //! reference functions, white noise that depends on the vertex's index alone, and V any orthonormal basis of the

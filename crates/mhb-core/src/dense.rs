@@ -5,7 +5,7 @@ use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::evd::{ComputeEigenvectors, self_adjoint_evd, self_adjoint_evd_scratch};
 use faer::linalg::matmul;
 use faer::linalg::svd::{ComputeSvdVectors, svd, svd_scratch};
-use faer::{Accum, ColMut, Mat, MatMut, MatRef, Par};
+use faer::{Accum, ColMut, Mat, MatMut, MatRef, Par, Side};
 
 use crate::SpectrumError;
 
@@ -25,6 +25,21 @@ pub(crate) fn symmetric_eigen(a: MatRef<'_, f64>) -> Result<(Vec<f64>, Mat<f64>)
         Default::default(),
     )
     .map_err(|_| SpectrumError::Dense { size })?;
+    Ok((values, vectors))
+}
+
+/// Eigenvalues, ascending, and M-orthonormal eigenvectors of A y = λ M y: with M = C Cᵀ those of C⁻¹ A C⁻ᵀ, the vectors multiplied by C⁻ᵀ.
+pub(crate) fn pencil_eigen(
+    mut a: Mat<f64>,
+    m: MatRef<'_, f64>,
+) -> Result<(Vec<f64>, Mat<f64>), SpectrumError> {
+    let size = a.nrows();
+    let factor = m.llt(Side::Lower).map_err(|_| SpectrumError::Dense { size })?;
+    let c = factor.L();
+    c.solve_lower_triangular_in_place(a.as_mut());
+    c.solve_lower_triangular_in_place(a.as_mut().transpose_mut());
+    let (values, mut vectors) = symmetric_eigen(a.as_ref())?;
+    c.transpose().solve_upper_triangular_in_place(vectors.as_mut());
     Ok((values, vectors))
 }
 

@@ -8,7 +8,6 @@
 use std::collections::BTreeMap;
 
 use mesh::TriMesh;
-use mesh::vector::{cross, dot, norm, sub};
 
 use crate::triangle::{Triangle, edge_lengths};
 
@@ -210,16 +209,16 @@ fn sort_around(mesh: &TriMesh, i: u32, j: u32, incident: &mut [(usize, usize)]) 
     if incident.len() < 3 {
         return;
     }
-    let positions = mesh.positions();
-    let axis = sub(positions[j as usize], positions[i as usize]);
+    let point = |v: u32| mesh.point(v as usize);
+    let axis = point(j) - point(i);
     let arm = |&(f, side): &(usize, usize)| {
-        let apex = mesh.triangles()[f][(side + 2) % 3] as usize;
-        sub(positions[apex], positions[i as usize])
+        let apex = mesh.triangles()[f][(side + 2) % 3];
+        point(apex) - point(i)
     };
-    let reference = cross(axis, arm(&incident[0]));
+    let reference = axis.cross(arm(&incident[0]));
     let angle = |at: &(usize, usize)| {
-        let normal = cross(axis, arm(at));
-        (dot(cross(reference, normal), axis) / norm(axis)).atan2(dot(reference, normal))
+        let normal = axis.cross(arm(at));
+        (reference.cross(normal).dot(axis) / axis.norm()).atan2(reference.dot(normal))
     };
     incident.sort_by(|a, b| angle(a).total_cmp(&angle(b)).then(a.cmp(b)));
 }

@@ -8,18 +8,21 @@ use crate::triangle::{Triangle, edge_lengths};
 /// Slack that mollification leaves in the triangle inequality, as a fraction of the mean edge length.
 const MOLLIFICATION: f64 = 1e-5;
 
-/// A discrete Laplace–Beltrami operator: stiffness S (#V by #V) and lumped mass D (#V).
+/// A discrete Laplace–Beltrami operator: stiffness S and mass (both #V by #V).
 ///
-/// S is positive semidefinite, the negative of the paper's Q; its rows sum to zero. D is diagonal and positive.
+/// S is positive semidefinite, the negative of the paper's Q; its rows sum to zero. The lumped mass D is diagonal and positive; the full mass
+/// B, where there is one, has the same row sums.
 #[derive(Clone, Debug)]
 pub struct Laplacian {
     stiffness: CsMat<f64>,
     mass: Vec<f64>,
+    full_mass: Option<CsMat<f64>>,
     mollified: usize,
 }
 
 /// Which Laplacian a mesh is given.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum LaplacianKind {
     /// Cotangent weights of the mesh's own triangles, as in the paper. See [`Laplacian::cotangent`].
     #[default]
@@ -28,19 +31,34 @@ pub enum LaplacianKind {
     Intrinsic,
 }
 
+/// The mass matrix of linear finite elements.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Mass {
+    /// D of eq. 4, diagonal: the row sums of B. The choice for manifold harmonics (eq. 5).
+    #[default]
+    Lumped,
+    /// B of eq. 3, which couples neighbours: the paper's choice for Shape-DNA (eq. 22).
+    Full,
+}
+
 impl Laplacian {
     /// The Laplacian of the given kind.
     ///
     /// # Errors
-    /// [`SpectrumError::Area`] if the surface has none.
-    pub fn of(mesh: &TriMesh, kind: LaplacianKind) -> Result<Self, SpectrumError> {
+    /// [`SpectrumError::Area`] if the surface has none, [`SpectrumError::Mass`] if a vertex has no triangle.
+    pub fn of(mesh: &TriMesh, kind: LaplacianKind, mass: Mass) -> Result<Self, SpectrumError> {
+        let (triangles, mollified) = measure(mesh)?;
         match kind {
-            LaplacianKind::Cotangent => Self::cotangent(mesh),
-            LaplacianKind::Intrinsic => Self::intrinsic(mesh),
+            LaplacianKind::Cotangent => Self::assemble(mesh, mesh.triangles(), &triangles, mass, mollified),
+            LaplacianKind::Intrinsic => {
+                let (corners, triangles) = tufted_delaunay(mesh);
+                Self::assemble(mesh, &corners, &triangles, mass, 0)
+            }
         }
     }
 
-    /// Finite elements on the intrinsic Delaunay triangulation of the tufted cover (Sharp and Crane 2020).
+    /// Finite elements on the intrinsic Delaunay triangulation of the tufted cover (Sharp and Crane 2020), with lumped mass.
     ///
     /// The same surface, better triangles: no weight between neighbours is negative, whatever the mesh's triangles
     /// look like, and non-manifold edges have a meaning. On a Delaunay mesh without degenerate triangles it equals
@@ -48,15 +66,9 @@ impl Laplacian {
     /// all edges lengthened by some 1e-5 of the mean edge.
     ///
     /// # Errors
-    /// [`SpectrumError::Area`] if the surface has none.
+    /// As [`of`](Self::of).
     pub fn intrinsic(mesh: &TriMesh) -> Result<Self, SpectrumError> {
-        measure(mesh)?;
-        let (corners, triangles) = tufted_delaunay(mesh);
-        Ok(Self {
-            stiffness: assemble_stiffness(mesh.vertex_count(), &corners, &triangles),
-            mass: assemble_lumped_mass(mesh.vertex_count(), &corners, &triangles),
-            mollified: 0,
-        })
+        Self::of(mesh, LaplacianKind::Intrinsic, Mass::Lumped)
     }
 
     /// Linear finite elements: cotangent stiffness S = −Q (eq. 3) and lumped mass D (eq. 4).
@@ -65,12 +77,23 @@ impl Laplacian {
     /// some 1e-5 of the mesh's mean edge (Sharp and Crane 2020). All other triangles enter exactly as the equations say.
     ///
     /// # Errors
-    /// [`SpectrumError::Area`] if the surface has none.
+    /// As [`of`](Self::of).
     pub fn cotangent(mesh: &TriMesh) -> Result<Self, SpectrumError> {
-        let (triangles, mollified) = measure(mesh)?;
+        Self::of(mesh, LaplacianKind::Cotangent, Mass::Lumped)
+    }
+
+    fn assemble(
+        mesh: &TriMesh,
+        corners: &[[u32; 3]],
+        triangles: &[Triangle],
+        mass: Mass,
+        mollified: usize,
+    ) -> Result<Self, SpectrumError> {
+        let n = mesh.vertex_count();
         Ok(Self {
-            stiffness: assemble_stiffness(mesh.vertex_count(), mesh.triangles(), &triangles),
-            mass: assemble_lumped_mass(mesh.vertex_count(), mesh.triangles(), &triangles),
+            stiffness: assemble_stiffness(n, corners, triangles),
+            mass: checked(assemble_lumped_mass(n, corners, triangles))?,
+            full_mass: (mass == Mass::Full).then(|| assemble_full_mass(n, corners, triangles)),
             mollified,
         })
     }
@@ -106,7 +129,8 @@ impl Laplacian {
         }
         Ok(Self {
             stiffness,
-            mass,
+            mass: checked(mass)?,
+            full_mass: None,
             mollified: 0,
         })
     }
@@ -121,22 +145,15 @@ impl Laplacian {
         &self.mass
     }
 
+    /// B, #V by #V, in squared units of the mesh; `None` where the mass is lumped.
+    pub fn full_mass(&self) -> Option<&CsMat<f64>> {
+        self.full_mass.as_ref()
+    }
+
     /// How many degenerate triangles of cotangent weights had to be mollified; 0 for a clean mesh.
     pub fn mollified(&self) -> usize {
         self.mollified
     }
-}
-
-/// S = −Q of eq. 3, #V by #V: S_ij = −(cot β + cot β′)/2 for an edge, S_ii = −Σ_j S_ij. Positive semidefinite.
-///
-/// # Errors
-/// [`SpectrumError::Area`] if the surface has none.
-pub fn stiffness(mesh: &TriMesh) -> Result<CsMat<f64>, SpectrumError> {
-    Ok(assemble_stiffness(
-        mesh.vertex_count(),
-        mesh.triangles(),
-        &measure(mesh)?.0,
-    ))
 }
 
 /// The diagonal of D of eq. 4, #V: a third of the area of the triangles around each vertex.
@@ -151,23 +168,17 @@ pub fn lumped_mass(mesh: &TriMesh) -> Result<Vec<f64>, SpectrumError> {
     ))
 }
 
-/// B of eq. 3, #V by #V: B_ij = (|t| + |t′|)/12 for an edge, B_ii = Σ|t|/6. Its rows sum to [`lumped_mass`].
-///
-/// # Errors
-/// [`SpectrumError::Area`] if the surface has none.
-pub fn full_mass(mesh: &TriMesh) -> Result<CsMat<f64>, SpectrumError> {
-    let (measured, _) = measure(mesh)?;
-    let n = mesh.vertex_count();
-    let mut entries = TriMat::with_capacity((n, n), 9 * measured.len());
-    for (corners, triangle) in mesh.triangles().iter().zip(&measured) {
-        for &i in corners {
-            for &j in corners {
-                let share = if i == j { 6.0 } else { 12.0 };
-                entries.add_triplet(i as usize, j as usize, triangle.area / share);
-            }
-        }
+/// Masses that a spectrum can be computed with: positive, and of a sum that double precision holds.
+fn checked(mass: Vec<f64>) -> Result<Vec<f64>, SpectrumError> {
+    if let Some(vertex) = mass.iter().position(|m| !m.is_normal() || *m < 0.0) {
+        let mass = mass[vertex];
+        return Err(SpectrumError::Mass { vertex, mass });
     }
-    Ok(entries.to_csr())
+    let area: f64 = mass.iter().sum();
+    match area.is_normal() {
+        true => Ok(mass),
+        false => Err(SpectrumError::Area { area }),
+    }
 }
 
 /// Area and cotangents of every triangle, degenerate ones mollified, and how many those were.
@@ -202,6 +213,7 @@ fn mean_edge(mesh: &TriMesh) -> f64 {
     total / (3 * mesh.triangle_count()) as f64
 }
 
+/// S = −Q of eq. 3, #V by #V: S_ij = −(cot β + cot β′)/2 for an edge, S_ii = −Σ_j S_ij. Positive semidefinite.
 fn assemble_stiffness(n: usize, corners: &[[u32; 3]], triangles: &[Triangle]) -> CsMat<f64> {
     let mut entries = TriMat::with_capacity((n, n), 12 * triangles.len());
     for (corner, triangle) in corners.iter().zip(triangles) {
@@ -217,6 +229,7 @@ fn assemble_stiffness(n: usize, corners: &[[u32; 3]], triangles: &[Triangle]) ->
     entries.to_csr()
 }
 
+/// The diagonal of D of eq. 4, #V: a third of the area of the triangles around each vertex.
 fn assemble_lumped_mass(n: usize, corners: &[[u32; 3]], triangles: &[Triangle]) -> Vec<f64> {
     let mut mass = vec![0.0; n];
     for (corner, triangle) in corners.iter().zip(triangles) {
@@ -225,4 +238,18 @@ fn assemble_lumped_mass(n: usize, corners: &[[u32; 3]], triangles: &[Triangle]) 
         }
     }
     mass
+}
+
+/// B of eq. 3, #V by #V: B_ij = (|t| + |t′|)/12 for an edge, B_ii = Σ|t|/6. Its rows sum to the lumped mass.
+fn assemble_full_mass(n: usize, corners: &[[u32; 3]], triangles: &[Triangle]) -> CsMat<f64> {
+    let mut entries = TriMat::with_capacity((n, n), 9 * triangles.len());
+    for (corner, triangle) in corners.iter().zip(triangles) {
+        for &i in corner {
+            for &j in corner {
+                let share = if i == j { 6.0 } else { 12.0 };
+                entries.add_triplet(i as usize, j as usize, triangle.area / share);
+            }
+        }
+    }
+    entries.to_csr()
 }

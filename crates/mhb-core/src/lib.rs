@@ -4,8 +4,8 @@
 //!
 //! > S h = λ D h,  λ_0 = 0 ≤ λ_1 ≤ …,  Hᵀ D H = I  (eq. 5)
 //!
-//! where S is the cotangent stiffness matrix and D the lumped mass of linear finite elements (eqs. 3, 4), proves that none is
-//! missing, and turns functions on the mesh into coefficients and back (eqs. 6–8).
+//! where S is the cotangent stiffness matrix and D the lumped mass of linear finite elements (eqs. 3, 4), or B, their full mass
+//! (eq. 3), in place of D ([`Mass::Full`]). Proves that none is missing, and turns functions on the mesh into coefficients and back (eqs. 6–8).
 //!
 //! ```
 //! use job::Job;
@@ -59,7 +59,7 @@ mod triangle;
 
 pub use error::SpectrumError;
 pub use inertia::InertiaCount;
-pub use laplacian::{Laplacian, LaplacianKind, full_mass, lumped_mass, stiffness};
+pub use laplacian::{Laplacian, LaplacianKind, Mass, lumped_mass};
 pub use options::SpectrumOptions;
 pub use spectrum::Spectrum;
 pub use stage::SpectrumStage;

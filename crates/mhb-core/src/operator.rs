@@ -1,17 +1,25 @@
-use faer::Mat;
+use std::borrow::Cow;
+use std::ops::Range;
+
+use faer::{Mat, MatRef};
 use mesh::Components;
+use sprs::CsMat;
 
-use crate::{Laplacian, SpectrumError};
+use crate::{Laplacian, dense};
 
-/// The standard eigenproblem that the solver works on: A = D^-1/2 S D^-1/2 with D scaled to total mass 1.
+/// The eigenproblem that the solver works on, with masses scaled to a total of 1.
 ///
-/// A y = λ y with y = D^1/2 h. Eigenvalues are free of the mesh's unit: Weyl's law puts the k-th near 4πk.
+/// A y = λ M y with A = D^-½ S D^-½, M = D^-½ B D^-½ and y = D^½ h. For lumped mass B is D, M the identity, and the problem a standard one.
+/// For full mass M lies between 1/4 and 1, because B does so of D in every triangle: |t|/12 (I + J) of |t|/3 I, where J is all ones.
+/// Eigenvalues are free of the mesh's unit: Weyl's law puts the k-th near 4πk.
 #[derive(Clone, Debug)]
 pub(crate) struct Operator {
     column_starts: Vec<u32>,
     rows: Vec<u32>,
     /// Entries of A, symmetric, so that compressed columns are compressed rows.
     values: Vec<f64>,
+    /// Entries of M beside those of A; none for lumped mass.
+    full_mass: Option<Vec<f64>>,
     /// Where each column's diagonal entry stands.
     diagonal: Vec<u32>,
     /// √D, total mass 1.
@@ -19,25 +27,20 @@ pub(crate) struct Operator {
     total_mass: f64,
 }
 
+/// Eigenvalues of M are not below this.
+const LEAST_MASS: f64 = 0.25;
+
 impl Operator {
-    pub(crate) fn new(laplacian: &Laplacian) -> Result<Self, SpectrumError> {
+    pub(crate) fn new(laplacian: &Laplacian) -> Self {
         let mass = laplacian.mass();
-        if let Some(vertex) = mass.iter().position(|m| !m.is_normal() || *m < 0.0) {
-            return Err(SpectrumError::Mass {
-                vertex,
-                mass: mass[vertex],
-            });
-        }
         let total_mass: f64 = mass.iter().sum();
-        if !total_mass.is_normal() {
-            return Err(SpectrumError::Area { area: total_mass });
-        }
         let root_mass: Vec<f64> = mass.iter().map(|m| (m / total_mass).sqrt()).collect();
         let stiffness = laplacian.stiffness();
         let mut operator = Self {
             column_starts: vec![0],
             rows: Vec::with_capacity(stiffness.nnz()),
             values: Vec::with_capacity(stiffness.nnz()),
+            full_mass: None,
             diagonal: Vec::with_capacity(mass.len()),
             root_mass,
             total_mass,
@@ -60,7 +63,20 @@ impl Operator {
             }
             operator.column_starts.push(operator.rows.len() as u32);
         }
-        Ok(operator)
+        operator.full_mass = laplacian.full_mass().map(|mass| operator.scaled_mass(mass));
+        operator
+    }
+
+    /// Entries of M. Stiffness and mass both couple the vertices that share a triangle, so their structures are one.
+    fn scaled_mass(&self, mass: &CsMat<f64>) -> Vec<f64> {
+        let entry = |(i, j): (usize, usize)| {
+            let value = mass.get(i, j).copied().unwrap_or(0.0);
+            value / (self.root_mass[i] * self.root_mass[j] * self.total_mass)
+        };
+        (0..self.size())
+            .flat_map(|j| self.entries(j).map(move |e| (self.rows[e] as usize, j)))
+            .map(entry)
+            .collect()
     }
 
     /// The same operator with vertices renumbered: new vertex i is old vertex `forward[i]`, `inverse` undoes it.
@@ -69,24 +85,33 @@ impl Operator {
             column_starts: vec![0],
             rows: Vec::with_capacity(self.rows.len()),
             values: Vec::with_capacity(self.values.len()),
+            full_mass: None,
             diagonal: Vec::with_capacity(self.size()),
             root_mass: forward.iter().map(|&old| self.root_mass[old as usize]).collect(),
             total_mass: self.total_mass,
         };
+        // Where each entry stood.
+        let mut origin = Vec::with_capacity(self.rows.len());
         let mut column = Vec::new();
         for (j, &old) in forward.iter().enumerate() {
             column.clear();
-            column.extend(self.column(old as usize).map(|(i, value)| (inverse[i], value)));
+            column.extend(
+                self.entries(old as usize)
+                    .map(|e| (inverse[self.rows[e] as usize], e)),
+            );
             column.sort_unstable_by_key(|&(i, _)| i);
-            for &(i, value) in &column {
+            for &(i, entry) in &column {
                 if i as usize == j {
                     permuted.diagonal.push(permuted.rows.len() as u32);
                 }
                 permuted.rows.push(i);
-                permuted.values.push(value);
+                origin.push(entry);
             }
             permuted.column_starts.push(permuted.rows.len() as u32);
         }
+        let moved = |values: &Vec<f64>| origin.iter().map(|&e| values[e]).collect::<Vec<f64>>();
+        permuted.values = moved(&self.values);
+        permuted.full_mass = self.full_mass.as_ref().map(moved);
         permuted
     }
 
@@ -113,36 +138,99 @@ impl Operator {
         self.total_mass
     }
 
-    /// Entries of A − σ I, in the order of [`rows`](Self::rows).
+    /// Entries of A − σ M, in the order of [`rows`](Self::rows).
     pub(crate) fn shifted(&self, shift: f64) -> Vec<f64> {
         let mut values = self.values.clone();
-        for &d in &self.diagonal {
-            values[d as usize] -= shift;
+        match &self.full_mass {
+            None => {
+                for &d in &self.diagonal {
+                    values[d as usize] -= shift;
+                }
+            }
+            Some(mass) => {
+                for (value, m) in values.iter_mut().zip(mass) {
+                    *value -= shift * m;
+                }
+            }
         }
         values
     }
 
-    /// Row and value of each entry of column j.
+    /// Where the entries of column j stand.
+    fn entries(&self, j: usize) -> Range<usize> {
+        self.column_starts[j] as usize..self.column_starts[j + 1] as usize
+    }
+
+    /// Row and value of each entry of column j of A.
     pub(crate) fn column(&self, j: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
-        let range = self.column_starts[j] as usize..self.column_starts[j + 1] as usize;
+        self.column_of(&self.values, j)
+    }
+
+    fn column_of<'a>(&'a self, values: &'a [f64], j: usize) -> impl Iterator<Item = (usize, f64)> + 'a {
+        let range = self.entries(j);
         self.rows[range.clone()]
             .iter()
-            .zip(&self.values[range])
+            .zip(&values[range])
             .map(|(&i, &value)| (i as usize, value))
     }
 
-    /// An upper bound of the eigenvalues: the largest absolute row sum.
+    /// M X, where blocks of #V rows of L values each follow one another. X itself for lumped mass.
+    pub(crate) fn mass_times<'a, const L: usize>(&self, x: &'a [f64]) -> Cow<'a, [f64]> {
+        let Some(mass) = &self.full_mass else {
+            return Cow::Borrowed(x);
+        };
+        let mut product = Vec::with_capacity(x.len());
+        for block in x.chunks_exact(L * self.size()) {
+            let (rows, _) = block.as_chunks::<L>();
+            for j in 0..self.size() {
+                let mut sum = [0.0; L];
+                for (i, m) in self.column_of(mass, j) {
+                    (0..L).for_each(|lane| sum[lane] += m * rows[i][lane]);
+                }
+                product.extend_from_slice(&sum);
+            }
+        }
+        Cow::Owned(product)
+    }
+
+    /// M X; `None` for lumped mass, where that is X.
+    pub(crate) fn full_mass_times(&self, x: MatRef<'_, f64>) -> Option<Mat<f64>> {
+        let mass = self.full_mass.as_ref()?;
+        let mut product = Mat::zeros(x.nrows(), x.ncols());
+        for k in 0..x.ncols() {
+            let column = dense::column(x, k);
+            for (j, target) in product.col_as_slice_mut(k).iter_mut().enumerate() {
+                *target = self.column_of(mass, j).map(|(i, m)| m * column[i]).sum();
+            }
+        }
+        Some(product)
+    }
+
+    /// An upper bound of the eigenvalues: the largest absolute row sum of A, over the least eigenvalue of M.
     pub(crate) fn norm_bound(&self) -> f64 {
-        (0..self.size())
+        let norm = (0..self.size())
             .map(|j| self.column(j).map(|(_, value)| value.abs()).sum())
-            .fold(0.0, f64::max)
+            .fold(0.0, f64::max);
+        match self.full_mass {
+            None => norm,
+            Some(_) => norm / LEAST_MASS,
+        }
     }
 
     /// A as a dense matrix.
     pub(crate) fn to_dense(&self) -> Mat<f64> {
+        self.dense_of(&self.values)
+    }
+
+    /// M as a dense matrix; `None` for lumped mass.
+    pub(crate) fn full_mass_to_dense(&self) -> Option<Mat<f64>> {
+        self.full_mass.as_ref().map(|mass| self.dense_of(mass))
+    }
+
+    fn dense_of(&self, values: &[f64]) -> Mat<f64> {
         let mut a = Mat::zeros(self.size(), self.size());
         for j in 0..self.size() {
-            for (i, value) in self.column(j) {
+            for (i, value) in self.column_of(values, j) {
                 a[(i, j)] = value;
             }
         }

@@ -1,4 +1,4 @@
-use crate::{LaplacianKind, SpectrumError};
+use crate::{LaplacianKind, Mass, SpectrumError};
 
 /// What to compute, and how.
 #[derive(Clone, Debug, PartialEq)]
@@ -7,7 +7,9 @@ pub struct SpectrumOptions {
     pub count: usize,
     /// Which Laplacian of the mesh.
     pub laplacian: LaplacianKind,
-    /// Largest relative residual ‖S h − λ D h‖ / λ (in the norm of D⁻¹, for h of D-norm 1) that counts as converged. Eigenfunctions
+    /// Which mass matrix B: lumped, or full.
+    pub mass: Mass,
+    /// Largest relative residual ‖S h − λ B h‖ / λ (in the norm of D⁻¹, for h of B-norm 1) that counts as converged. Eigenfunctions
     /// are orthonormal to a tenth of it.
     pub tolerance: f64,
     /// Width of the blocks that the solver iterates with, 1 to 64, rounded up to a multiple of 8. Changes the time, and the
@@ -22,6 +24,7 @@ impl Default for SpectrumOptions {
         Self {
             count: 325,
             laplacian: LaplacianKind::Cotangent,
+            mass: Mass::Lumped,
             tolerance: 1e-10,
             block: 8,
             band: 88,

@@ -3,18 +3,20 @@ use std::ops::Range;
 use faer::{Mat, MatRef};
 use job::Job;
 use mesh::TriMesh;
+use sprs::CsMat;
 
 use crate::canonical::{References, clusters};
 use crate::kernel::kernel;
 use crate::operator::Operator;
 use crate::{InertiaCount, Laplacian, SpectrumError, SpectrumOptions, SpectrumStage, dense, solver};
 
-/// The m lowest eigenpairs of S h = λ D h (eq. 5): the manifold harmonics basis.
+/// The m lowest eigenpairs of S h = λ B h: with lumped mass, B = D, the manifold harmonics basis (eq. 5).
 #[derive(Clone, Debug)]
 pub struct Spectrum {
     eigenvalues: Vec<f64>,
     eigenfunctions: Mat<f64>,
     mass: Vec<f64>,
+    full_mass: Option<CsMat<f64>>,
     residuals: Vec<f64>,
     clusters: Vec<Range<usize>>,
     inertia: Vec<InertiaCount>,
@@ -29,11 +31,12 @@ impl Spectrum {
     pub fn compute(mesh: &TriMesh, options: &SpectrumOptions, job: &Job) -> Result<Self, SpectrumError> {
         options.checked(mesh.vertex_count())?;
         job.begin(SpectrumStage::Assembly)?;
-        let laplacian = Laplacian::of(mesh, options.laplacian)?;
+        let laplacian = Laplacian::of(mesh, options.laplacian, options.mass)?;
         Self::of_laplacian(&laplacian, options, job)
     }
 
-    /// The spectrum of any Laplacian; [`SpectrumOptions::laplacian`] is not looked at.
+    /// The spectrum of any Laplacian; [`SpectrumOptions::laplacian`] and
+    /// [`mass`](SpectrumOptions::mass) are not looked at.
     ///
     /// # Errors
     /// As [`compute`](Self::compute).
@@ -43,7 +46,7 @@ impl Spectrum {
         job: &Job,
     ) -> Result<Self, SpectrumError> {
         let options = options.checked(laplacian.mass().len())?;
-        let operator = Operator::new(laplacian)?;
+        let operator = Operator::new(laplacian);
         let kernel = kernel(&operator);
         let solution = solver::lowest(&operator, kernel.as_ref(), &options, job)?;
         finish(laplacian, &operator, kernel.ncols(), solution, options.count, job)
@@ -64,7 +67,7 @@ impl Spectrum {
         &self.eigenvalues
     }
 
-    /// H, #V by m, column-major: column k belongs to eigenvalue k, Hᵀ D H = I. The basis is canonical: it depends on
+    /// H, #V by m, column-major: column k belongs to eigenvalue k, Hᵀ B H = I, where B is the mass, D if it is lumped. The basis is canonical: it depends on
     /// the mesh alone, and the first columns do not depend on how many were asked for. Column 0 is a positive constant.
     pub fn eigenfunctions(&self) -> MatRef<'_, f64> {
         self.eigenfunctions.as_ref()
@@ -83,7 +86,12 @@ impl Spectrum {
         &self.mass
     }
 
-    /// Relative residual of each pair, ‖S h − λ D h‖_{D⁻¹} / max(λ, 1 / area), recomputed from the final vectors.
+    /// B, #V by #V, if the mass is full.
+    pub fn full_mass(&self) -> Option<&CsMat<f64>> {
+        self.full_mass.as_ref()
+    }
+
+    /// Relative residual of each pair, ‖S h − λ B h‖_{D⁻¹} / max(λ, 1 / area), recomputed from the final vectors.
     pub fn residuals(&self) -> &[f64] {
         &self.residuals
     }
@@ -93,7 +101,8 @@ impl Spectrum {
         &self.clusters
     }
 
-    /// Proof that no pair is missing: shifts, ascending, with the number of eigenvalues below each, which is how many were found.
+    /// Proof that no pair is missing: shifts, ascending, with the number of eigenvalues below each, which is how many were found there.
+    /// The last shift may lie beyond the pairs that were asked for.
     pub fn inertia(&self) -> &[InertiaCount] {
         &self.inertia
     }
@@ -145,6 +154,7 @@ fn finish(
         eigenvalues: eigenvalues[..count].iter().map(|l| l / area).collect(),
         eigenfunctions: vectors,
         mass: laplacian.mass().to_vec(),
+        full_mass: laplacian.full_mass().cloned(),
         residuals,
         clusters,
         inertia: counts
@@ -160,7 +170,7 @@ fn finish(
 /// Columns whose residuals are computed together, so that the entries of A are read once for all of them.
 const LANES: usize = 8;
 
-/// ‖A y − λ y‖ / max(λ, 1) of each column.
+/// ‖A y − λ M y‖ / max(λ, 1) of each column.
 fn residuals(
     operator: &Operator,
     vectors: MatRef<'_, f64>,
@@ -177,7 +187,8 @@ fn residuals(
         }
         let mut squares = [0.0; LANES];
         let lambda: [f64; LANES] = std::array::from_fn(|lane| lambdas.get(lane).copied().unwrap_or(0.0));
-        for (j, own) in rows.iter().enumerate() {
+        let weighted = operator.mass_times::<LANES>(rows.as_flattened());
+        for (j, own) in weighted.as_chunks::<LANES>().0.iter().enumerate() {
             let mut difference: [f64; LANES] = std::array::from_fn(|lane| -lambda[lane] * own[lane]);
             for (i, a) in operator.column(j) {
                 let row = &rows[i];

@@ -5,7 +5,7 @@ use faer::{Accum, MatMut, MatRef, Par, linalg::matmul::matmul};
 ///
 /// Functions have one value a vertex (#V), coefficients one a pair (m); positions are three functions, x, y and z.
 impl Spectrum {
-    /// MHT (eq. 6): x̃_k = Σ_i x_i D_ii H_i^k, for a function given by its `values` at the vertices.
+    /// MHT (eq. 6): x̃_k = Σ_i x_i D_ii H_i^k (with full mass Σ_ij x_i B_ij H_j^k), for a function given by its `values` at the vertices.
     ///
     /// # Panics
     /// If there is not one value a vertex.
@@ -52,13 +52,9 @@ impl Spectrum {
             .collect()
     }
 
-    /// Hᵀ D X.
+    /// Hᵀ B X.
     fn analyse<const C: usize>(&self, values: &[[f64; C]]) -> Vec<[f64; C]> {
-        let weighted: Vec<[f64; C]> = values
-            .iter()
-            .zip(self.mass())
-            .map(|(row, &mass)| row.map(|x| x * mass))
-            .collect();
+        let weighted = self.weighted(values);
         let mut coefficients = vec![[0.0; C]; self.len()];
         matmul(
             MatMut::from_row_major_slice_mut(coefficients.as_flattened_mut(), self.len(), C),
@@ -69,6 +65,18 @@ impl Spectrum {
             Par::Seq,
         );
         coefficients
+    }
+
+    /// B X.
+    fn weighted<const C: usize>(&self, values: &[[f64; C]]) -> Vec<[f64; C]> {
+        let Some(mass) = self.full_mass() else {
+            let pairs = values.iter().zip(self.mass());
+            return pairs.map(|(row, &mass)| row.map(|x| x * mass)).collect();
+        };
+        let entry = |sum: [f64; C], (j, m): (usize, &f64)| std::array::from_fn(|c| sum[c] + m * values[j][c]);
+        mass.outer_iterator()
+            .map(|row| row.iter().fold([0.0; C], entry))
+            .collect()
     }
 
     /// H X̃.

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex};
 
 use job::{Job, JobError, Observer, Stage};
 use mesh::{TriMesh, shapes};
-use mhb_core::{Laplacian, Spectrum, SpectrumError, SpectrumOptions, full_mass, lumped_mass, stiffness};
+use mhb_core::{Laplacian, LaplacianKind, Mass, Spectrum, SpectrumError, SpectrumOptions};
 use sprs::{CsMat, TriMat};
 
 fn options(count: usize) -> SpectrumOptions {
@@ -130,10 +130,11 @@ fn a_flat_torus_has_exactly_its_discrete_spectrum_with_all_multiplicities() {
 #[test]
 fn rows_of_the_stiffness_sum_to_zero_and_rows_of_the_full_mass_to_the_lumped_mass() {
     let mesh = shapes::bumpy_torus(24, 12, 5);
+    let laplacian = Laplacian::of(&mesh, LaplacianKind::Cotangent, Mass::Full).unwrap();
     let (s, b, d) = (
-        stiffness(&mesh).unwrap(),
-        full_mass(&mesh).unwrap(),
-        lumped_mass(&mesh).unwrap(),
+        laplacian.stiffness(),
+        laplacian.full_mass().unwrap(),
+        laplacian.mass(),
     );
     let row_sums = |m: &CsMat<f64>| {
         m.outer_iterator()
@@ -141,11 +142,11 @@ fn rows_of_the_stiffness_sum_to_zero_and_rows_of_the_full_mass_to_the_lumped_mas
             .collect::<Vec<f64>>()
     };
     let largest = s.data().iter().fold(0.0, |a: f64, x| a.max(x.abs()));
-    assert!(row_sums(&s).iter().all(|sum| sum.abs() < 1e-14 * largest));
+    assert!(row_sums(s).iter().all(|sum| sum.abs() < 1e-14 * largest));
     assert!(
-        row_sums(&b)
+        row_sums(b)
             .iter()
-            .zip(&d)
+            .zip(d)
             .all(|(sum, mass)| (sum - mass).abs() < 1e-14 * mass)
     );
     let area: f64 = d.iter().sum();
@@ -156,8 +157,9 @@ fn rows_of_the_stiffness_sum_to_zero_and_rows_of_the_full_mass_to_the_lumped_mas
 fn the_stiffness_measures_the_gradient_of_a_linear_function() {
     let mesh = shapes::rectangle(7, 5, 3.0, 2.0);
     let f: Vec<f64> = mesh.positions().iter().map(|p| 2.0 * p[0] - 0.5 * p[1]).collect();
-    let energy: f64 = stiffness(&mesh)
-        .unwrap()
+    let laplacian = Laplacian::cotangent(&mesh).unwrap();
+    let energy: f64 = laplacian
+        .stiffness()
         .iter()
         .map(|(&s, (i, j))| s * f[i] * f[j])
         .sum();
@@ -234,16 +236,51 @@ fn eigenvalues_scale_as_the_inverse_square_and_eigenfunctions_as_the_inverse() {
 #[test]
 fn the_sparse_solver_agrees_with_a_dense_one() {
     let mesh = shapes::bumpy_torus(40, 24, 9);
-    let laplacian = Laplacian::cotangent(&mesh).unwrap();
+    let laplacian = Laplacian::of(&mesh, LaplacianKind::Cotangent, Mass::Full).unwrap();
     let n = mesh.vertex_count();
-    let d = laplacian.mass();
-    let mut a = faer::Mat::<f64>::zeros(n, n);
-    for (&s, (i, j)) in laplacian.stiffness() {
-        a[(i, j)] = s / (d[i] * d[j]).sqrt();
+    let dense = |sparse: &CsMat<f64>| {
+        let mut a = faer::Mat::<f64>::zeros(n, n);
+        for (&value, (i, j)) in sparse {
+            a[(i, j)] = value;
+        }
+        a
+    };
+    let s = dense(laplacian.stiffness());
+    let d = faer::Mat::from_fn(n, n, |i, j| if i == j { laplacian.mass()[i] } else { 0.0 });
+    let b = dense(laplacian.full_mass().unwrap());
+    for (mass, matrix) in [(Mass::Lumped, d), (Mass::Full, b)] {
+        let factor = matrix.llt(faer::Side::Lower).unwrap();
+        let mut a = s.clone();
+        factor.L().solve_lower_triangular_in_place(a.as_mut());
+        factor
+            .L()
+            .solve_lower_triangular_in_place(a.as_mut().transpose_mut());
+        let exact = a.self_adjoint_eigenvalues(faer::Side::Lower).unwrap();
+        let found =
+            Spectrum::compute(&mesh, &SpectrumOptions { mass, ..options(200) }, &Job::default()).unwrap();
+        assert!(worst_error(found.eigenvalues(), &exact) < 1e-10);
+        let h = found.eigenfunctions();
+        let defect = h.transpose() * &matrix * h - faer::Mat::<f64>::identity(200, 200);
+        assert!(defect.norm_max() < 1e-10);
     }
-    let exact = a.self_adjoint_eigenvalues(faer::Side::Lower).unwrap();
-    let found = spectrum(&mesh, 200);
-    assert!(worst_error(found.eigenvalues(), &exact) < 1e-10);
+}
+
+#[test]
+fn with_full_mass_the_transform_of_an_eigenfunction_is_a_unit_vector() {
+    for mesh in [shapes::bumpy_sphere(2, 3), shapes::bumpy_sphere(4, 3)] {
+        let settings = SpectrumOptions {
+            mass: Mass::Full,
+            ..options(60)
+        };
+        let found = Spectrum::compute(&mesh, &settings, &Job::default()).unwrap();
+        for k in [0, 7, 59] {
+            let coefficients = found.transform(found.eigenfunction(k));
+            for (i, c) in coefficients.iter().enumerate() {
+                assert!((c - f64::from(u8::from(i == k))).abs() < 1e-10);
+            }
+        }
+        assert!(found.residuals().iter().all(|r| *r < 1e-8));
+    }
 }
 
 #[test]

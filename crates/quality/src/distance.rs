@@ -5,9 +5,8 @@ use mesh::{Surface, TriMesh};
 use serde::Serialize;
 
 use crate::sampling::{Samples, sample};
-use mesh::vector::Vec3;
 
-use crate::{MetricStage, QualityError};
+use crate::{Figure, Measurement, Metric, Needs, QualityError, Side};
 
 /// How surfaces are sampled.
 #[derive(Clone, Debug, PartialEq)]
@@ -60,17 +59,18 @@ impl SymmetricDistance {
     /// Measures both ways.
     ///
     /// # Errors
-    /// As [`surface_distance`].
+    /// As [`surface_distance`], with the mesh that is the reason.
     pub fn between(
         other: &TriMesh,
         reference: &TriMesh,
         options: &DistanceOptions,
         job: &Job,
     ) -> Result<Self, QualityError> {
-        job.begin(MetricStage::Distance)?;
         Ok(Self {
-            forward: distance(other, reference, options, &job.part(0.0, 0.5))?,
-            backward: distance(reference, other, options, &job.part(0.5, 1.0))?,
+            forward: surface_distance(other, reference, options, &job.part(0.0, 0.5))
+                .map_err(|error| error.of(Side::Other))?,
+            backward: surface_distance(reference, other, options, &job.part(0.5, 1.0))
+                .map_err(|error| error.of(Side::Reference))?,
             diagonal: reference.bounding_box().diagonal(),
         })
     }
@@ -126,17 +126,6 @@ pub fn surface_distance(
     options: &DistanceOptions,
     job: &Job,
 ) -> Result<SurfaceDistance, QualityError> {
-    job.begin(MetricStage::Distance)?;
-    distance(from, to, options, job)
-}
-
-/// [`surface_distance`] as part of a stage.
-fn distance(
-    from: &TriMesh,
-    to: &TriMesh,
-    options: &DistanceOptions,
-    job: &Job,
-) -> Result<SurfaceDistance, QualityError> {
     let interval = interval(from, options)?;
     let surface = Surface::new(to);
     let owners = owners(from);
@@ -149,16 +138,11 @@ fn distance(
                     samples.add_point(from.positions()[v as usize]);
                 }
             }
-            sample(
-                from.corners(t).map(Into::into),
-                interval,
-                &mut samples,
-                &mut |samples| {
-                    distances.resize(samples.points.len(), 0.0);
-                    surface.distances(&samples.points, &mut distances);
-                    sums.add(samples, &distances);
-                },
-            );
+            sample(from.corners(t), interval, &mut samples, &mut |samples| {
+                distances.resize(samples.points.len(), 0.0);
+                surface.distances(&samples.points, &mut distances);
+                sums.add(samples, &distances);
+            });
         }
         sums
     };
@@ -220,7 +204,7 @@ struct Sums {
     distances: f64,
     area: f64,
     maximum: f64,
-    farthest: Vec3,
+    farthest: [f64; 3],
     samples: usize,
 }
 
@@ -259,11 +243,70 @@ impl Sums {
 /// # Errors
 /// [`QualityError::Job`].
 pub fn vertex_distances(from: &TriMesh, to: &TriMesh, job: &Job) -> Result<Vec<f64>, QualityError> {
-    job.begin(MetricStage::Distance)?;
     let surface = Surface::new(to);
     Ok(job.map_reported(from.vertex_count(), CHUNK, |v| {
         surface.nearest(from.positions()[v]).distance
     })?)
+}
+
+/// d_rmse (eq. 21), mean and greatest distance, and with both ways the Hausdorff distance and MRMS too, as fractions of the reference's
+/// diagonal.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DistanceMetric {
+    /// How surfaces are sampled.
+    pub options: DistanceOptions,
+    /// Whether the way back, from the reference to the other mesh, is measured too.
+    pub both_ways: bool,
+}
+
+impl Default for DistanceMetric {
+    fn default() -> Self {
+        Self {
+            options: DistanceOptions::default(),
+            both_ways: true,
+        }
+    }
+}
+
+impl Metric for DistanceMetric {
+    fn name(&self) -> &'static str {
+        "distance"
+    }
+
+    fn needs(&self) -> Needs {
+        Needs::SamePlace
+    }
+
+    fn measure(&self, reference: &TriMesh, other: &TriMesh, job: &Job) -> Result<Measurement, QualityError> {
+        let options = &self.options;
+        let diagonal = reference.bounding_box().diagonal();
+        let part = |length: f64| Figure::Number(length / diagonal);
+        if !self.both_ways {
+            let forward = surface_distance(other, reference, options, job);
+            let forward = forward.map_err(|error| error.of(Side::Other))?;
+            return Ok(Measurement::new([
+                ("d_rmse", part(forward.rmse)),
+                ("mean", part(forward.mean)),
+                ("hausdorff_forward", part(forward.maximum)),
+                ("samples", forward.samples.into()),
+                ("interval", options.interval.into()),
+            ]));
+        }
+        let both = SymmetricDistance::between(other, reference, options, job)?;
+        let (forward, backward) = (both.forward, both.backward);
+        Ok(Measurement::new([
+            ("d_rmse", part(forward.rmse)),
+            ("mean", part(forward.mean)),
+            ("hausdorff_forward", part(forward.maximum)),
+            ("hausdorff_backward", part(backward.maximum)),
+            ("hausdorff", part(both.hausdorff())),
+            ("rmse_backward", part(backward.rmse)),
+            ("mean_backward", part(backward.mean)),
+            ("mrms", part(both.mrms())),
+            ("samples", [forward.samples, backward.samples].into()),
+            ("interval", options.interval.into()),
+        ]))
+    }
 }
 
 #[cfg(test)]

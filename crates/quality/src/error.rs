@@ -1,6 +1,24 @@
 use job::JobError;
 use mhb_core::SpectrumError;
 
+/// One of the two meshes that are compared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Side {
+    /// What is measured by.
+    Reference,
+    /// What differs from it.
+    Other,
+}
+
+impl std::fmt::Display for Side {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Reference => "the reference",
+            Self::Other => "the other mesh",
+        })
+    }
+}
+
 /// Why two meshes can't be compared.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -32,6 +50,14 @@ pub enum QualityError {
     NoSurface {
         /// The sum of the triangles' areas.
         area: f64,
+    },
+    /// One of the two meshes is the reason.
+    #[error("{side}: {source}")]
+    Mesh {
+        /// Which.
+        side: Side,
+        /// What is wrong with it.
+        source: Box<QualityError>,
     },
     /// The metric compares vertex with vertex, but the two meshes do not have the same triangles.
     #[error(
@@ -75,33 +101,9 @@ pub enum QualityError {
         /// Eigenvalues of the other.
         right: usize,
     },
-    /// Stiffness and mass could not be assembled.
+    /// Eigenvalues could not be computed.
     #[error(transparent)]
-    Spectrum(#[from] SpectrumError),
-    /// A sparse factorisation failed.
-    #[error(
-        "the stiffness matrix can't be factorised at shift {shift} (in units of 1 / area): the mesh has extreme triangles, mend them or re-mesh"
-    )]
-    Factorisation {
-        /// The shift.
-        shift: f64,
-    },
-    /// The search for eigenvalues found another number of them than inertia proves.
-    #[error(
-        "found {found} of the {expected} lowest eigenvalues: the mesh has extreme triangles, mend them or re-mesh"
-    )]
-    Incomplete {
-        /// Converged eigenvalues.
-        found: usize,
-        /// How many there are, by Sylvester's law.
-        expected: usize,
-    },
-    /// There is not enough memory for the factors.
-    #[error("there is not enough memory to factorise a matrix of {size} rows: simplify the mesh first")]
-    Memory {
-        /// Number of rows.
-        size: usize,
-    },
+    Spectrum(SpectrumError),
     /// A picture could not be encoded.
     #[cfg(feature = "png")]
     #[error("the picture can't be encoded ({reason})")]
@@ -112,4 +114,30 @@ pub enum QualityError {
     /// The job was cancelled, or got no threads.
     #[error(transparent)]
     Job(#[from] JobError),
+}
+
+impl From<SpectrumError> for QualityError {
+    /// A job that could not be done is always [`QualityError::Job`].
+    fn from(error: SpectrumError) -> Self {
+        match error {
+            SpectrumError::Job(error) => Self::Job(error),
+            error => Self::Spectrum(error),
+        }
+    }
+}
+
+impl QualityError {
+    /// The same error of one mesh, if it is about a mesh.
+    pub(crate) fn of(self, side: Side) -> Self {
+        match self {
+            Self::NoSurface { .. }
+            | Self::TooFewEigenvalues { .. }
+            | Self::TooManyEigenvalues { .. }
+            | Self::Spectrum(_) => Self::Mesh {
+                side,
+                source: Box::new(self),
+            },
+            other => other,
+        }
+    }
 }

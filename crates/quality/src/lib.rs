@@ -1,11 +1,13 @@
 //! How far two meshes differ: by distance, by shape, to the eye; and pictures of where.
 //!
-//! | metric | type | needs | source |
+//! | metric | types | needs | source |
 //! |---|---|---|---|
-//! | d_rmse (eq. 21), mean, forward and symmetric Hausdorff distance, MRMS | [`SurfaceDistance`], [`SymmetricDistance`] | surfaces in the same place | Aspert et al. 2002, Cignoni et al. 1998, Wang et al. 2010 |
-//! | Shape-DNA d_{p,m} (eqs. 22–24) | [`ShapeDna`] | nothing: it does not depend on place, pose or size | Reuter et al. 2006 |
-//! | MSDM2 | [`Msdm2`] | surfaces in the same place | Lavoué 2011 |
-//! | DAME | [`Dame`] | the same connectivity | Váša and Rus 2012 |
+//! | d_rmse (eq. 21), mean, forward and symmetric Hausdorff distance, MRMS | [`DistanceMetric`]: [`SurfaceDistance`], [`SymmetricDistance`] | surfaces in the same place | Aspert et al. 2002, Cignoni et al. 1998, Wang et al. 2010 |
+//! | Shape-DNA d_{p,m} (eqs. 22–24) | [`ShapeDnaMetric`]: [`ShapeDna`] | nothing: it does not depend on place, pose or size | Reuter et al. 2006 |
+//! | MSDM2 | [`Msdm2Metric`]: [`Msdm2`] | surfaces in the same place | Lavoué 2011 |
+//! | DAME | [`DameMetric`]: [`Dame`] | the same connectivity | Váša and Rus 2012 |
+//!
+//! All are [`Metric`]s, for programs that offer a choice; each has functions and results of its own besides.
 //!
 //! ```
 //! use job::Job;
@@ -49,15 +51,18 @@
 mod distance;
 mod error;
 mod heatmap;
+mod metric;
 mod perceptual;
 pub mod picture;
 mod sampling;
-mod spectrum;
-mod stage;
+mod shape_dna;
 
-pub use distance::{DistanceOptions, SurfaceDistance, SymmetricDistance, surface_distance, vertex_distances};
-pub use error::QualityError;
+pub use distance::{
+    DistanceMetric, DistanceOptions, SurfaceDistance, SymmetricDistance, surface_distance, vertex_distances,
+};
+pub use error::{QualityError, Side};
 pub use heatmap::{Scale, heatmap};
-pub use perceptual::{Dame, Msdm2, Visibility, same_connectivity};
-pub use spectrum::{Mass, Normalisation, ShapeDna, ShapeDnaOptions};
-pub use stage::MetricStage;
+pub use metric::{Figure, Measurement, Metric, Needs};
+pub use mhb_core::Mass;
+pub use perceptual::{Dame, DameMetric, Msdm2, Msdm2Metric, Visibility, same_connectivity};
+pub use shape_dna::{Normalisation, ShapeDna, ShapeDnaMetric, ShapeDnaOptions};

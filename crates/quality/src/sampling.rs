@@ -1,6 +1,6 @@
 //! Samples of a triangle, about one interval apart, with the area that each stands for.
 
-use mesh::vector::{Vec3, add, cross, norm, scaled, sub};
+use mesh::Vec3;
 
 /// Triangles with longer edges, in intervals, are halved before they are sampled, so that samples that are measured together
 /// lie close together.
@@ -12,7 +12,7 @@ const HALVINGS: u32 = 60;
 /// Points of one small triangle, with their weights.
 #[derive(Default)]
 pub(crate) struct Samples {
-    pub(crate) points: Vec<Vec3>,
+    pub(crate) points: Vec<[f64; 3]>,
     /// The area that each point stands for.
     pub(crate) weights: Vec<f64>,
 }
@@ -24,7 +24,7 @@ impl Samples {
     }
 
     /// A point of no weight.
-    pub(crate) fn add_point(&mut self, p: Vec3) {
+    pub(crate) fn add_point(&mut self, p: [f64; 3]) {
         self.points.push(p);
         self.weights.push(0.0);
     }
@@ -37,7 +37,7 @@ impl Samples {
     /// the interval would lose the variation of the squared distance over them.
     fn add_rows(&mut self, corners: [Vec3; 3], interval: f64) {
         let (base, [a, b, apex]) = from_longest_edge(corners);
-        let twice_area = norm(cross(sub(b, a), sub(apex, a)));
+        let twice_area = (b - a).cross(apex - a).norm();
         if twice_area == 0.0 {
             return;
         }
@@ -56,7 +56,7 @@ impl Samples {
             let stretch = 1.0 / (1.0 - 1.0 / (count * count)).sqrt();
             for i in 0..count as usize {
                 let place = 0.5 + stretch * ((i as f64 + 0.5) / count - 0.5);
-                self.points.push(towards(left, right, place));
+                self.points.push(towards(left, right, place).0);
                 self.weights.push(0.5 * twice_area * share / count);
             }
         }
@@ -94,20 +94,18 @@ pub(crate) fn sample(
 
 /// The length of the longest edge, and the corners turned so that it runs from the first to the second.
 fn from_longest_edge([a, b, c]: [Vec3; 3]) -> (f64, [Vec3; 3]) {
-    let turned =
-        [[a, b, c], [b, c, a], [c, a, b]].map(|corners| (norm(sub(corners[1], corners[0])), corners));
+    let turned = [[a, b, c], [b, c, a], [c, a, b]].map(|corners| ((corners[1] - corners[0]).norm(), corners));
     let longer = |x: (f64, [Vec3; 3]), y: (f64, [Vec3; 3])| if y.0 > x.0 { y } else { x };
     longer(longer(turned[0], turned[1]), turned[2])
 }
 
 fn towards(a: Vec3, b: Vec3, t: f64) -> Vec3 {
-    add(scaled(a, 1.0 - t), scaled(b, t))
+    a * (1.0 - t) + b * t
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use mesh::vector::dot;
     use proptest::prelude::*;
 
     fn all_samples(corners: [Vec3; 3], interval: f64) -> Samples {
@@ -124,7 +122,10 @@ mod tests {
             prop::array::uniform3(prop::array::uniform3(-1.0..1.0_f64)),
             0..4_i32,
         )
-            .prop_map(|([a, b, c], thin)| [a, b, add(towards(a, b, 0.3), scaled(c, 10_f64.powi(-thin)))])
+            .prop_map(|(corners, thin)| {
+                let [a, b, c] = corners.map(Vec3);
+                [a, b, towards(a, b, 0.3) + c * 10_f64.powi(-thin)]
+            })
     }
 
     proptest! {
@@ -132,14 +133,15 @@ mod tests {
         fn quadratic_functions_are_integrated_exactly(corners in triangles(), interval in 0.02..2.0_f64, f in prop::array::uniform3(-1.0..1.0_f64), g in -1.0..1.0_f64) {
             let samples = all_samples(corners, interval);
             let [a, b, c] = corners;
-            let area = 0.5 * norm(cross(sub(b, a), sub(c, a)));
+            let area = 0.5 * (b - a).cross(c - a).norm();
+            let f = Vec3(f);
             // ∫ (f·p + g)² = |t|/12 (Σ h_i² + (Σ h_i)²) with the values h_i at the corners.
-            let heights = corners.map(|p| dot(f, p) + g);
+            let heights = corners.map(|p| f.dot(p) + g);
             let sum: f64 = heights.iter().sum();
-            let integral = area / 12.0 * (dot(heights, heights) + sum * sum);
-            let sampled: f64 = samples.points.iter().zip(&samples.weights).map(|(&p, w)| w * (dot(f, p) + g).powi(2)).sum();
+            let integral = area / 12.0 * (Vec3(heights).squared() + sum * sum);
+            let sampled: f64 = samples.points.iter().zip(&samples.weights).map(|(&p, w)| w * (f.dot(Vec3(p)) + g).powi(2)).sum();
             prop_assert!((sampled - integral).abs() < 1e-12 * area.max(1e-3), "{sampled} {integral}");
-            let linear: f64 = samples.points.iter().zip(&samples.weights).map(|(&p, w)| w * (dot(f, p) + g)).sum();
+            let linear: f64 = samples.points.iter().zip(&samples.weights).map(|(&p, w)| w * (f.dot(Vec3(p)) + g)).sum();
             prop_assert!((linear - area * sum / 3.0).abs() < 1e-12 * area.max(1e-3));
         }
 
@@ -147,9 +149,9 @@ mod tests {
         fn every_point_of_a_triangle_has_a_sample_or_a_corner_near_it(corners in triangles(), interval in 0.05..0.5_f64, u in 0.0..1.0_f64, v in 0.0..1.0_f64) {
             let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
             let [a, b, c] = corners;
-            let p = add(a, add(scaled(sub(b, a), u), scaled(sub(c, a), v)));
+            let p = a + ((b - a) * u + (c - a) * v);
             let samples = all_samples(corners, interval);
-            let nearest = samples.points.iter().chain(&corners).map(|&q| norm(sub(p, q))).fold(f64::INFINITY, f64::min);
+            let nearest = samples.points.iter().map(|&q| Vec3(q)).chain(corners).map(|q| (p - q).norm()).fold(f64::INFINITY, f64::min);
             prop_assert!(nearest <= 1.5 * interval, "{nearest} {interval}");
         }
     }
@@ -157,10 +159,10 @@ mod tests {
     #[test]
     fn triangles_without_area_have_no_samples() {
         assert!(
-            all_samples([[0.0; 3], [1.0, 0.0, 0.0], [0.5, 0.0, 0.0]], 0.1)
+            all_samples([[0.0; 3], [1.0, 0.0, 0.0], [0.5, 0.0, 0.0]].map(Vec3), 0.1)
                 .points
                 .is_empty()
         );
-        assert!(all_samples([[1.0; 3]; 3], 0.1).points.is_empty());
+        assert!(all_samples([Vec3([1.0; 3]); 3], 0.1).points.is_empty());
     }
 }

@@ -1,99 +1,19 @@
-//! From a suspect in unknown pose to the similarity that brings it back.
-
-use crate::connectivity::{Connectivity, Correspondence, Remainder, Survivors, survivors};
-use crate::sampled::Sampled;
-use crate::search::Search;
-use crate::vector::{norm, squared, sub};
-use crate::{Handedness, PreparedMesh, RegistrationError, RegistrationStage, fit_similarity};
-use job::{Job, JobError};
-use mesh::{Similarity, TriMesh};
 use std::sync::OnceLock;
 
-/// How to align.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AlignOptions {
-    /// How near the surfaces must be to count as overlapping, as a fraction of the smaller bounding-box
-    /// diagonal.
-    pub tolerance: f64,
-    /// The least share of the suspect's area that must overlap for the suspect to count as aligned.
-    pub least_overlap: f64,
-}
+use job::{Job, JobError};
+use mesh::TriMesh;
 
-impl Default for AlignOptions {
-    fn default() -> Self {
-        Self {
-            tolerance: 0.01,
-            least_overlap: 0.8,
-        }
-    }
-}
+use crate::{
+    AlignOptions, Alignment, Correspondence, PointPair, PreparedMesh, RegistrationError, RegistrationStage,
+    connectivity::{Connectivity, Survivors, survivors},
+    points::{POINTS_APART, fits},
+    sampled::Sampled,
+    search::Search,
+    survivors::ByVertices,
+    symmetries::Symmetries,
+};
 
-/// What the alignment rests on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
-#[serde(rename_all = "snake_case")]
-#[non_exhaustive]
-pub enum MatchedBy {
-    /// All vertices of the original were found again.
-    Connectivity,
-    /// Part of the original's net was found again: at least a quarter of the vertices of the smaller mesh.
-    Surroundings,
-    /// The surfaces alone.
-    Surface,
-    /// The surfaces, from pairs of points that were given.
-    Points,
-}
-
-/// A point of the suspect and the point of the original where it belongs: on the surfaces or near them, not
-/// necessarily vertices.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PointPair {
-    /// In the suspect's coordinates.
-    pub suspect: [f64; 3],
-    /// In the original's coordinates.
-    pub original: [f64; 3],
-}
-
-/// Where the suspect belongs, and how well it fits there.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Alignment {
-    /// Takes the suspect to the original.
-    pub transform: Similarity,
-    /// What it rests on.
-    pub matched_by: MatchedBy,
-    /// Share of the suspect's area that lies on the original, 0 to 1.
-    pub overlap: f64,
-    /// Share of the original's area that lies on the suspect, 0 to 1.
-    pub coverage: f64,
-    /// Root mean square distance of the overlapping surface, as a fraction of the original's diagonal.
-    pub residual: f64,
-    /// Whether the overlap is large enough to call the suspect aligned. A plane never is when the surfaces
-    /// alone speak for it, since it lies on any flat place.
-    pub aligned: bool,
-    /// The vertices that were found again, if any.
-    pub correspondence: Option<Correspondence>,
-    /// Other transforms that fit about as well: the shape is symmetric, or nearly so.
-    pub alternatives: Vec<Similarity>,
-    /// In how many of the seven directions (three of rotation, three of translation, one of scale) the
-    /// surfaces slide on each other: 3 for a sphere, 1 for another surface of revolution, 4 for a plane. 0
-    /// when vertices were found again.
-    pub free_directions: usize,
-}
-
-impl Alignment {
-    /// Whether the suspect is a mirrored copy: det R = −1. The transform mirrors it back.
-    pub fn mirrored(&self) -> bool {
-        self.transform.mirrors()
-    }
-
-    /// Whether other poses fit about as well: the [alternatives](Self::alternatives), or, when there are
-    /// [free directions](Self::free_directions), infinitely many.
-    pub fn ambiguous(&self) -> bool {
-        self.free_directions > 0 || !self.alternatives.is_empty()
-    }
-}
-
-/// Finds the similarity that takes the suspect to the original, mirrored if need be, without an initial
-/// guess.
+/// Finds the similarity that takes the suspect to the original, mirrored if need be, wherever the suspect lies.
 ///
 /// Vertices that survived are used when there are enough of them and the surfaces agree; else the surfaces are
 /// aligned, from the given pose, from principal axes and from rotations all around. Another model comes back
@@ -111,7 +31,7 @@ pub fn align(
     Aligner::new(original, options)?.align(suspect, job)
 }
 
-/// As [`align`], from at least three pairs of corresponding points instead of guesses, for suspects that
+/// As [`align`], from at least three pairs of corresponding points instead of hypotheses, for suspects that
 /// [`align`] cannot bring back.
 ///
 /// The pairs need be no better than a few hundredths of the diagonal: the same fine alignment follows. Three
@@ -177,7 +97,7 @@ pub struct Aligner {
     options: AlignOptions,
     /// Each of these is computed when it is first needed.
     connectivity: OnceLock<Connectivity>,
-    symmetries: OnceLock<Vec<Similarity>>,
+    symmetries: OnceLock<Symmetries>,
 }
 
 impl Aligner {
@@ -190,7 +110,7 @@ impl Aligner {
     /// # Errors
     /// When an option is out of range.
     pub fn new(original: impl Into<PreparedMesh>, options: &AlignOptions) -> Result<Self, RegistrationError> {
-        check(options)?;
+        options.check()?;
         Ok(Self {
             original: original.into(),
             options: *options,
@@ -210,12 +130,8 @@ impl Aligner {
     /// As [`align`](crate::align).
     pub fn align(&self, suspect: impl Into<PreparedMesh>, job: &Job) -> Result<Alignment, RegistrationError> {
         let suspect = suspect.into();
-        let (maps, original, suspect) = self.prepared(&suspect, job)?;
-        let search = Search::new(original, suspect, &self.options, job);
-        match maps.map(|maps| maps.judged(&search, 0)).transpose()?.flatten() {
-            Some(found) => Ok(found),
-            None => self.by_surface(&search),
-        }
+        let (maps, search) = self.prepared(&suspect, job)?;
+        self.concluded(maps, &search)
     }
 
     /// Looks for the original's vertices, and aligns by what is left of them, or by the surface, only where they
@@ -233,16 +149,13 @@ impl Aligner {
             Survivors::Some(part) => part,
         };
         let (part, sampled) = job.join(
-            || self.by_survivors(&part, suspect.mesh(), job),
+            || ByVertices::of_some(&part, self.original.mesh(), suspect.mesh(), job),
             || self.sampled(&suspect, job),
         )?;
         let (part, (original, suspect)) = (part?, sampled?);
         job.begin(RegistrationStage::Preparation)?;
-        let search = Search::new(original, suspect, &self.options, job);
-        match part.map(|part| part.judged(&search, 0)).transpose()?.flatten() {
-            Some(found) => Ok(Placement::BySurface(found)),
-            None => Ok(Placement::BySurface(self.by_surface(&search)?)),
-        }
+        let search = self.search(original, suspect, job);
+        Ok(Placement::BySurface(self.concluded(part, &search)?))
     }
 
     /// As [`align_points`](crate::align_points).
@@ -258,37 +171,56 @@ impl Aligner {
         let diagonal = self.original.mesh().bounding_box().diagonal();
         let hypotheses = fits(diagonal, pairs)?;
         let suspect = suspect.into();
-        let (maps, original, suspect) = self.prepared(&suspect, job)?;
-        let search = Search::new(original, suspect, &self.options, job);
+        let (maps, search) = self.prepared(&suspect, job)?;
         if let Some(maps) = maps {
             let (chosen, off) = maps.nearest(pairs);
-            if off <= POINTS_OFF * diagonal
+            if off <= POINTS_APART * diagonal
                 && let Some(found) = maps.judged(&search, chosen)?
             {
                 return Ok(found);
             }
         }
-        Ok(search.at_guesses(hypotheses)?)
+        Ok(search.from_hypotheses(hypotheses)?)
     }
 
-    fn by_surface(&self, search: &Search<'_>) -> Result<Alignment, RegistrationError> {
+    fn search<'a>(&'a self, original: &'a Sampled, suspect: &'a Sampled, job: &'a Job) -> Search<'a> {
+        Search {
+            original,
+            suspect,
+            options: &self.options,
+            job,
+        }
+    }
+
+    /// By what is left of the vertices, if the surfaces agree, else by the surfaces.
+    fn concluded(
+        &self,
+        maps: Option<ByVertices>,
+        search: &Search<'_>,
+    ) -> Result<Alignment, RegistrationError> {
+        if let Some(maps) = maps
+            && let Some(found) = maps.judged(search, 0)?
+        {
+            return Ok(found);
+        }
         let found = search.by_surface()?;
         if !found.aligned {
             return Ok(found);
         }
-        let symmetries = self.symmetries(search.job())?;
-        Ok(search.with_symmetries(found, symmetries)?)
+        let job = search.job.quiet();
+        let symmetries = self.symmetries(&job)?;
+        Ok(Search { job: &job, ..*search }.with_symmetries(found, symmetries)?)
     }
 
     /// The motions that take the original onto itself.
-    fn symmetries(&self, job: &Job) -> Result<&[Similarity], RegistrationError> {
-        if self.symmetries.get().is_none() {
-            let (original, job) = (self.original.sampled("original")?, job.quiet());
-            let search = Search::new(original, original, &self.options, &job);
-            // Whoever was first has found the same.
-            let _ = self.symmetries.set(search.symmetries()?);
+    fn symmetries(&self, job: &Job) -> Result<&Symmetries, RegistrationError> {
+        if let Some(symmetries) = self.symmetries.get() {
+            return Ok(symmetries);
         }
-        Ok(self.symmetries.get().map_or(&[], Vec::as_slice))
+        let original = self.original.sampled("original")?;
+        let found = self.search(original, original, job).symmetries()?;
+        // Whoever was first has found the same.
+        Ok(self.symmetries.get_or_init(|| found))
     }
 
     /// Which vertices of the original the suspect still has.
@@ -300,12 +232,11 @@ impl Aligner {
     }
 
     /// What surviving vertices say, and both surfaces ready to be searched.
-    #[expect(clippy::type_complexity)]
     fn prepared<'a>(
         &'a self,
         suspect: &'a PreparedMesh,
-        job: &Job,
-    ) -> Result<(Option<ByVertices>, &'a Sampled, &'a Sampled), RegistrationError> {
+        job: &'a Job,
+    ) -> Result<(Option<ByVertices>, Search<'a>), RegistrationError> {
         job.begin(RegistrationStage::Connectivity)?;
         let (maps, sampled) = job.join(
             || self.by_vertices(suspect.mesh(), job),
@@ -313,7 +244,7 @@ impl Aligner {
         )?;
         let (maps, (original, suspect)) = (maps?, sampled?);
         job.begin(RegistrationStage::Preparation)?;
-        Ok((maps, original, suspect))
+        Ok((maps, self.search(original, suspect, job)))
     }
 
     /// Samples of both surfaces.
@@ -332,152 +263,8 @@ impl Aligner {
     /// The similarities between vertices that survived, if enough did.
     fn by_vertices(&self, suspect: &TriMesh, job: &Job) -> Result<Option<ByVertices>, RegistrationError> {
         match self.survivors(suspect, job)? {
-            Survivors::All(maps) => Ok(self.fitted(maps, MatchedBy::Connectivity, suspect)),
-            Survivors::Some(part) => self.by_survivors(&part, suspect, job),
+            Survivors::All(maps) => Ok(ByVertices::of_all(maps, self.original.mesh(), suspect)),
+            Survivors::Some(part) => Ok(ByVertices::of_some(&part, self.original.mesh(), suspect, job)?),
         }
     }
-
-    /// The similarity between the vertices that are left, if enough are.
-    fn by_survivors(
-        &self,
-        part: &Remainder<'_>,
-        suspect: &TriMesh,
-        job: &Job,
-    ) -> Result<Option<ByVertices>, RegistrationError> {
-        let original = self.original.mesh();
-        let least = LEAST_SHARE * original.vertex_count().min(suspect.vertex_count()) as f64;
-        let part = without_strays(part.correspondence(job)?, original, suspect);
-        let part = part.filter(|part| part.matched() as f64 >= least);
-        Ok(self.fitted(part.into_iter().collect(), MatchedBy::Surroundings, suspect))
-    }
-
-    fn fitted(
-        &self,
-        maps: Vec<Correspondence>,
-        matched_by: MatchedBy,
-        suspect: &TriMesh,
-    ) -> Option<ByVertices> {
-        let fitted = |map: Correspondence| {
-            let fit = map
-                .fit_robustly(self.original.mesh(), suspect, Handedness::Either)
-                .ok()?;
-            Some((fit.transform, map))
-        };
-        let maps: Vec<_> = maps.into_iter().filter_map(fitted).collect();
-        (!maps.is_empty()).then_some(ByVertices { matched_by, maps })
-    }
-}
-
-/// Given points that lie farther off than this, root mean square, as a fraction of the original's diagonal,
-/// speak for another pose.
-const POINTS_OFF: f64 = 0.1;
-
-/// Points given by hand are off by about this fraction of the diagonal.
-const CARELESS: f64 = 0.01;
-
-/// The similarities that pairs of points leave open: one of each hand, or one alone if the other hand does
-/// not fit the pairs.
-fn fits(diagonal: f64, pairs: &[PointPair]) -> Result<Vec<Similarity>, RegistrationError> {
-    let (from, onto): (Vec<_>, Vec<_>) = pairs.iter().map(|pair| (pair.suspect, pair.original)).unzip();
-    let proper = fit_similarity(&from, &onto, None, Handedness::Proper)?;
-    let careless = CARELESS * diagonal;
-    let bound = 2.0 * proper.residual.min(proper.mirrored_residual) + careless;
-    let mut open = Vec::new();
-    if proper.residual <= bound {
-        open.push(proper.transform);
-    }
-    if proper.mirrored_residual <= bound {
-        open.push(fit_similarity(&from, &onto, None, Handedness::Mirrored)?.transform);
-    }
-    Ok(open)
-}
-
-fn check(options: &AlignOptions) -> Result<(), RegistrationError> {
-    let &AlignOptions {
-        tolerance,
-        least_overlap,
-    } = options;
-    if !(tolerance > 0.0 && tolerance < 1.0) {
-        let range = "greater than 0 and less than 1";
-        return Err(RegistrationError::Option {
-            name: "tolerance",
-            value: tolerance,
-            range,
-        });
-    }
-    if !(0.0..=1.0).contains(&least_overlap) {
-        let range = "between 0 and 1";
-        return Err(RegistrationError::Option {
-            name: "least_overlap",
-            value: least_overlap,
-            range,
-        });
-    }
-    Ok(())
-}
-
-/// Fewer surviving vertices than this are taken for chance.
-const FEWEST_SURVIVORS: usize = 30;
-
-/// Survivors that are a smaller share than this of the smaller mesh place it less well than its surface does.
-const LEAST_SHARE: f64 = 0.25;
-
-/// Pairs farther apart than this many medians are strays.
-const STRAY: f64 = 5.0;
-
-/// What surviving vertices say.
-struct ByVertices {
-    matched_by: MatchedBy,
-    /// Not empty; several where the net is symmetric, the best first.
-    maps: Vec<(Similarity, Correspondence)>,
-}
-
-impl ByVertices {
-    /// The map that brings given points nearest to where they belong, and how near, root mean square.
-    fn nearest(&self, pairs: &[PointPair]) -> (usize, f64) {
-        let off = |transform: &Similarity| {
-            let apart = pairs
-                .iter()
-                .map(|pair| squared(sub(transform.apply(pair.suspect), pair.original)));
-            (apart.sum::<f64>() / pairs.len() as f64).sqrt()
-        };
-        let distances = self.maps.iter().map(|(transform, _)| off(transform));
-        let nearest = distances.enumerate().min_by(|x, y| x.1.total_cmp(&y.1));
-        nearest.unwrap_or((0, f64::INFINITY))
-    }
-
-    /// The alignment by one of the maps, if the surfaces agree.
-    fn judged(mut self, search: &Search<'_>, chosen: usize) -> Result<Option<Alignment>, JobError> {
-        let (transform, correspondence) = self.maps.remove(chosen);
-        if self.matched_by == MatchedBy::Surroundings && !search.rests_at(&transform)? {
-            return Ok(None);
-        }
-        let alternatives = self.maps.into_iter().map(|(transform, _)| transform).collect();
-        let found = Alignment {
-            correspondence: Some(correspondence),
-            alternatives,
-            ..search.judged(transform, self.matched_by)?
-        };
-        Ok(found.aligned.then_some(found))
-    }
-}
-
-/// Drops pairs that lie far off the similarity of all, until the rest agree; none when too few are left.
-fn without_strays(mut map: Correspondence, original: &TriMesh, suspect: &TriMesh) -> Option<Correspondence> {
-    let rounding = 1e-12 * original.bounding_box().diagonal();
-    let mut before = usize::MAX;
-    while map.matched() >= FEWEST_SURVIVORS && map.matched() < before {
-        before = map.matched();
-        let to_original = map.fit(original, suspect, Handedness::Either).ok()?.transform;
-        let place = |w: u32| to_original.apply(suspect.positions()[w as usize]);
-        let off = |v: usize, w: u32| norm(sub(place(w), original.positions()[v]));
-        let pairs = map.suspect_of.iter().enumerate();
-        let mut distances: Vec<f64> = pairs.filter_map(|(v, w)| w.map(|w| off(v, w))).collect();
-        let middle = distances.len() / 2;
-        let (_, &mut median, _) = distances.select_nth_unstable_by(middle, f64::total_cmp);
-        for (v, slot) in map.suspect_of.iter_mut().enumerate() {
-            *slot = slot.filter(|&w| off(v, w) <= STRAY * median + rounding);
-        }
-    }
-    (map.matched() >= FEWEST_SURVIVORS).then_some(map)
 }

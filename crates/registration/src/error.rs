@@ -53,14 +53,6 @@ pub enum RegistrationError {
         "the pairs of points are uncorrelated: no similarity of positive scale fits them better than a single point"
     )]
     Uncorrelated,
-    /// The threads that were asked for could not be started.
-    #[error("{threads} threads could not be started ({reason}); ask for fewer")]
-    Threads {
-        /// How many were asked for.
-        threads: usize,
-        /// What the system said.
-        reason: String,
-    },
     /// An option lies outside its range.
     #[error("the option {name} is {value}; it must be {range}")]
     Option {

@@ -1,11 +1,9 @@
-use crate::sampled::Sampled;
-use crate::vector::{Vec3, squared, sub};
-use mesh::{BoundingBox, Similarity};
+use mesh::{BoundingBox, Vec3};
 
 /// A grid whose cells know a sample of a surface about nearest to them: rough distances in constant time.
 ///
-/// Distances are too long by the samples' spacing, and by up to a cell: fit to rank guesses and for their
-/// first steps.
+/// Distances are too long by the samples' spacing, and by up to a cell: fit to rank hypotheses and for their first
+/// steps.
 pub(crate) struct Field {
     origin: Vec3,
     cell: f64,
@@ -31,7 +29,7 @@ impl Field {
         let size = bounds.size().map(|s| ((s + 2.0 * margin) / cell) as usize + 1);
         let nearest = vec![NONE; size[0] * size[1] * size[2]];
         let mut field = Self {
-            origin: bounds.min.map(|x| x - margin),
+            origin: Vec3(bounds.min.map(|x| x - margin)),
             cell,
             size,
             nearest,
@@ -75,8 +73,8 @@ impl Field {
         if sample == NONE {
             return;
         }
-        let middle: Vec3 = [0, 1, 2].map(|i| self.origin[i] + (place[i] as f64 + 0.5) * self.cell);
-        let distance = |i: u32| squared(sub(points[i as usize], middle));
+        let middle = Vec3([0, 1, 2].map(|i| self.origin[i] + (place[i] as f64 + 0.5) * self.cell));
+        let distance = |i: u32| (points[i as usize] - middle).squared();
         let index = self.index(place);
         let known = self.nearest[index];
         if known == NONE || distance(sample) < distance(known) {
@@ -113,54 +111,5 @@ impl Field {
                 }
             }
         }
-    }
-}
-
-/// A rough likeness of the score of [`Overlap`](crate::overlap::Overlap), for wide tolerances: `tolerance` is
-/// a fraction of the smaller diagonal.
-pub(crate) fn rough_score(
-    original: &Sampled,
-    suspect: &Sampled,
-    transform: &Similarity,
-    tolerance: f64,
-    samples: usize,
-) -> f64 {
-    let limit = tolerance * original.diagonal.min(transform.scale * suspect.diagonal);
-    let inverse = transform.inverse();
-    let share = |from: &Sampled, onto: &Sampled, transform: &Similarity, unit: f64| {
-        let soft = |i: usize| {
-            let near = onto.near(transform.apply(from.points[i]));
-            near.map_or(0.0, |(_, distance)| {
-                (1.0 - (distance * unit / limit).powi(2)).max(0.0)
-            })
-        };
-        let picked = from.some(samples);
-        picked.clone().map(soft).sum::<f64>() / picked.count().max(1) as f64
-    };
-    share(suspect, original, transform, 1.0) + 0.25 * share(original, suspect, &inverse, transform.scale)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use mesh::shapes;
-
-    #[test]
-    fn rough_distances_are_near_the_true_ones() {
-        let mesh = shapes::bumpy_torus(40, 24, 1);
-        let sampled = Sampled::of(&(&mesh).into(), 20_000).expect("a torus has area");
-        for i in 0..500 {
-            // Points spread over the bounding box.
-            let place = [0.618, 0.755, 0.570].map(|step| (f64::from(i) * step).fract());
-            let bounds = mesh.bounding_box();
-            let p = [0, 1, 2].map(|axis| bounds.min[axis] + place[axis] * bounds.size()[axis]);
-            let (_, rough) = sampled.near(p).expect("inside the box");
-            let exact = sampled.surface.nearest(p).distance;
-            assert!(
-                rough >= exact && rough < exact + 0.03 * sampled.diagonal,
-                "{rough} {exact}"
-            );
-        }
-        assert!(sampled.near([100.0, 0.0, 0.0]).is_none());
     }
 }

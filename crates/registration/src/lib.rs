@@ -1,14 +1,13 @@
 //! Brings a suspect mesh back onto its original, and samples it at the original's vertices (section 4.4.1 of
 //! the paper).
 //!
-//! [`align`] finds the similarity y = s R x + t that takes the suspect to the original, from no initial
-//! guess:
+//! [`align`] finds the similarity y = s R x + t that takes the suspect to the original, wherever that lies:
 //!
 //! 1. by vertices that survived, where the suspect kept the original's connectivity, wholly
 //!    ([`match_connectivity`]) or in part ([`match_surroundings`]): the least-squares similarity between
 //!    corresponding points ([`fit_similarity`]);
-//! 2. else by the surfaces: first guesses from the given pose, from principal axes, from rotations all around
-//!    and from congruent pairs of oriented points, each refined by point-to-plane ICP with scale, robust
+//! 2. else by the surfaces: pose hypotheses from the given pose, from principal axes, from rotations all around and
+//!    from congruent pairs of oriented points, refined from coarse to fine by point-to-plane ICP with scale, robust
 //!    weights and trimming.
 //!
 //! The paper takes 4-points congruent sets (Aiger et al. 2008) for the coarse alignment. Pairs of oriented
@@ -20,9 +19,10 @@
 //! for the next suspect, and [`PreparedMesh`] what alignment and resampling both need of a mesh. The stages that
 //! a [`Job`](job::Job) reports are those of [`RegistrationStage`].
 //!
-//! An original may be symmetric. Where the surfaces alone speak, it is aligned with itself once, which gives its
-//! symmetries and, by composition, the group that they generate; every pose of the suspect comes with those that
-//! the group makes of it.
+//! An original may be symmetric, or nearly so. Where the surfaces alone speak, it is aligned with itself once, which gives
+//! its symmetries and, by composition, the group that they generate; every pose of the suspect comes with those that the
+//! group makes of it. What near symmetries make of it, as the other side of an animal, is refined and compared: it may fit
+//! a part of the shape as well, or better.
 //!
 //! [`resample`] then gives for each vertex v with normal n of the original the offset h at which v + h n lies
 //! on the suspect.
@@ -61,7 +61,7 @@
 //! | suspect | answer |
 //! |---|---|
 //! | mirrored, inside out, of another size, in many pieces | aligned; [`Alignment::mirrored`] says so of the first |
-//! | symmetric | all other poses are [`Alignment::alternatives`], up to 128; try them |
+//! | symmetric, or a part that lies as well by a near symmetry | all other poses are [`Alignment::alternatives`], up to 128; try them |
 //! | with vertices split along seams | aligned as if they were not |
 //! | a sphere, a surface of revolution | aligned; [`Alignment::free_directions`] is 3, 1: the pose is not determined |
 //! | a plane, one triangle | not aligned when the surfaces alone speak for it: it lies on any flat place |
@@ -80,29 +80,34 @@
 //! - Pottmann, Huang, Yang, Hu, *Geometry and convergence analysis of algorithms for registration of 3D
 //!   shapes*, IJCV 2006
 //! - Zhang, Yao, Deng, *Fast and robust iterative closest point*, PAMI 2021 (Welsch's weights)
-//! - Woop, Benthin, Wald, *Watertight ray/triangle intersection*, JCGT 2013
 
 mod align;
+mod alignment;
 mod congruent;
 mod connectivity;
 mod error;
 mod field;
-mod guesses;
+mod hypotheses;
 mod icp;
+mod matrix;
 mod overlap;
+mod points;
 mod prepared;
 mod resample;
 mod sampled;
 mod search;
 mod stage;
+mod survivors;
+mod symmetries;
 mod umeyama;
-mod vector;
 
-pub use align::{AlignOptions, Aligner, Alignment, MatchedBy, Placement, PointPair, align, align_points};
+pub use align::{Aligner, Placement, align, align_points};
+pub use alignment::{AlignOptions, Alignment, MatchedBy};
 pub use connectivity::{
     Correspondence, Difference, match_candidates, match_components, match_connectivity, match_surroundings,
 };
 pub use error::RegistrationError;
+pub use points::PointPair;
 pub use prepared::PreparedMesh;
 pub use resample::{ResampleOptions, Resampled, resample};
 pub use stage::RegistrationStage;

@@ -1,6 +1,7 @@
-use crate::sampled::{GRAIN, Sampled};
 use job::{Job, JobError};
 use mesh::Similarity;
+
+use crate::sampled::{GRAIN, Sampled};
 
 /// How well a transformed suspect covers its original.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,13 +36,13 @@ impl Overlap {
             let p = transform.apply(suspect.points[picked[i]]);
             original
                 .surface
-                .nearest_within(p, limit)
+                .nearest_within(p.0, limit)
                 .map(|nearest| nearest.distance)
         })?;
         let picked: Vec<usize> = original.some(samples).collect();
         let backward = job.map(picked.len(), GRAIN, |i| {
             let q = inverse.apply(original.points[picked[i]]);
-            let nearest = suspect.surface.nearest_within(q, limit * inverse.scale);
+            let nearest = suspect.surface.nearest_within(q.0, limit * inverse.scale);
             nearest.map(|nearest| nearest.distance * transform.scale)
         })?;
         let share = |distances: &[Option<f64>]| {
@@ -60,4 +61,28 @@ impl Overlap {
             score: soft(&forward) + 0.25 * soft(&backward),
         })
     }
+}
+
+/// About the score of [`Overlap`], by samples near on a grid, for wide tolerances: `tolerance` is a fraction of the smaller
+/// diagonal.
+pub(crate) fn coarse_score(
+    original: &Sampled,
+    suspect: &Sampled,
+    transform: &Similarity,
+    tolerance: f64,
+    samples: usize,
+) -> f64 {
+    let limit = tolerance * original.diagonal.min(transform.scale * suspect.diagonal);
+    let inverse = transform.inverse();
+    let share = |from: &Sampled, onto: &Sampled, transform: &Similarity, unit: f64| {
+        let soft = |i: usize| {
+            let near = onto.near(transform.apply(from.points[i]));
+            near.map_or(0.0, |(_, distance)| {
+                (1.0 - (distance * unit / limit).powi(2)).max(0.0)
+            })
+        };
+        let picked = from.some(samples);
+        picked.clone().map(soft).sum::<f64>() / picked.count().max(1) as f64
+    };
+    share(suspect, original, transform, 1.0) + 0.25 * share(original, suspect, &inverse, transform.scale)
 }

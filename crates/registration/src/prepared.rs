@@ -61,7 +61,8 @@ impl PreparedMesh {
     /// # Errors
     /// [`RegistrationError::NoSurface`].
     pub(crate) fn sampled(&self, role: &'static str) -> Result<&Sampled, RegistrationError> {
-        let sampled = self.0.sampled.get_or_init(|| Sampled::of(self, SAMPLES));
+        let sample = || Sampled::of(self.mesh(), self.surface(), self.triangle_normals(), SAMPLES);
+        let sampled = self.0.sampled.get_or_init(sample);
         sampled
             .as_ref()
             .ok_or(RegistrationError::NoSurface { mesh: role })

@@ -1,10 +1,9 @@
 //! The suspect's surface seen from the original's vertices (section 4.4.1 of the paper).
 
-use crate::sampled::GRAIN;
-use crate::vector::{Vec3, add, dot, scaled};
-use crate::{PreparedMesh, RegistrationError};
 use job::{Job, JobError};
-use mesh::{Hit, Similarity, Surface, TriMesh};
+use mesh::{Hit, Similarity, Surface, TriMesh, Vec3};
+
+use crate::{PreparedMesh, RegistrationError, matrix::Mat3, sampled::GRAIN};
 
 /// How far and at what angle a vertex looks for the suspect's surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,7 +51,7 @@ impl Resampled {
         let vertices = original.positions().iter().zip(original.vertex_normals());
         let moved = vertices
             .zip(&self.offsets)
-            .map(|((&v, n), h)| add(v, scaled(n, h.unwrap_or(0.0))));
+            .map(|((&v, n), h)| (Vec3(v) + Vec3(n) * h.unwrap_or(0.0)).0);
         moved.collect()
     }
 }
@@ -120,10 +119,10 @@ fn check(options: &ResampleOptions) -> Result<(), RegistrationError> {
 
 /// Lines through the original's vertices, and the surface in its own frame.
 struct Lines<'a> {
-    origins: &'a [Vec3],
-    directions: &'a [Vec3],
+    origins: &'a [[f64; 3]],
+    directions: &'a [[f64; 3]],
     surface: &'a Surface,
-    normals: &'a [Vec3],
+    normals: &'a [[f64; 3]],
     to_original: Similarity,
     to_suspect: Similarity,
     reach: f64,
@@ -133,7 +132,8 @@ struct Lines<'a> {
 /// Vertices between two reports of progress.
 const CHUNK: usize = 4 * GRAIN;
 
-/// The nearest hits must agree on a side to this degree before the facing is asked.
+/// Of the nearest hits, so many must agree on a side before the facing is asked: triangles without orientation agree by half,
+/// a model with most of its surface in order by nearly all.
 const ORIENTED: f64 = 0.75;
 
 impl Lines<'_> {
@@ -177,27 +177,25 @@ impl Lines<'_> {
     /// The nearest accepted hit of a vertex's line; t in the original's unit.
     fn hit(&self, v: usize, accept: impl Fn(u32) -> bool) -> Option<Hit> {
         let origin = self.to_suspect.apply(self.origins[v]);
-        let direction = self
-            .to_suspect
-            .rotation
-            .map(|row| self.to_suspect.scale * dot(row, self.directions[v]));
-        self.surface.hit(origin, direction, self.reach, accept)
+        let direction = Mat3::from(self.to_suspect.rotation) * self.direction(v) * self.to_suspect.scale;
+        self.surface.hit(origin, direction.0, self.reach, accept)
     }
 
     /// Between a vertex's normal and that of a suspect triangle moved onto the original.
     fn cosine(&self, v: usize, triangle: u32) -> f64 {
-        let normal = self
-            .to_original
-            .rotation
-            .map(|row| dot(row, self.normals[triangle as usize]));
-        dot(self.directions[v], normal)
+        let normal = Vec3(self.normals[triangle as usize]);
+        self.direction(v)
+            .dot(Mat3::from(self.to_original.rotation) * normal)
+    }
+
+    fn direction(&self, v: usize) -> Vec3 {
+        Vec3(self.directions[v])
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::vector::{norm, sub};
     use mesh::shapes;
 
     fn turned() -> Similarity {
@@ -230,7 +228,7 @@ mod tests {
         assert!(seen.offsets.iter().all(|h| h.expect("seen").abs() < 1e-13));
         assert!(seen.oriented && !seen.inside_out);
         for (p, q) in seen.positions(&original).iter().zip(original.positions()) {
-            assert!(norm(sub(*p, *q)) < 1e-13);
+            assert!((Vec3(*p) - Vec3(*q)).norm() < 1e-13);
         }
     }
 
@@ -270,7 +268,7 @@ mod tests {
         let positions = seen.positions(&original);
         for (v, p) in original.positions().iter().enumerate() {
             assert!(p[0] < 0.0 || seen.offsets[v].is_none());
-            assert!(norm(sub(positions[v], *p)) < 1e-13);
+            assert!((Vec3(positions[v]) - Vec3(*p)).norm() < 1e-13);
         }
         assert!(seen.seen() > original.vertex_count() / 3);
     }

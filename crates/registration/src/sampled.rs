@@ -1,8 +1,8 @@
-use crate::PreparedMesh;
-use crate::field::Field;
-use crate::vector::{Mat3, Vec3, add, cross, norm, scaled, sub};
-use mesh::{Surface, TriMesh};
 use std::sync::{Arc, OnceLock};
+
+use mesh::{Surface, TriMesh, Vec3};
+
+use crate::{field::Field, matrix::Mat3};
 
 /// How many points stand for a surface.
 pub(crate) const SAMPLES: usize = 20_000;
@@ -10,14 +10,14 @@ pub(crate) const SAMPLES: usize = 20_000;
 /// A thread takes at least so many points at a time.
 pub(crate) const GRAIN: usize = 256;
 
-/// A mesh prepared for alignment: its surface for queries, and points spread evenly over it.
+/// A mesh ready for alignment: its surface for queries, and points spread evenly over it.
 pub(crate) struct Sampled {
     pub(crate) surface: Arc<Surface>,
-    /// Unit normals of the triangles.
-    pub(crate) normals: Arc<[Vec3]>,
     pub(crate) points: Vec<Vec3>,
     /// The triangle of each point.
-    pub(crate) triangles: Vec<u32>,
+    triangles: Vec<u32>,
+    /// Unit normals of the triangles.
+    normals: Arc<[[f64; 3]]>,
     /// As many of the mesh's vertices at most, evenly chosen.
     pub(crate) vertices: Vec<Vec3>,
     pub(crate) diagonal: f64,
@@ -29,43 +29,51 @@ pub(crate) struct Sampled {
 }
 
 impl Sampled {
-    /// None when the mesh has no area.
-    pub(crate) fn of(prepared: &PreparedMesh, count: usize) -> Option<Self> {
-        let mesh = prepared.mesh();
+    /// None when the mesh has no area. `surface` and `normals` are those of its triangles.
+    pub(crate) fn of(
+        mesh: &TriMesh,
+        surface: &Arc<Surface>,
+        normals: &Arc<[[f64; 3]]>,
+        count: usize,
+    ) -> Option<Self> {
         let (points, triangles) = sample(mesh, count)?;
-        let centroid = scaled(
-            points.iter().fold([0.0; 3], |sum, &p| add(sum, p)),
-            1.0 / count as f64,
-        );
-        let mut covariance = [[0.0; 3]; 3];
+        let each = 1.0 / count as f64;
+        let centroid = points.iter().copied().sum::<Vec3>() * each;
+        let mut covariance = Mat3::ZERO;
         for &p in &points {
-            let p = sub(p, centroid);
-            for row in 0..3 {
-                covariance[row] = add(covariance[row], scaled(p, p[row] / count as f64));
-            }
+            let p = p - centroid;
+            covariance += Mat3::outer(p.map(|x| x / count as f64), p);
         }
         let corners = mesh.triangles().as_flattened();
         let vertices = corners.iter().step_by((corners.len() / count).max(1));
-        let vertices = vertices.map(|&v| mesh.positions()[v as usize]).collect();
-        let diagonal = mesh.bounding_box().diagonal();
         Some(Self {
-            surface: Arc::clone(prepared.surface()),
-            normals: Arc::clone(prepared.triangle_normals()),
+            surface: Arc::clone(surface),
             points,
             triangles,
-            vertices,
-            diagonal,
+            normals: Arc::clone(normals),
+            vertices: vertices.map(|&v| mesh.point(v as usize)).collect(),
+            diagonal: mesh.bounding_box().diagonal(),
             centroid,
             covariance,
             field: OnceLock::new(),
         })
     }
 
+    /// The unit normal at one of the points.
+    pub(crate) fn normal(&self, point: usize) -> Vec3 {
+        self.triangle_normal(self.triangles[point])
+    }
+
+    /// The unit normal of a triangle.
+    pub(crate) fn triangle_normal(&self, triangle: u32) -> Vec3 {
+        Vec3(self.normals[triangle as usize])
+    }
+
     /// A sample about nearest to `p` and its distance, in constant time; none for points far outside.
     pub(crate) fn near(&self, p: Vec3) -> Option<(usize, f64)> {
         let field = self.field.get_or_init(|| Field::of(&self.points, self.diagonal));
         let sample = field.near(p)?;
-        Some((sample, norm(sub(self.points[sample], p))))
+        Some((sample, (self.points[sample] - p).norm()))
     }
 
     /// About `count` of the points, evenly spread.
@@ -74,15 +82,14 @@ impl Sampled {
     }
 }
 
-/// Points that stand for equal areas: one in the middle of each `count`-th of the area, in the order of the
-/// triangles, at places within the triangles that follow a low-discrepancy sequence. None when there is no
-/// area.
+/// Points that stand for equal areas: one in the middle of each `count`-th of the area, in the order of the triangles, at
+/// places within the triangles that follow a low-discrepancy sequence. None when there is no area.
 fn sample(mesh: &TriMesh, count: usize) -> Option<(Vec<Vec3>, Vec<u32>)> {
     let size = mesh.bounding_box().diagonal();
     // Scaled so that areas neither overflow nor vanish.
     let area = |t: usize| {
-        let [a, b, c] = mesh.corners(t).map(|p| scaled(p, 1.0 / size));
-        norm(cross(sub(b, a), sub(c, a)))
+        let [a, b, c] = mesh.corners(t).map(|p| p * (1.0 / size));
+        (b - a).cross(c - a).norm()
     };
     let total: f64 = (0..mesh.triangle_count()).map(area).sum();
     if !(total > 0.0 && total.is_finite()) {
@@ -114,5 +121,32 @@ fn at(mesh: &TriMesh, triangle: usize, i: usize) -> Vec3 {
         (u, v) = (1.0 - u, 1.0 - v);
     }
     let [a, b, c] = mesh.corners(triangle);
-    add(a, add(scaled(sub(b, a), u), scaled(sub(c, a), v)))
+    a + ((b - a) * u + (c - a) * v)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mesh::shapes;
+
+    #[test]
+    fn distances_to_the_grids_samples_are_near_the_true_ones() {
+        let mesh = shapes::bumpy_torus(40, 24, 1);
+        let surface = Arc::new(Surface::new(&mesh));
+        let sampled = Sampled::of(&mesh, &surface, &mesh.triangle_normals().into(), SAMPLES);
+        let sampled = sampled.expect("a torus has area");
+        for i in 0..500 {
+            // Points spread over the bounding box.
+            let place = [0.618, 0.755, 0.570].map(|step| (f64::from(i) * step).fract());
+            let bounds = mesh.bounding_box();
+            let p = Vec3([0, 1, 2].map(|axis| bounds.min[axis] + place[axis] * bounds.size()[axis]));
+            let (_, near) = sampled.near(p).expect("inside the box");
+            let exact = surface.nearest(p.0).distance;
+            assert!(
+                near >= exact && near < exact + 0.03 * sampled.diagonal,
+                "{near} {exact}"
+            );
+        }
+        assert!(sampled.near(100.0 * Vec3::X).is_none());
+    }
 }

@@ -1,8 +1,11 @@
 //! The least-squares similarity between two sets of corresponding points (Umeyama, PAMI 13(4), 1991).
 
-use crate::RegistrationError;
-use crate::vector::{Mat3, Vec3, add, apply, determinant, product, scaled, squared, sub, svd, transposed};
-use mesh::Similarity;
+use mesh::{Similarity, Vec3};
+
+use crate::{
+    RegistrationError,
+    matrix::{Mat3, svd},
+};
 
 /// A similarity fitted to pairs of points, with the residuals of this fit and of the mirrored one.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,6 +29,7 @@ impl Fit {
 
 /// Which similarities a fit may choose from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Handedness {
     /// Rotations alone (determinant +1).
     #[default]
@@ -113,35 +117,35 @@ struct Moments {
 }
 
 impl Moments {
-    fn of(source: &[Vec3], target: &[Vec3], weights: Option<&[f64]>) -> Result<Self, RegistrationError> {
+    fn of(
+        source: &[[f64; 3]],
+        target: &[[f64; 3]],
+        weights: Option<&[f64]>,
+    ) -> Result<Self, RegistrationError> {
         check(source, target, weights)?;
         let weight = |i: usize| weights.map_or(1.0, |w| w[i]);
         let total: f64 = (0..source.len()).map(weight).sum();
         let source_mean = mean(source, weight, total);
         let target_mean = mean(target, weight, total);
-        let mut covariance = [[0.0; 3]; 3];
-        let mut scatter = [[[0.0; 3]; 3]; 2];
+        let [mut covariance, mut scatter, mut target_scatter] = [Mat3::ZERO; 3];
         for (i, (&x, &y)) in source.iter().zip(target).enumerate() {
-            let (x, y, w) = (sub(x, source_mean), sub(y, target_mean), weight(i) / total);
-            for row in 0..3 {
-                covariance[row] = add(covariance[row], scaled(x, w * y[row]));
-                scatter[0][row] = add(scatter[0][row], scaled(x, w * x[row]));
-                scatter[1][row] = add(scatter[1][row], scaled(y, w * y[row]));
-            }
+            let (x, y, w) = (Vec3(x) - source_mean, Vec3(y) - target_mean, weight(i) / total);
+            covariance += Mat3::outer(y * w, x);
+            scatter += Mat3::outer(x * w, x);
+            target_scatter += Mat3::outer(y * w, y);
         }
         for (cloud, scatter, mean) in [
-            ("source", &scatter[0], source_mean),
-            ("target", &scatter[1], target_mean),
+            ("source", &scatter, source_mean),
+            ("target", &target_scatter, target_mean),
         ] {
             if is_collinear(scatter, mean) {
                 return Err(RegistrationError::Collinear { cloud });
             }
         }
-        let variance = scatter[0][0][0] + scatter[0][1][1] + scatter[0][2][2];
         Ok(Self {
             source_mean,
             target_mean,
-            variance,
+            variance: scatter.trace(),
             covariance,
         })
     }
@@ -149,10 +153,10 @@ impl Moments {
     /// With Σ_xy = U D Vᵀ: R = U S Vᵀ and s = tr(D S) / σ_x², S = diag(1, 1, ±1) so that det R = `sign`.
     fn similarity(&self, sign: f64) -> Centred {
         let factors = svd(&self.covariance);
-        let hand = sign * determinant(&factors.left) * determinant(&factors.right);
+        let hand = sign * factors.left.determinant() * factors.right.determinant();
         let hand = if hand < 0.0 { -1.0 } else { 1.0 };
-        let [first, second, third] = factors.left;
-        let rotation = product(&transposed(&[first, second, scaled(third, hand)]), &factors.right);
+        let Mat3([first, second, third]) = factors.left;
+        let rotation = Mat3([first, second, third * hand]).transposed() * factors.right;
         let [a, b, c] = factors.values;
         Centred {
             scale: (a + b + hand * c) / self.variance,
@@ -163,19 +167,16 @@ impl Moments {
     fn residual(
         &self,
         candidate: &Centred,
-        source: &[Vec3],
-        target: &[Vec3],
+        source: &[[f64; 3]],
+        target: &[[f64; 3]],
         weights: Option<&[f64]>,
     ) -> f64 {
         let mut sum = 0.0;
         let mut total = 0.0;
         for (i, (&x, &y)) in source.iter().zip(target).enumerate() {
-            let image = scaled(
-                apply(&candidate.rotation, sub(x, self.source_mean)),
-                candidate.scale,
-            );
+            let image = candidate.rotation * (Vec3(x) - self.source_mean) * candidate.scale;
             let w = weights.map_or(1.0, |w| w[i]);
-            sum += w * squared(sub(sub(y, self.target_mean), image));
+            sum += w * (Vec3(y) - self.target_mean - image).squared();
             total += w;
         }
         (sum / total).sqrt()
@@ -183,19 +184,16 @@ impl Moments {
 
     fn about_origin(&self, centred: &Centred) -> Similarity {
         let &Centred { scale, rotation } = centred;
-        let translation = sub(
-            self.target_mean,
-            scaled(apply(&rotation, self.source_mean), scale),
-        );
+        let translation = self.target_mean - rotation * self.source_mean * scale;
         Similarity {
             scale,
-            rotation,
-            translation,
+            rotation: rotation.rows(),
+            translation: translation.0,
         }
     }
 }
 
-fn check(source: &[Vec3], target: &[Vec3], weights: Option<&[f64]>) -> Result<(), RegistrationError> {
+fn check(source: &[[f64; 3]], target: &[[f64; 3]], weights: Option<&[f64]>) -> Result<(), RegistrationError> {
     if source.len() != target.len() {
         let (source_count, target_count) = (source.len(), target.len());
         return Err(RegistrationError::PointCount {
@@ -217,7 +215,7 @@ fn check(source: &[Vec3], target: &[Vec3], weights: Option<&[f64]>) -> Result<()
             });
         }
     }
-    let finite = |p: &Vec3| p.iter().all(|x| x.is_finite());
+    let finite = |p: &[f64; 3]| p.iter().all(|x| x.is_finite());
     if let Some(index) = source
         .iter()
         .zip(target)
@@ -233,29 +231,29 @@ fn check(source: &[Vec3], target: &[Vec3], weights: Option<&[f64]>) -> Result<()
 }
 
 /// The weighted mean, taken about the first point so that a far-off cloud keeps its digits.
-fn mean(points: &[Vec3], weight: impl Fn(usize) -> f64, total: f64) -> Vec3 {
-    let first = points[0];
-    let sum = points.iter().enumerate().fold([0.0; 3], |sum, (i, &p)| {
-        add(sum, scaled(sub(p, first), weight(i) / total))
-    });
-    add(first, sum)
+fn mean(points: &[[f64; 3]], weight: impl Fn(usize) -> f64, total: f64) -> Vec3 {
+    let first = Vec3(points[0]);
+    let offsets = points.iter().enumerate();
+    let sum: Vec3 = offsets
+        .map(|(i, &p)| (Vec3(p) - first) * (weight(i) / total))
+        .sum();
+    first + sum
 }
 
 /// Whether all points of a cloud with this scatter matrix lie on one line, up to the rounding of their
 /// coordinates.
 fn is_collinear(scatter: &Mat3, mean: Vec3) -> bool {
     let [largest, second, _] = svd(scatter).values;
-    let rounding = 4.0 * f64::EPSILON * mean.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+    let rounding = 4.0 * f64::EPSILON * mean.0.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
     second.sqrt() <= (1e-7 * largest.sqrt()).max(rounding)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::vector::norm;
     use proptest::prelude::*;
 
-    const POINTS: [Vec3; 5] = [
+    const POINTS: [[f64; 3]; 5] = [
         [0.0, 0.0, 0.0],
         [1.0, 0.2, 0.0],
         [0.0, 0.7, 0.1],
@@ -271,22 +269,27 @@ mod tests {
         }
     }
 
-    fn sum_of_squares(transform: &Similarity, source: &[Vec3], target: &[Vec3], weights: &[f64]) -> f64 {
+    fn sum_of_squares(
+        transform: &Similarity,
+        source: &[[f64; 3]],
+        target: &[[f64; 3]],
+        weights: &[f64],
+    ) -> f64 {
         let pairs = source.iter().zip(target).zip(weights);
         pairs
-            .map(|((&x, &y), w)| w * squared(sub(y, transform.apply(x))))
+            .map(|((&x, &y), w)| w * (Vec3(y) - transform.apply(Vec3(x))).squared())
             .sum()
     }
 
     #[test]
     fn a_small_model_far_from_the_origin_is_fitted_to_the_rounding_of_its_coordinates() {
-        let far = POINTS.map(|p| add(p, [1e6, -2e6, 3e6]));
+        let far = POINTS.map(|p| (Vec3(p) + Vec3([1e6, -2e6, 3e6])).0);
         let target = turned().apply_all(&POINTS);
         let fit = umeyama(&far, &target, None).unwrap();
         assert!(fit.residual < 1e-9, "residual {}", fit.residual);
         assert!((fit.transform.scale - 0.5).abs() < 1e-9);
         for (&x, &y) in far.iter().zip(&target) {
-            assert!(norm(sub(fit.transform.apply(x), y)) < 4e-9);
+            assert!((fit.transform.apply(Vec3(x)) - Vec3(y)).norm() < 4e-9);
         }
     }
 

@@ -26,6 +26,13 @@
 //! # }
 //! ```
 //!
+//! # Three floors
+//! - [`mark`]: bits in a shape, and back. It knows neither keys nor certificates.
+//! - [`payload`]: which bits those are. Today they are a signature's.
+//! - [`claim`]: who says what about which original: keys, certificates, p-values and verdicts.
+//!
+//! Each knows only those above it in this list.
+//!
 //! # Conventions
 //! Bits are `bool`, most significant first. Axes 0, 1, 2 are x, y, z. α belongs to patches of unit area, distances are
 //! fractions of the diagonal of the original's bounding box. Transforms take the suspect to the original. Patches are

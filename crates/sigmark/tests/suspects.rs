@@ -13,6 +13,7 @@ use rand_chacha::{
 use registration::MatchedBy;
 use sigmark::{
     Curve, Embedder, Mismatch, Outcome, SigmarkError, Signed, SigningKey, Verdict, Verifier,
+    claim::statistics::binomial_tail,
     mark::{
         CoefficientDetector, Detector, JointEstimator, Reader, ReadingMethod, Registered, extraction_rate,
     },
@@ -126,6 +127,11 @@ fn the_same_surface_with_other_vertices_is_verified() {
         assert!(verdict.missing == 0.0 && verdict.residual.unwrap() < 1e-3);
         let scale = verdict.transform.unwrap().scale;
         assert!((0.01 * scale - 1.0).abs() < 1e-4, "{scale}");
+        // Nothing happened to the surface but the mark.
+        let model = verdict.attack_model.unwrap();
+        assert!(model.mark > 0.99, "{model:?}");
+        let all = model.mark + model.misalignment + model.smoothing + model.tessellation_bias + model.noise;
+        assert!((all - 1.0).abs() < 1e-12, "{model:?}");
     }
 }
 
@@ -204,20 +210,51 @@ fn another_model_does_not_align_whatever_its_size() {
     }
 }
 
-#[test]
-fn a_symmetric_shape_with_other_vertices_is_tried_in_its_poses_and_pays_for_them() {
-    // Two equal pieces, each where half a turn about z takes the other.
+/// Two equal pieces, each where half a turn about z takes the other.
+fn pair() -> TriMesh {
     let piece = shapes::translated(&shapes::bumpy_sphere(3, 2), [1.5, 0.2, 0.1]);
     let half_turn = Similarity::from_quaternion([0.0, 0.0, 0.0, 1.0]);
-    let pair = shapes::disjoint_union(&[piece.clone(), shapes::moved(&piece, &half_turn)]);
-    let signed = sign(&pair, 1);
+    shapes::disjoint_union(&[piece.clone(), shapes::moved(&piece, &half_turn)])
+}
+
+/// The p-value of one reading, from what a verdict says of it; no soft bit being zero.
+fn p_of_one_reading(verdict: &Verdict) -> f64 {
+    let by_correlation = (-0.5 * verdict.correlation.powi(2)).exp();
+    let by_bits = binomial_tail(verdict.bits, verdict.bits - verdict.bit_errors.unwrap());
+    2.0 * by_correlation.min(by_bits)
+}
+
+#[test]
+fn a_symmetric_shape_with_other_vertices_is_tried_in_its_poses_and_pays_for_them() {
+    let signed = sign(&pair(), 1);
     let suspect = shapes::moved(&divided(signed.mesh()), &away());
-    let verdict = judge(&pair, &signed, &suspect);
+    let verdict = judge(&pair(), &signed, &suspect);
     assert!(verdict.poses > 1, "{verdict:?}");
     assert!(
-        verdict.p_value < 1e-6 && verdict.outcome != Outcome::NotFound { p: 1.0 },
+        verdict.outcome.is_found() && verdict.p_value < 1e-6,
         "{verdict:?}"
     );
+    let tries = verdict.p_value / p_of_one_reading(&verdict);
+    assert!((tries / verdict.poses as f64 - 1.0).abs() < 1e-9, "{tries}");
+}
+
+#[test]
+fn a_symmetric_shape_that_is_read_twice_pays_for_two_readings_in_every_pose() {
+    let signed = sign(&pair(), 1);
+    let mut rng = ChaCha20Rng::seed_from_u64(4);
+    let far = 0.01 * signed.mesh().bounding_box().diagonal();
+    let noisy = signed.positions().iter();
+    let noisy = noisy.map(|p| p.map(|x| x + far * (f64::from(rng.next_u32()) / f64::from(u32::MAX) - 0.5)));
+    let noisy = signed.mesh().with_positions(noisy.collect()).unwrap();
+    let verdict = judge(&pair(), &signed, &shapes::shuffled(&noisy, 3));
+    assert_eq!(verdict.matched_by, MatchedBy::Connectivity);
+    assert!(
+        verdict.poses > 1 && verdict.bit_errors.unwrap() > 0,
+        "{verdict:?}"
+    );
+    // Each of the M poses is read by the paper's rule, and the best one again: it might have been any.
+    let tries = verdict.p_value / p_of_one_reading(&verdict);
+    assert!((tries / (2 * verdict.poses) as f64 - 1.0).abs() < 1e-9, "{tries}");
 }
 
 #[test]
@@ -337,6 +374,8 @@ fn steps_of_smoothing_are_taken_out_whatever_their_strength() {
         let registered = Registered::by_vertices(suspect.positions().iter().copied().map(Some).collect());
         let [paper, _] = rates(&signed, &registered);
         assert!(read > 0.99 && paper < 0.95, "{read} {paper}");
+        let model = verdict.attack_model.unwrap();
+        assert!(model.smoothing > 0.5 && model.misalignment < 0.1, "{model:?}");
     }
 }
 

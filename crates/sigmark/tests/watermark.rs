@@ -10,8 +10,8 @@ use mhb_core::{LaplacianKind, Spectrum, SpectrumOptions};
 use proptest::prelude::*;
 use rand_chacha::{ChaCha20Rng, rand_core::SeedableRng};
 use sigmark::{
-    Certificate, CertificateError, Curve, Embedder, GeometryDigest, Mismatch, Outcome, PatchCount, Scheme,
-    SigmarkError, Signed, SigningKey, Strength, Verdict, Verifier,
+    Certificate, CertificateError, Coverage, Curve, Embedder, GeometryDigest, Mismatch, Outcome, PatchCount,
+    Scheme, SigmarkError, Signed, SigningKey, Strength, Verdict, Verifier,
     claim::VERSION,
     mark::{
         ChipLayout, CoefficientDetector, Detector, MarkError, MarkLayout, Original, Patch, PatchBasis,
@@ -160,6 +160,29 @@ proptest! {
     }
 }
 
+/// Patches above the size up to which eigenproblems are solved densely, where one patch has all threads and several have one each.
+#[test]
+fn the_mark_of_large_patches_is_the_same_with_one_thread_and_with_three() {
+    let mesh = shapes::bumpy_torus(80, 40, 6);
+    let layout = ChipLayout::new(24, 3).unwrap();
+    let bits: Vec<bool> = (0..24).map(|i| i % 5 < 2).collect();
+    for patches in [1, 3] {
+        let [one, three] = [1, 3].map(|threads| {
+            let job = Job::new(threads);
+            let count = PatchCount::Exactly(patches);
+            let original = Original::cut(mesh.clone(), layout, count, &job).unwrap();
+            assert!(
+                original
+                    .patches()
+                    .iter()
+                    .all(|patch| patch.vertices().len() > 640)
+            );
+            displacement(&original, &bits, 1e-3, threads)
+        });
+        assert_eq!(one, three);
+    }
+}
+
 /// Blocks, bands, tolerance: other paths through the solver, other roundings, the same mark.
 #[test]
 fn the_mark_does_not_depend_on_the_solver_s_settings() {
@@ -299,6 +322,7 @@ fn a_signed_mesh_is_verified_wherever_and_in_whatever_order_it_turns_up() {
                 (verdict.extraction_rate, verdict.bit_errors, verdict.overlap),
                 (Some(1.0), Some(0), 1.0)
             );
+            assert!(verdict.attack_model.is_none());
             assert!(verdict.p_value < 1e-100);
         }
     }
@@ -530,22 +554,26 @@ fn original_certificate_and_key_must_belong_together() {
 
 #[test]
 fn a_forger_cannot_call_a_mesh_with_his_mark_taken_off_the_original() {
-    // Mallory takes the signed mesh for his marked one, subtracts a mark of his own and shows the rest as "the original".
-    let mesh = shapes::bumpy_sphere(4, 9);
-    let signed = sign(&mesh, 1);
-    let his = sign(&mesh, 2);
-    let forged: Vec<[f64; 3]> = (0..mesh.vertex_count())
-        .map(|v| {
-            std::array::from_fn(|i| {
-                signed.positions()[v][i] - (his.positions()[v][i] - mesh.positions()[v][i])
-            })
-        })
-        .collect();
-    let forged = mesh.with_positions(forged).unwrap();
-    assert!(matches!(
-        Verifier::new(&forged, his.certificate(), his.certificate().public_key()),
-        Err(SigmarkError::AnotherOriginal { .. })
-    ));
+    // Mallory has the signed mesh. He writes a mark of his own into it, and calls the mesh less that mark the original, so that the
+    // signed mesh is what he would have signed. The certificate that he issues for that original is a valid one.
+    let signed = sign(&shapes::bumpy_sphere(4, 9), 1);
+    let forge = |coverage| {
+        let his = key(Curve::P256, 2);
+        let his = Embedder::new(&his).chip_rate(1).coverage(coverage);
+        let mark = his.embed(signed.mesh(), &Job::default()).unwrap();
+        let pairs = signed.positions().iter().zip(mark.positions());
+        let forged = pairs.map(|(s, m)| std::array::from_fn(|i| s[i] - (m[i] - s[i])));
+        let forged = signed.mesh().with_positions(forged.collect()).unwrap();
+        let claim = his.embed(&forged, &Job::default()).unwrap();
+        judge(&forged, &claim, signed.mesh())
+    };
+    // A signature of the message alone is the same for every original.
+    assert_eq!(forge(Coverage::Message).outcome, Outcome::Verified);
+    let verdict = forge(Coverage::MessageAndGeometry);
+    assert!(
+        !verdict.outcome.is_found() && verdict.p_value > 1e-4,
+        "{verdict:?}"
+    );
 }
 
 #[test]

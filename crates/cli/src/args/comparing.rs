@@ -3,13 +3,16 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use quality::{
+    DameMetric, DistanceMetric, DistanceOptions, Metric, Msdm2Metric, ShapeDnaMetric, ShapeDnaOptions,
+};
 
 use super::{Threads, TimeLimit, numbers};
 use crate::points::Pair;
 
 /// What can be measured of two meshes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Metric {
+pub(crate) enum MetricName {
     /// Distances between the surfaces: d_rmse, mean, Hausdorff, MRMS
     Distance,
     /// Shape-DNA: distance of the normalised Laplace-Beltrami eigenvalues
@@ -50,8 +53,8 @@ pub(crate) struct Compare {
     pub(crate) distorted: PathBuf,
     /// What to measure, separated by commas [default: everything]
     #[arg(long, value_name = "METRICS", value_enum, value_delimiter = ',', hide_default_value = true,
-        default_values_t = [Metric::Distance, Metric::ShapeDna, Metric::Msdm2, Metric::Dame])]
-    pub(crate) metrics: Vec<Metric>,
+        default_values_t = [MetricName::Distance, MetricName::ShapeDna, MetricName::Msdm2, MetricName::Dame])]
+    pub(crate) metrics: Vec<MetricName>,
     /// Largest distance between samples of a surface, as a fraction of its diagonal
     #[arg(long, value_name = "FRACTION", default_value_t = 5e-4, allow_negative_numbers = true, value_parser = numbers::between_0_and_1)]
     pub(crate) interval: f64,
@@ -78,6 +81,30 @@ pub(crate) struct Compare {
     /// Print one JSON object
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+impl Compare {
+    /// The metric of a name, as it was asked for.
+    pub(crate) fn metric(&self, name: MetricName) -> Box<dyn Metric> {
+        match name {
+            MetricName::Distance => Box::new(DistanceMetric {
+                options: DistanceOptions {
+                    interval: self.interval,
+                },
+                ..Default::default()
+            }),
+            MetricName::ShapeDna => Box::new(ShapeDnaMetric {
+                options: ShapeDnaOptions {
+                    count: self.eigenvalues,
+                    ..Default::default()
+                },
+                p: self.norm,
+                ..Default::default()
+            }),
+            MetricName::Msdm2 => Box::new(Msdm2Metric),
+            MetricName::Dame => Box::new(DameMetric::default()),
+        }
+    }
 }
 
 #[derive(Debug, Args)]

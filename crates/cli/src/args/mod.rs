@@ -10,7 +10,7 @@ use clap::{Parser, Subcommand};
 
 pub(crate) use self::{
     analysing::{Inspect, Laplacian, Partition, Spectrum},
-    comparing::{Align, Compare, Heat, Metric},
+    comparing::{Align, Compare, Heat, MetricName},
     shared::{Threads, TimeLimit},
     signing::{Embed, Keygen, Profile, Verify},
 };

@@ -5,18 +5,18 @@ use std::{
 };
 
 use anyhow::{Context, Result, bail};
+use clap::ValueEnum;
 use job::{Job, Stage};
 use mesh::TriMesh;
 use quality::{
-    Dame, DistanceOptions, MetricStage, Msdm2, Normalisation, QualityError, Scale, ShapeDna, ShapeDnaOptions,
-    SymmetricDistance, Visibility, heatmap, vertex_distances,
+    Measurement, Metric, Msdm2Metric, Needs, QualityError, Scale, Side, heatmap, vertex_distances,
 };
 use registration::match_connectivity;
 use serde_json::{Value, json};
 
 use crate::{
     Answer,
-    args::{Compare, Heat, Metric},
+    args::{Compare, Heat, MetricName},
     files::{self, Output},
     progress::Progress,
     report,
@@ -28,12 +28,17 @@ const VIEW: usize = 600;
 /// What was measured; what was not asked for, or not possible, is absent.
 #[derive(Default)]
 struct Measured {
-    distance: Option<SymmetricDistance>,
-    shape_dna: Option<(f64, [usize; 2])>,
-    msdm2: Option<Msdm2>,
-    dame: Option<Dame>,
+    /// By the metrics' names, in their order.
+    measurements: Vec<(&'static str, Measurement)>,
     /// Why a metric that was asked for is absent.
     missing: BTreeMap<&'static str, String>,
+}
+
+impl Measured {
+    fn get(&self, name: &str) -> Option<&Measurement> {
+        let found = self.measurements.iter().find(|(own, _)| *own == name);
+        found.map(|(_, measurement)| measurement)
+    }
 }
 
 struct Pair {
@@ -42,13 +47,13 @@ struct Pair {
     diagonal: f64,
 }
 
-/// The stage in which a heat map is painted.
+/// What is being measured or painted.
 #[derive(Clone, Copy, Debug)]
-struct Painting;
+struct Doing(&'static str);
 
-impl Stage for Painting {
+impl Stage for Doing {
     fn name(&self) -> &'static str {
-        "heatmap"
+        self.0
     }
 }
 
@@ -73,7 +78,7 @@ pub(crate) fn run(arguments: &Compare) -> Result<Answer> {
         distorted,
     };
     let measured = measure(arguments, &pair, &job)?;
-    let painted = paint(arguments, &pair, measured.msdm2.as_ref(), &job)?;
+    let painted = paint(arguments, &pair, &measured, &job)?;
     if let Some(painted) = &painted {
         let output = Output {
             path: &painted.file,
@@ -115,133 +120,74 @@ fn is(path: &Path, extension: &str) -> bool {
 fn measure(arguments: &Compare, pair: &Pair, job: &Job) -> Result<Measured> {
     let mut measured = Measured::default();
     let mut first_reason = None;
-    let mut keep = |name: &'static str, result: Result<()>| {
-        if let Err(error) = result {
-            measured.missing.insert(name, format!("{error:#}"));
-            first_reason.get_or_insert(error);
-        }
-    };
-    for metric in [Metric::Distance, Metric::ShapeDna, Metric::Msdm2, Metric::Dame] {
-        if !arguments.metrics.contains(&metric) {
+    for name in MetricName::value_variants() {
+        if !arguments.metrics.contains(name) {
             continue;
         }
-        match metric {
-            Metric::Distance => {
-                keep(
-                    "distance",
-                    distance(arguments, pair, job).map(|d| measured.distance = Some(d)),
-                );
-            }
-            Metric::ShapeDna => {
-                keep(
-                    "shape_dna",
-                    shape_dna(arguments, pair, job).map(|d| measured.shape_dna = Some(d)),
-                );
-            }
-            Metric::Msdm2 => {
-                keep(
-                    "msdm2",
-                    msdm2(arguments, pair, job).map(|m| measured.msdm2 = Some(m)),
-                );
-            }
-            Metric::Dame => {
-                keep(
-                    "dame",
-                    dame(arguments, pair, job).map(|d| measured.dame = Some(d)),
-                );
+        let metric = arguments.metric(*name);
+        job.begin(Doing(metric.name()))?;
+        match compare(arguments, pair, &*metric, job) {
+            Ok(measurement) => measured.measurements.push((metric.name(), measurement)),
+            Err(reason) => {
+                measured.missing.insert(metric.name(), format!("{reason:#}"));
+                first_reason.get_or_insert(reason);
             }
         }
     }
     match first_reason {
-        Some(reason) if measured.missing.len() == distinct(&arguments.metrics) => Err(reason),
+        Some(reason) if measured.measurements.is_empty() => Err(reason),
         _ => Ok(measured),
     }
 }
 
-fn distinct(metrics: &[Metric]) -> usize {
-    metrics
-        .iter()
-        .enumerate()
-        .filter(|(i, metric)| !metrics[..*i].contains(metric))
-        .count()
-}
-
-fn distance(arguments: &Compare, pair: &Pair, job: &Job) -> Result<SymmetricDistance> {
-    let options = DistanceOptions {
-        interval: arguments.interval,
+/// Measures by one metric, with the vertices in the reference's order where it needs that.
+fn compare(arguments: &Compare, pair: &Pair, metric: &dyn Metric, job: &Job) -> Result<Measurement> {
+    let measurement = match metric.needs() {
+        Needs::SameConnectivity => {
+            let in_order =
+                in_order(pair, &job.quiet()).with_context(|| arguments.distorted.display().to_string())?;
+            metric.measure(&pair.reference, &in_order, job)
+        }
+        _ => metric.measure(&pair.reference, &pair.distorted, job),
     };
-    SymmetricDistance::between(&pair.distorted, &pair.reference, &options, job)
-        .map_err(|error| blame(arguments, pair, error))
+    measurement.map_err(|error| blame(arguments, error))
 }
 
-/// d_{p,m}, and how many components both have.
-fn shape_dna(arguments: &Compare, pair: &Pair, job: &Job) -> Result<(f64, [usize; 2])> {
-    let options = ShapeDnaOptions {
-        count: arguments.eigenvalues,
-        ..Default::default()
-    };
-    let of = |mesh: &TriMesh, path: &Path, job: &Job| {
-        ShapeDna::of(mesh, &options, job).with_context(|| path.display().to_string())
-    };
-    let (reference, distorted) = job.join(
-        || of(&pair.reference, &arguments.reference, job),
-        || of(&pair.distorted, &arguments.distorted, &job.quiet()),
-    )?;
-    let (reference, distorted) = (reference?, distorted?);
-    let distance = distorted.distance(&reference, arguments.norm, Normalisation::FirstEigenvalue)?;
-    Ok((distance, [reference.components(), distorted.components()]))
-}
-
-fn msdm2(arguments: &Compare, pair: &Pair, job: &Job) -> Result<Msdm2> {
-    Msdm2::between(&pair.distorted, &pair.reference, job).map_err(|error| blame(arguments, pair, error))
-}
-
-fn dame(arguments: &Compare, pair: &Pair, job: &Job) -> Result<Dame> {
-    let matched = match_connectivity(&pair.reference, &pair.distorted, job)
-        .with_context(|| arguments.distorted.display().to_string())?;
+/// The distorted mesh with the reference's triangles.
+fn in_order(pair: &Pair, job: &Job) -> Result<TriMesh> {
+    let matched = match_connectivity(&pair.reference, &pair.distorted, job)?;
     let carried = matched.carry(&pair.distorted);
     let positions: Option<Vec<[f64; 3]>> = carried.into_iter().collect();
     let positions = positions.context("the reference has vertices that no face uses")?;
-    let in_order = pair.reference.with_positions(positions)?;
-    Ok(Dame::between(&in_order, &pair.reference, Visibility::Seen, job)?)
+    Ok(pair.reference.with_positions(positions)?)
 }
 
 /// The error with the name of the file that it is about, if it is about one.
-fn blame(arguments: &Compare, pair: &Pair, error: QualityError) -> anyhow::Error {
-    let file = match error {
-        QualityError::NoSurface { .. } if pair.reference.area().is_normal() => &arguments.distorted,
-        QualityError::NoSurface { .. } => &arguments.reference,
-        _ => return error.into(),
-    };
-    anyhow::Error::new(error).context(file.display().to_string())
+fn blame(arguments: &Compare, error: QualityError) -> anyhow::Error {
+    match error {
+        QualityError::Mesh { side, source } => {
+            let file = match side {
+                Side::Reference => &arguments.reference,
+                Side::Other => &arguments.distorted,
+            };
+            anyhow::Error::new(*source).context(file.display().to_string())
+        }
+        error => error.into(),
+    }
 }
 
-fn paint(
-    arguments: &Compare,
-    pair: &Pair,
-    msdm2_known: Option<&Msdm2>,
-    job: &Job,
-) -> Result<Option<Painted>> {
+fn paint(arguments: &Compare, pair: &Pair, measured: &Measured, job: &Job) -> Result<Option<Painted>> {
     let Some(file) = &arguments.heatmap else {
         return Ok(None);
     };
-    job.begin(Painting)?;
-    let (values, unit, factor) = match (arguments.heatmap_of, msdm2_known) {
-        (Heat::Distance, _) => {
-            let distances = vertex_distances(
-                &pair.distorted,
-                &pair.reference,
-                &job.within(MetricStage::Distance),
-            )?;
+    job.begin(Doing("heatmap"))?;
+    let (values, unit, factor) = match arguments.heatmap_of {
+        Heat::Distance => {
+            let distances = vertex_distances(&pair.distorted, &pair.reference, job)?;
             let fractions = distances.into_iter().map(|d| d / pair.diagonal).collect();
             (fractions, "distance, % of diagonal", 100.0)
         }
-        (Heat::Msdm2, Some(known)) => (known.local.clone(), "local msdm2", 1.0),
-        (Heat::Msdm2, None) => (
-            msdm2(arguments, pair, &job.within(MetricStage::Msdm2))?.local,
-            "local msdm2",
-            1.0,
-        ),
+        Heat::Msdm2 => (local_msdm2(arguments, pair, measured, job)?, "local msdm2", 1.0),
     };
     let scale = arguments
         .heatmap_max
@@ -258,6 +204,16 @@ fn paint(
     }))
 }
 
+/// The local distortion at each vertex, computed unless it is known.
+fn local_msdm2(arguments: &Compare, pair: &Pair, measured: &Measured, job: &Job) -> Result<Vec<f64>> {
+    let found = match measured.get(Msdm2Metric.name()) {
+        Some(known) => known.clone(),
+        None => compare(arguments, pair, &Msdm2Metric, job)?,
+    };
+    let local = found.local().map(<[f64]>::to_vec);
+    local.context("MSDM2 has a distortion at each vertex")
+}
+
 /// What `--json` prints.
 fn object(
     arguments: &Compare,
@@ -266,36 +222,19 @@ fn object(
     painted: Option<&Painted>,
     seconds: &[(&'static str, f64)],
 ) -> Value {
-    let distance = measured.distance.map(|d| {
-        let part = |length: f64| length / d.diagonal;
-        json!({
-            "d_rmse": part(d.forward.rmse),
-            "mean": part(d.forward.mean),
-            "hausdorff_forward": part(d.forward.maximum),
-            "hausdorff_backward": part(d.backward.maximum),
-            "hausdorff": part(d.hausdorff()),
-            "rmse_backward": part(d.backward.rmse),
-            "mean_backward": part(d.backward.mean),
-            "mrms": part(d.mrms()),
-            "samples": [d.forward.samples, d.backward.samples],
-            "interval": arguments.interval,
-        })
-    });
-    let shape_dna = measured.shape_dna.map(|(distance, components)| {
-        json!({"p": arguments.norm, "m": arguments.eigenvalues, "distance": distance, "components": components})
-    });
-    json!({
+    let mut object = json!({
         "reference": arguments.reference,
         "distorted": arguments.distorted,
         "diagonal": pair.diagonal,
-        "distance": distance,
-        "shape_dna": shape_dna,
-        "msdm2": measured.msdm2,
-        "dame": measured.dame,
         "not_computed": measured.missing,
         "heatmap": painted.map(|p| json!({"file": p.file, "max": p.greatest})),
         "seconds": report::seconds_json(seconds),
-    })
+    });
+    for name in MetricName::value_variants() {
+        let name = arguments.metric(*name).name();
+        object[name] = json!(measured.get(name));
+    }
+    object
 }
 
 fn summary(
@@ -310,86 +249,94 @@ fn summary(
         arguments.distorted.display(),
         arguments.reference.display()
     )];
-    let field = |lines: &mut Vec<String>, name: &str, value: String| lines.push(report::field(name, value));
-    if let Some(d) = measured.distance {
-        let cent = |length: f64| percentage(length / d.diagonal);
-        field(
-            &mut lines,
-            "d_rmse",
-            format!(
-                "{} of the diagonal (mean {}, greatest {})",
-                cent(d.forward.rmse),
-                cent(d.forward.mean),
-                cent(d.forward.maximum)
-            ),
-        );
-        let back = &d.backward;
-        let text = format!(
-            "{} (mean {}, greatest {})",
-            cent(back.rmse),
-            cent(back.mean),
-            cent(back.maximum)
-        );
-        field(&mut lines, "the other way", text);
-        field(
-            &mut lines,
-            "Hausdorff",
-            format!("{}, MRMS {}", cent(d.hausdorff()), cent(d.mrms())),
-        );
-        let samples = report::grouped(d.forward.samples + d.backward.samples);
-        field(
-            &mut lines,
-            "samples",
-            format!("{samples}, every {}", percentage(arguments.interval)),
-        );
-    }
-    if let Some((distance, components)) = measured.shape_dna {
-        let pieces = match components {
-            [1, 1] => String::new(),
-            [a, b] => format!(" ({a} and {b} components)"),
-        };
-        let text = format!(
-            "d_{},{} = {distance:.6}{pieces}",
-            arguments.norm, arguments.eigenvalues
-        );
-        field(&mut lines, "Shape-DNA", text);
-    }
-    if let Some(msdm2) = &measured.msdm2 {
-        let text = format!(
-            "{:.4} (forward {:.4}, backward {:.4}; 0 is the same)",
-            msdm2.symmetric, msdm2.forward, msdm2.backward
-        );
-        field(&mut lines, "MSDM2", text);
-    }
-    if let Some(dame) = &measured.dame {
-        let text = format!(
-            "{:.5} rad over {}",
-            dame.error,
-            report::counted(dame.edges, "edge", "edges")
-        );
-        field(&mut lines, "DAME", text);
+    for (name, measurement) in &measured.measurements {
+        lines.extend(in_words(name, measurement));
     }
     for (name, reason) in &measured.missing {
-        field(&mut lines, "not computed", format!("{name}: {reason}"));
+        lines.push(report::field("not computed", format!("{name}: {reason}")));
     }
     if let Some(painted) = painted {
         let greatest = match arguments.heatmap_of {
             Heat::Distance => format!("{} of the diagonal", percentage(painted.greatest)),
             Heat::Msdm2 => format!("{:.3}", painted.greatest),
         };
-        field(
-            &mut lines,
-            "heat map",
-            format!("{}, red is {greatest}", painted.file.display()),
-        );
+        let text = format!("{}, red is {greatest}", painted.file.display());
+        lines.push(report::field("heat map", text));
     }
-    field(
-        &mut lines,
-        "diagonal",
-        format!("{:.6} in the models' unit", pair.diagonal),
-    );
-    field(&mut lines, "time", report::seconds_text(seconds));
+    let diagonal = format!("{:.6} in the models' unit", pair.diagonal);
+    lines.push(report::field("diagonal", diagonal));
+    lines.push(report::field("time", report::seconds_text(seconds)));
     lines
+}
+
+/// What a metric found, for people. One without words of its own is told by its figures.
+fn in_words(metric: &str, found: &Measurement) -> Vec<String> {
+    let number = |name: &str| found.number(name);
+    let cent = |name: &str| percentage(found.number(name));
+    match metric {
+        "distance" => vec![
+            report::field(
+                "d_rmse",
+                format!(
+                    "{} of the diagonal (mean {}, greatest {})",
+                    cent("d_rmse"),
+                    cent("mean"),
+                    cent("hausdorff_forward")
+                ),
+            ),
+            report::field(
+                "the other way",
+                format!(
+                    "{} (mean {}, greatest {})",
+                    cent("rmse_backward"),
+                    cent("mean_backward"),
+                    cent("hausdorff_backward")
+                ),
+            ),
+            report::field(
+                "Hausdorff",
+                format!("{}, MRMS {}", cent("hausdorff"), cent("mrms")),
+            ),
+            report::field(
+                "samples",
+                format!(
+                    "{}, every {}",
+                    report::grouped(found.counts("samples").iter().sum()),
+                    cent("interval")
+                ),
+            ),
+        ],
+        "shape_dna" => {
+            let pieces = match found.counts("components") {
+                [1, 1] => String::new(),
+                [a, b] => format!(" ({a} and {b} components)"),
+            };
+            let (p, m, distance) = (number("p"), number("m"), number("distance"));
+            vec![report::field(
+                "Shape-DNA",
+                format!("d_{p},{m} = {distance:.6}{pieces}"),
+            )]
+        }
+        "msdm2" => {
+            let [symmetric, forward, backward] = ["symmetric", "forward", "backward"].map(number);
+            vec![report::field(
+                "MSDM2",
+                format!("{symmetric:.4} (forward {forward:.4}, backward {backward:.4}; 0 is the same)"),
+            )]
+        }
+        "dame" => {
+            let edges = report::counted(number("edges") as usize, "edge", "edges");
+            vec![report::field(
+                "DAME",
+                format!("{:.5} rad over {edges}", number("error")),
+            )]
+        }
+        other => {
+            let figures = found.figures().iter();
+            let figures = figures.map(|(name, figure)| format!("{name} {}", json!(figure)));
+            vec![report::field(other, figures.collect::<Vec<_>>().join(", "))]
+        }
+    }
 }
 
 /// A fraction in per cent with four digits.

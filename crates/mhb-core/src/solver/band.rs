@@ -1,9 +1,9 @@
 //! The eigenpairs of one band, by a block Krylov space of the shifted inverse.
 //!
-//! T = (A − σ I)⁻¹ maps eigenvalues λ to θ = 1/(λ − σ), so those near σ become the extreme ones. The space
-//! span(V₁, T V₁, T² V₁, …) is kept orthonormal in full; the projected problem Vᵀ T V gives Ritz pairs (θ, V s).
+//! T = (A − σ M)⁻¹ M maps eigenvalues λ to θ = 1/(λ − σ), so those near σ become the extreme ones. The space
+//! span(V₁, T V₁, T² V₁, …) is kept orthonormal in full; the projected problem Vᵀ M T V gives Ritz pairs (θ, V s).
 //! With r = T y − θ y, the vector T y / θ = y + r / θ costs no solve and has the residual
-//! ‖(A − λ) (y + r/θ)‖ = ‖r‖ / θ² exactly: that is what is compared with the tolerance.
+//! ‖(A − λ M) (y + r/θ)‖ = ‖r‖ / θ² exactly (in the norm of M⁻¹, r in that of M): that is what is compared with the tolerance.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -11,7 +11,8 @@ use faer::Mat;
 use job::JobError;
 
 use super::factor::Factor;
-use super::krylov::{Krylov, orthogonalise, orthonormalise_one_by_one};
+use super::krylov::{Krylov, orthonormalise_one_by_one};
+use super::product::{length, orthogonalise};
 use super::tall::{LANES, Tall, combination};
 use crate::{SpectrumError, dense};
 
@@ -37,7 +38,7 @@ pub(crate) struct Pairs {
     pub(crate) values: Vec<f64>,
     /// #V by count, of unit length, orthogonal within the tolerance.
     pub(crate) vectors: Tall,
-    /// Residual ‖A y − λ y‖ of each.
+    /// Residual ‖A y − λ M y‖ of each.
     pub(crate) residuals: Vec<f64>,
 }
 
@@ -79,7 +80,7 @@ const WITNESS: f64 = 1e-3;
 
 /// The pairs of `band` orthogonal to `deflated`, an orthonormal set of known eigenvectors.
 pub(crate) fn solve(
-    factor: &Factor,
+    factor: &Factor<'_>,
     band: Band,
     deflated: &Tall,
     block: usize,
@@ -118,8 +119,9 @@ pub(crate) fn solve(
         }
         .run(block, round, workspaces)?;
         let count = new.values.len();
-        orthogonalise(locked.rows(), new.vectors.all_mut(), locked.all());
-        orthonormalise_one_by_one(&mut new.vectors, count, &[locked.all()], 0.0);
+        let operator = factor.operator();
+        orthogonalise(operator, new.vectors.all_mut(), locked.all());
+        orthonormalise_one_by_one(operator, &mut new.vectors, count, &[locked.all()], 0.0);
         locked.append(&new.vectors);
         found.take(&new);
     }
@@ -152,7 +154,7 @@ impl Pairs {
 /// One Krylov space, from a random start orthogonal to what is locked.
 #[derive(Clone, Copy)]
 struct Search<'a> {
-    factor: &'a Factor,
+    factor: &'a Factor<'a>,
     band: Band,
     expected: usize,
     exact: bool,
@@ -275,16 +277,16 @@ impl Search<'_> {
 impl Search<'_> {
     /// y ← T y / ‖T y‖. Sums of many vectors leave rounding errors of all frequencies, which A amplifies and T damps.
     fn smooth(&self, vectors: &mut Tall, count: usize) {
-        self.factor.solve(vectors.all_mut());
+        self.factor.apply(vectors.all_mut());
         for k in 0..count {
-            let norm = vectors.column(k).map(|y| y * y).sum::<f64>().sqrt();
-            vectors.column_mut(k).for_each(|y| *y /= norm);
+            let length = length(self.factor.operator(), vectors, k);
+            vectors.column_mut(k).for_each(|y| *y /= length);
         }
     }
 }
 
 impl Ritz {
-    /// Of Vᵀ T V, with T V = V Vᵀ T V + Q R in the last columns.
+    /// Of Vᵀ M T V, with T V = V Vᵀ M T V + Q R in the last columns.
     fn new(space: &Krylov<'_>) -> Result<Self, SpectrumError> {
         let (size, last) = (space.size(), space.remainder());
         let width = last.ncols();

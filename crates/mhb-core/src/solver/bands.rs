@@ -194,7 +194,7 @@ impl Bands<'_> {
     /// The pairs of a band; `advance` is called after each block.
     fn around(
         &self,
-        factor: &Factor,
+        factor: &Factor<'_>,
         band: Band,
         advance: band::Advance<'_>,
     ) -> Result<Pairs, SpectrumError> {

@@ -10,8 +10,8 @@ use crate::{Laplacian, SpectrumError, dense};
 /// A = D^-½ S D^-½, ordered and analysed.
 pub struct Ordered(Analysis);
 
-/// L E Lᵀ = A − σ I.
-pub struct Factorised(Factor);
+/// L E Lᵀ = A − σ M.
+pub struct Factorised<'a>(Factor<'a>);
 
 impl Ordered {
     /// Fill-reducing ordering and structure of the factors.
@@ -19,23 +19,23 @@ impl Ordered {
     /// # Errors
     /// See [`SpectrumError`].
     pub fn new(laplacian: &Laplacian) -> Result<Self, SpectrumError> {
-        Ok(Self(Analysis::new(&Operator::new(laplacian)?)?))
+        Ok(Self(Analysis::new(&Operator::new(laplacian))?))
     }
 
     /// The numbers of the factors at shift σ, for a surface of unit area.
     ///
     /// # Errors
     /// See [`SpectrumError`].
-    pub fn factorise(&self, shift: f64) -> Result<Factorised, SpectrumError> {
+    pub fn factorise(&self, shift: f64) -> Result<Factorised<'_>, SpectrumError> {
         Ok(Factorised(self.0.factorise(shift)?))
     }
 }
 
-impl Factorised {
+impl Factorised<'_> {
     /// How many right-hand sides stand side by side in a row.
     pub const LANES: usize = LANES;
 
-    /// X ← (A − σ I)⁻¹ X; X is #V by [`LANES`](Self::LANES), row-major.
+    /// X ← (A − σ M)⁻¹ X; X is #V by [`LANES`](Self::LANES), row-major.
     pub fn solve(&self, x: &mut [f64]) {
         self.0.solve(x);
     }

@@ -1,4 +1,6 @@
-//! Sparse factors of A − σ I: the structure once, the numbers for each shift.
+//! Sparse factors of A − σ M: the structure once, the numbers for each shift.
+
+use std::borrow::Cow;
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::perm::PermRef;
@@ -26,11 +28,11 @@ const RELAXATION: [(usize, f64); 3] = [(4, 0.5), (16, 0.2), (48, 0.05)];
 /// Shifts that are tried, each a step further, where a factorisation fails.
 const ATTEMPTS: u32 = 5;
 
-/// Fill-reducing ordering and structure of the factors of A − σ I, the same for every σ.
+/// Fill-reducing ordering and structure of the factors of A − σ M, the same for every σ.
 ///
 /// Everything after it works in that ordering, so that no solve has to permute.
 pub(crate) struct Analysis {
-    /// A, in the fill-reducing ordering.
+    /// A and M, in the fill-reducing ordering.
     operator: Operator,
     /// Vertex i of that ordering is vertex `forward[i]` of the mesh.
     forward: Vec<u32>,
@@ -57,7 +59,7 @@ impl Analysis {
         })
     }
 
-    /// A, in the fill-reducing ordering.
+    /// A and M, in the fill-reducing ordering.
     pub(crate) fn operator(&self) -> &Operator {
         &self.operator
     }
@@ -72,8 +74,8 @@ impl Analysis {
         &self.inverse
     }
 
-    /// L E Lᵀ = A − σ I with unit lower triangular L and diagonal E, checked by a probe solve.
-    pub(crate) fn factorise(&self, shift: f64) -> Result<Factor, SpectrumError> {
+    /// L E Lᵀ = A − σ M with unit lower triangular L and diagonal E, checked by a probe solve.
+    pub(crate) fn factorise(&self, shift: f64) -> Result<Factor<'_>, SpectrumError> {
         let failed = SpectrumError::Factorisation {
             shift,
             backward_error: f64::INFINITY,
@@ -99,6 +101,7 @@ impl Analysis {
         let packed = Packed::new(structure, values);
         let below = packed.inverse_pivots().iter().filter(|e| **e < 0.0).count();
         let factor = Factor {
+            operator: &self.operator,
             shift,
             packed,
             below,
@@ -116,7 +119,7 @@ impl Analysis {
     }
 
     /// Factorises at `shift`, or, where that fails because it hits an eigenvalue of a leading block, a little above.
-    pub(crate) fn factorise_near(&self, shift: f64, step: f64) -> Result<Factor, SpectrumError> {
+    pub(crate) fn factorise_near(&self, shift: f64, step: f64) -> Result<Factor<'_>, SpectrumError> {
         let mut outcome = self.factorise(shift);
         for attempt in 1..ATTEMPTS {
             if outcome.is_ok() {
@@ -128,7 +131,7 @@ impl Analysis {
     }
 
     /// Solves for a fixed right-hand side b; returns the largest componentwise backward error of the solution.
-    fn probe(&self, factor: &Factor) -> f64 {
+    fn probe(&self, factor: &Factor<'_>) -> f64 {
         let n = self.operator.size();
         let mut noise = Noise::new(PROBE_SEED, 0);
         let b: Vec<f64> = (0..n).map(|_| noise.next()).collect();
@@ -137,8 +140,9 @@ impl Analysis {
             group[0] = b;
         }
         factor.packed.solve(&mut x);
+        let weighted = self.operator.mass_times::<LANES>(&x);
         let backward_error = |j: usize| {
-            let own = factor.shift * x[j * LANES];
+            let own = factor.shift * weighted[j * LANES];
             let (mut residual, mut size) = (-b[j] - own, b[j].abs() + own.abs());
             for (i, value) in self.operator.column(j) {
                 let term = value * x[i * LANES];
@@ -177,25 +181,31 @@ impl Operator {
     }
 }
 
-/// A factorisation of A − σ I.
-pub(crate) struct Factor {
+/// A factorisation of A − σ M.
+pub(crate) struct Factor<'a> {
+    operator: &'a Operator,
     shift: f64,
     packed: Packed,
     below: usize,
     norm_bound: f64,
 }
 
-impl Factor {
+impl Factor<'_> {
+    /// A and M, in the fill-reducing ordering.
+    pub(crate) fn operator(&self) -> &Operator {
+        self.operator
+    }
+
     pub(crate) fn shift(&self) -> f64 {
         self.shift
     }
 
-    /// An upper bound of the eigenvalues of A.
+    /// An upper bound of the eigenvalues.
     pub(crate) fn norm_bound(&self) -> f64 {
         self.norm_bound
     }
 
-    /// How many eigenvalues of A lie below σ: as many as there are negative pivots.
+    /// How many eigenvalues lie below σ: as many as there are negative pivots.
     pub(crate) fn inertia(&self) -> InertiaCount {
         InertiaCount {
             shift: self.shift,
@@ -203,8 +213,16 @@ impl Factor {
         }
     }
 
-    /// X ← (A − σ I)⁻¹ X, for blocks of columns as [`Tall`](super::tall::Tall) has them.
+    /// X ← (A − σ M)⁻¹ X, for blocks of columns as [`Tall`](super::tall::Tall) has them.
     pub(crate) fn solve(&self, x: &mut [f64]) {
+        self.packed.solve(x);
+    }
+
+    /// X ← T X with T = (A − σ M)⁻¹ M.
+    pub(crate) fn apply(&self, x: &mut [f64]) {
+        if let Cow::Owned(weighted) = self.operator.mass_times::<LANES>(x) {
+            x.copy_from_slice(&weighted);
+        }
         self.packed.solve(x);
     }
 }

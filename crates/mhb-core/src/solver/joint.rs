@@ -7,6 +7,7 @@ use job::{Job, JobError};
 use super::bands::Certified;
 use super::tall::LANES;
 use crate::dense;
+use crate::operator::Operator;
 
 /// Rows and columns that one task works on; fixed, so that results do not depend on the number of threads.
 const ROWS: usize = 512;
@@ -21,6 +22,7 @@ const SLACK: f64 = 0.1;
 /// The first `kept` of the kernel's vectors and the bands', in the mesh's ordering, made orthonormal as far as pairs of
 /// this tolerance need it.
 pub(crate) fn join(
+    operator: &Operator,
     kernel: MatRef<'_, f64>,
     certified: Certified,
     kept: usize,
@@ -53,18 +55,31 @@ pub(crate) fn join(
     })?;
     drop(columns);
     drop(certified);
-    orthonormalise(&mut joined, &residuals, ORTHONORMAL.max(SLACK * tolerance), job)?;
+    orthonormalise(
+        operator,
+        &mut joined,
+        &residuals,
+        ORTHONORMAL.max(SLACK * tolerance),
+        job,
+    )?;
     Ok(joined)
 }
 
-/// Newton's iteration towards an orthonormal set: x_j ← x_j − Σ_i w_ij (x_iᵀx_j − δ_ij) x_i with w_ij + w_ji = 1.
+/// Newton's iteration towards an orthonormal set: x_j ← x_j − Σ_i w_ij (x_iᵀMx_j − δ_ij) x_i with w_ij + w_ji = 1.
 ///
-/// Equal weights give X (XᵀX)^-1/2. Weighting by the residuals, w_ij = r_j / (r_i + r_j), lets the less accurate vector
+/// Equal weights give X (XᵀMX)^-1/2. Weighting by the residuals, w_ij = r_j / (r_i + r_j), lets the less accurate vector
 /// of two give way, so that pairs from the middle of a band are not spoilt by those from the edge of another. Inner products
 /// of `goal` are let pass.
-fn orthonormalise(x: &mut Mat<f64>, residuals: &[f64], goal: f64, job: &Job) -> Result<(), JobError> {
+fn orthonormalise(
+    operator: &Operator,
+    x: &mut Mat<f64>,
+    residuals: &[f64],
+    goal: f64,
+    job: &Job,
+) -> Result<(), JobError> {
     for _ in 0..6 {
-        let mut correction = gram(x.as_ref(), job)?;
+        let weighted = operator.full_mass_times(x.as_ref());
+        let mut correction = gram(x.as_ref(), weighted.as_ref().map_or(x.as_ref(), Mat::as_ref), job)?;
         let mut defect: f64 = 0.0;
         for j in 0..correction.ncols() {
             for i in 0..correction.nrows() {
@@ -95,13 +110,13 @@ fn blocks(k: usize, width: usize) -> impl Iterator<Item = (usize, usize)> {
         .map(move |start| (start, width.min(k - start)))
 }
 
-/// XᵀX by blocks of columns.
-fn gram(x: MatRef<'_, f64>, job: &Job) -> Result<Mat<f64>, JobError> {
+/// XᵀMX by blocks of columns, of X and M X.
+fn gram(x: MatRef<'_, f64>, mx: MatRef<'_, f64>, job: &Job) -> Result<Mat<f64>, JobError> {
     let k = x.ncols();
     let blocks: Vec<_> = blocks(k, 4 * COLUMNS).collect();
     let strips = job.map(blocks.len(), 1, |i| {
         let (j, width) = blocks[i];
-        dense::product(x.subcols(j, k - j).transpose(), x.subcols(j, width))
+        dense::product(x.subcols(j, k - j).transpose(), mx.subcols(j, width))
     })?;
     let mut gram = Mat::zeros(k, k);
     for ((j, width), strip) in blocks.into_iter().zip(&strips) {

@@ -1,6 +1,7 @@
-//! A block Krylov space of the shifted inverse T = (A − σ I)⁻¹, with an orthonormal basis V = (Q₁, Q₂, …).
+//! A block Krylov space of the shifted inverse T = (A − σ M)⁻¹ M, with a basis V = (Q₁, Q₂, …) that is orthonormal in the inner
+//! product of M, as everything here is.
 //!
-//! T is symmetric, so in exact arithmetic T Q_k overlaps with Q_{k−1}, Q_k and Q_{k+1} only. Rounding adds a little of all
+//! T is symmetric in it, so in exact arithmetic T Q_k overlaps with Q_{k−1}, Q_k and Q_{k+1} only. Rounding adds a little of all
 //! other blocks, and each step multiplies that by up to ‖T‖/‖R‖, where R is what is left of T Q_k. So every block is
 //! orthogonalised against all others; two at a time where they can't have grown far, because reading V from memory is what
 //! this costs.
@@ -8,9 +9,11 @@
 use faer::{Mat, MatRef};
 
 use super::factor::Factor;
-use super::tall::{LANES, Tall, add, inner, multiply};
+use super::product::{length, orthogonalise, overlaps};
+use super::tall::{LANES, Tall, add, multiply};
 use crate::dense;
 use crate::noise::Noise;
+use crate::operator::Operator;
 
 /// Overlaps between basis vectors below this are rounding, and left alone.
 const NEGLIGIBLE: f64 = 1e-13;
@@ -19,14 +22,14 @@ const NEGLIGIBLE: f64 = 1e-13;
 const LARGEST_GROWTH: f64 = 1e7;
 
 pub(crate) struct Krylov<'a> {
-    factor: &'a Factor,
+    factor: &'a Factor<'a>,
     /// Known eigenvectors, to which the space is orthogonal.
     locked: &'a Tall,
     width: usize,
     basis: &'a mut Tall,
     /// Columns of V that T has been applied to; the basis holds one block more.
     size: usize,
-    /// The upper half of Vᵀ T V.
+    /// The upper half of Vᵀ M T V.
     projected: Mat<f64>,
     /// R of the last blocks, which are orthogonal to the two before them only, and of the last one of all.
     remainders: Vec<Mat<f64>>,
@@ -40,22 +43,22 @@ pub(crate) struct Krylov<'a> {
 impl<'a> Krylov<'a> {
     /// The space of noise, smoothed by one solve, orthogonal to the locked vectors, with room for `limit` columns.
     pub(crate) fn start(
-        factor: &'a Factor,
+        factor: &'a Factor<'a>,
         locked: &'a Tall,
         width: usize,
         limit: usize,
         round: u64,
         basis: &'a mut Tall,
     ) -> Self {
-        let rows = basis.rows();
+        let (operator, rows) = (factor.operator(), basis.rows());
         let x = &mut basis.all_mut()[..rows * width];
         let mut noise = Noise::new(START_SEED, round);
         x.iter_mut().for_each(|entry| *entry = noise.next());
         factor.solve(x);
         let scale = mean_length(rows, x);
-        orthogonalise(rows, x, locked.all());
-        orthogonalise(rows, x, locked.all());
-        orthonormalise(rows, x, &[locked.all()], scale);
+        orthogonalise(operator, x, locked.all());
+        orthogonalise(operator, x, locked.all());
+        orthonormalise(operator, x, &[locked.all()], scale);
         Self {
             factor,
             locked,
@@ -84,32 +87,33 @@ impl<'a> Krylov<'a> {
         self.basis.blocks(0, self.size + self.width)
     }
 
-    /// R in T V = V Vᵀ T V + Q R, where Q is the last block.
+    /// R in T V = V Vᵀ M T V + Q R, where Q is the last block.
     pub(crate) fn remainder(&self) -> MatRef<'_, f64> {
         self.remainders
             .last()
             .map_or(self.projected.as_ref().submatrix(0, 0, 0, 0), Mat::as_ref)
     }
 
-    /// The first `size` rows and columns of Vᵀ T V.
+    /// The first `size` rows and columns of Vᵀ M T V.
     pub(crate) fn projected(&self, size: usize) -> Mat<f64> {
         Mat::from_fn(size, size, |i, j| self.projected[(i.min(j), i.max(j))])
     }
 
     /// Applies T to the last block, and makes a new one of what is left.
     pub(crate) fn grow(&mut self) {
-        let (rows, width, size) = (self.rows(), self.width, self.size);
+        let (operator, width, size) = (self.factor.operator(), self.width, self.size);
+        let rows = operator.size();
         let (done, next) = self.basis.split_at_mut(size + width);
         let next = &mut next[..rows * width];
         next.copy_from_slice(&done[rows * size..]);
-        self.factor.solve(next);
+        self.factor.apply(next);
         let scale = mean_length(rows, next);
         let first = size.saturating_sub(width);
         let near = &done[rows * first..];
-        let mut coefficients = orthogonalise(rows, next, near);
-        coefficients += orthogonalise(rows, next, near);
-        orthogonalise(rows, next, self.locked.all());
-        let remainder = orthonormalise(rows, next, &[done, self.locked.all()], scale);
+        let mut coefficients = orthogonalise(operator, next, near);
+        coefficients += orthogonalise(operator, next, near);
+        orthogonalise(operator, next, self.locked.all());
+        let remainder = orthonormalise(operator, next, &[done, self.locked.all()], scale);
         self.projected
             .as_mut()
             .submatrix_mut(first, size, coefficients.nrows(), width)
@@ -141,17 +145,17 @@ impl<'a> Krylov<'a> {
         let first = self.size + width - self.pending * width;
         let (settled, new) = self.basis.split_at_mut(first);
         let new = &mut new[..rows * self.pending * width];
-        let overlaps = inner(rows, settled, new);
+        let overlaps = overlaps(self.factor.operator(), settled, new);
         subtract(rows, new, settled, overlaps.as_ref(), NEGLIGIBLE);
         self.correct(first, overlaps.as_ref());
         self.pending = 0;
         self.growth = 1.0;
     }
 
-    /// Writes Vᵀ T V for the basis as it is, after `overlaps` = (C₁, C₂) with the blocks before column `first` were taken out of those from it.
+    /// Writes Vᵀ M T V for the basis as it is, after `overlaps` = (C₁, C₂) with the blocks before column `first` were taken out of those from it.
     ///
     /// Let K be the last block before them, T K = V h + Q₁ R₁ and T Q₁ = V g + Q₁ G + Q₂ R₂. With Q₁ = V C₁ + Q₁′ and
-    /// Q₂ = V C₂ + Q₂′, and H = Vᵀ T V:
+    /// Q₂ = V C₂ + Q₂′, and H = Vᵀ M T V:
     /// T K = V (h + C₁ R₁) + Q₁′ R₁ and T Q₁′ = V (g + C₁ G + C₂ R₂ − H C₁) + Q₁′ (G − R₁ C₁|_K) + Q₂′ R₂.
     fn correct(&mut self, first: usize, overlaps: MatRef<'_, f64>) {
         let width = self.width;
@@ -178,13 +182,6 @@ impl<'a> Krylov<'a> {
 
 const START_SEED: u64 = 0x6b72_796c_6f76;
 
-/// X ← X − V Vᵀ X; returns Vᵀ X.
-pub(crate) fn orthogonalise(rows: usize, x: &mut [f64], v: &[f64]) -> Mat<f64> {
-    let coefficients = inner(rows, v, x);
-    add(rows, x, v, (-1.0 * &coefficients).as_ref());
-    coefficients
-}
-
 /// X ← X − V C, without the blocks of V whose coefficients are all at most `negligible`.
 fn subtract(rows: usize, x: &mut [f64], v: &[f64], c: MatRef<'_, f64>, negligible: f64) {
     for (k, block) in v.chunks_exact(rows * LANES).enumerate() {
@@ -195,24 +192,25 @@ fn subtract(rows: usize, x: &mut [f64], v: &[f64], c: MatRef<'_, f64>, negligibl
     }
 }
 
-/// Root of the mean squared length of the columns.
+/// Root of the mean squared length of the columns: a size, so that M is not asked.
 fn mean_length(rows: usize, x: &[f64]) -> f64 {
     (x.iter().map(|entry| entry * entry).sum::<f64>() * rows as f64 / x.len() as f64).sqrt()
 }
 
 /// Orthonormalises the columns of X, which are orthogonal to the `others`, among themselves: X = Q R, returns R.
 ///
-/// From the eigenvectors U and eigenvalues Λ of XᵀX: Q = X U Λ^-1/2, R = Λ^1/2 Uᵀ, twice. Where X is too close to
+/// From the eigenvectors U and eigenvalues Λ of XᵀMX: Q = X U Λ^-1/2, R = Λ^1/2 Uᵀ, twice. Where X is too close to
 /// dependent for that, column by column. `scale` is the size that X had before the others were taken out of it.
-fn orthonormalise(rows: usize, x: &mut [f64], others: &[&[f64]], scale: f64) -> Mat<f64> {
+fn orthonormalise(operator: &Operator, x: &mut [f64], others: &[&[f64]], scale: f64) -> Mat<f64> {
+    let rows = operator.size();
     let width = x.len() / rows;
     let mut r = Mat::identity(width, width);
     for floor in [(1e-6 * scale).powi(2), 0.0] {
-        let eigen = dense::symmetric_eigen(inner(rows, x, x).as_ref());
+        let eigen = dense::symmetric_eigen(overlaps(operator, x, x).as_ref());
         let Some((values, vectors)) = eigen.ok().filter(|(values, _)| well_conditioned(values, floor)) else {
             let mut columns = Tall::zeros(rows, width);
             columns.all_mut().copy_from_slice(x);
-            let last = orthonormalise_one_by_one(&mut columns, width, others, scale);
+            let last = orthonormalise_one_by_one(operator, &mut columns, width, others, scale);
             x.copy_from_slice(columns.all());
             return dense::product(last.as_ref(), r.as_ref());
         };
@@ -236,6 +234,7 @@ fn well_conditioned(values: &[f64], floor: f64) -> bool {
 /// those before it is replaced by noise orthogonal to all, with a zero on R's diagonal: the Krylov space has closed, and
 /// goes on in a new direction.
 pub(crate) fn orthonormalise_one_by_one(
+    operator: &Operator,
     x: &mut Tall,
     count: usize,
     others: &[&[f64]],
@@ -252,14 +251,14 @@ pub(crate) fn orthonormalise_one_by_one(
             .column_mut(0)
             .zip(given.column(k))
             .for_each(|(t, s)| *t = s);
-        let before = norm(&column).max(scale);
+        let before = length(operator, &column, 0).max(scale);
         for _ in 0..2 {
-            let c = orthogonalise(rows, column.all_mut(), x.all());
+            let c = orthogonalise(operator, column.all_mut(), x.all());
             for i in 0..k {
                 r[(i, k)] += c[(i, 0)];
             }
         }
-        r[(k, k)] = norm(&column);
+        r[(k, k)] = length(operator, &column, 0);
         let left = r[(k, k)];
         if left <= 1e-13 * before {
             r[(k, k)] = 0.0;
@@ -270,21 +269,17 @@ pub(crate) fn orthonormalise_one_by_one(
         if left <= 1e-3 * before {
             for _ in 0..2 {
                 for other in others {
-                    orthogonalise(rows, column.all_mut(), other);
+                    orthogonalise(operator, column.all_mut(), other);
                 }
-                orthogonalise(rows, column.all_mut(), x.all());
+                orthogonalise(operator, column.all_mut(), x.all());
             }
         }
-        let norm = norm(&column);
+        let length = length(operator, &column, 0);
         x.column_mut(k)
             .zip(column.column(0))
-            .for_each(|(t, s)| *t = s / norm);
+            .for_each(|(t, s)| *t = s / length);
     }
     r
-}
-
-fn norm(column: &Tall) -> f64 {
-    column.column(0).map(|x| x * x).sum::<f64>().sqrt()
 }
 
 const FRESH_SEED: u64 = 0x0066_7265_7368;
@@ -292,22 +287,27 @@ const FRESH_SEED: u64 = 0x0066_7265_7368;
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::{Laplacian, LaplacianKind, Mass};
 
     #[test]
     fn columns_of_any_length_are_orthonormalised_one_by_one() {
-        let (rows, width) = (500, LANES);
-        let mut x = Tall::zeros(rows, width);
-        let mut noise = Noise::new(1, 1);
-        x.all_mut()
-            .iter_mut()
-            .for_each(|entry| *entry = 1e3 * noise.next());
-        let given = x.clone();
-        let r = orthonormalise_one_by_one(&mut x, width, &[], 0.0);
-        let gram = inner(rows, x.all(), x.all());
-        assert!((&gram - &Mat::<f64>::identity(width, width)).norm_max() < 1e-12);
-        let mut back = vec![0.0; rows * width];
-        add(rows, &mut back, x.all(), r.as_ref());
-        let errors = back.iter().zip(given.all()).map(|(a, b)| (a - b).abs());
-        assert!(errors.fold(0.0, f64::max) < 1e-9);
+        let mesh = mesh::shapes::bumpy_torus(25, 20, 1);
+        for mass in [Mass::Lumped, Mass::Full] {
+            let operator = Operator::new(&Laplacian::of(&mesh, LaplacianKind::Cotangent, mass).unwrap());
+            let (rows, width) = (operator.size(), LANES);
+            let mut x = Tall::zeros(rows, width);
+            let mut noise = Noise::new(1, 1);
+            x.all_mut()
+                .iter_mut()
+                .for_each(|entry| *entry = 1e3 * noise.next());
+            let given = x.clone();
+            let r = orthonormalise_one_by_one(&operator, &mut x, width, &[], 0.0);
+            let gram = overlaps(&operator, x.all(), x.all());
+            assert!((&gram - &Mat::<f64>::identity(width, width)).norm_max() < 1e-12);
+            let mut back = vec![0.0; rows * width];
+            add(rows, &mut back, x.all(), r.as_ref());
+            let errors = back.iter().zip(given.all()).map(|(a, b)| (a - b).abs());
+            assert!(errors.fold(0.0, f64::max) < 1e-9);
+        }
     }
 }

@@ -1,4 +1,4 @@
-//! The lowest eigenpairs of a standard sparse symmetric problem.
+//! The lowest eigenpairs of a sparse symmetric problem A y = λ M y.
 
 mod band;
 mod bands;
@@ -8,6 +8,7 @@ mod factor;
 mod joint;
 mod krylov;
 mod packed;
+mod product;
 mod slicing;
 mod tall;
 
@@ -34,7 +35,7 @@ pub(crate) struct Solution {
     pub(crate) counts: Vec<InertiaCount>,
 }
 
-/// The lowest pairs of A, whose kernel is known.
+/// The lowest pairs, where those of eigenvalue 0 are known: `kernel`.
 pub(crate) fn lowest(
     operator: &Operator,
     kernel: MatRef<'_, f64>,
@@ -96,6 +97,7 @@ fn by_bands(
     let eigenvalues = eigenvalues[..kept].to_vec();
     let counts = std::mem::take(&mut certified.cuts);
     let vectors = joint::join(
+        operator,
         kernel,
         certified,
         kept,
@@ -119,13 +121,14 @@ fn densely(
 ) -> Result<Solution, SpectrumError> {
     job.begin(SpectrumStage::Solving)?;
     let mut a = operator.to_dense();
-    dense::add_product(
-        a.as_mut(),
-        2.0 * operator.norm_bound(),
-        kernel,
-        kernel.transpose(),
-    );
-    let (values, vectors) = dense::symmetric_eigen(a.as_ref())?;
+    let weighted = operator.full_mass_times(kernel);
+    let weighted = weighted.as_ref().map_or(kernel, Mat::as_ref);
+    let beyond = 2.0 * operator.norm_bound();
+    dense::add_product(a.as_mut(), beyond, weighted, weighted.transpose());
+    let (values, vectors) = match operator.full_mass_to_dense() {
+        None => dense::symmetric_eigen(a.as_ref())?,
+        Some(m) => dense::pencil_eigen(a, m.as_ref())?,
+    };
     job.begin(SpectrumStage::Finishing)?;
     let zeros = kernel.ncols();
     let rest = operator.size() - zeros;
@@ -172,4 +175,56 @@ fn whole_cluster(eigenvalues: &[f64], count: usize) -> usize {
         end += 1;
     }
     end
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kernel::kernel;
+    use crate::{Laplacian, LaplacianKind, Mass};
+    use mesh::{TriMesh, shapes};
+
+    /// The lowest pairs by both ways.
+    fn both(mesh: &TriMesh, mass: Mass, count: usize) -> [Solution; 2] {
+        let operator = Operator::new(&Laplacian::of(mesh, LaplacianKind::Cotangent, mass).unwrap());
+        let (kernel, job) = (kernel(&operator), Job::default());
+        let options = SpectrumOptions {
+            count: count.min(mesh.vertex_count()),
+            ..Default::default()
+        };
+        [
+            densely(&operator, kernel.as_ref(), options.count, &job).unwrap(),
+            by_bands(&operator, kernel.as_ref(), &options, &job).unwrap(),
+        ]
+    }
+
+    #[test]
+    fn sparse_and_dense_solvers_agree_for_either_mass() {
+        for mesh in [
+            shapes::bumpy_sphere(2, 5),
+            shapes::bumpy_torus(20, 10, 3),
+            shapes::bumpy_block(2, 6, 3),
+        ] {
+            for mass in [Mass::Lumped, Mass::Full] {
+                let [dense, sparse] = both(&mesh, mass, 21);
+                for (x, y) in dense.eigenvalues.iter().zip(&sparse.eigenvalues) {
+                    assert!((x - y).abs() <= 1e-10 * y, "{x} {y}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_solution_that_lacks_any_one_of_its_pairs_fails_the_check() {
+        let [solution, _] = both(&shapes::bumpy_sphere(2, 5), Mass::Lumped, 21);
+        assert_eq!(inertia::check(&solution.counts, &solution.eigenvalues), Ok(()));
+        for missing in 0..21 {
+            let mut some = solution.eigenvalues.clone();
+            some.remove(missing);
+            let failed = inertia::check(&solution.counts, &some);
+            assert!(
+                matches!(failed, Err(SpectrumError::Incomplete { proven, found, .. }) if found + 1 == proven)
+            );
+        }
+    }
 }

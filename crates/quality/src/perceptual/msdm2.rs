@@ -1,13 +1,12 @@
 //! MSDM2 (Lavoué, *A multiscale metric for 3D mesh visual quality assessment*, SGP 2011).
 
 use job::{Job, JobError};
-use mesh::{Surface, TriMesh};
+use mesh::{Surface, TriMesh, Vec3};
 use serde::Serialize;
 
 use super::curvature::Bending;
 use super::walk::Walker;
-use crate::{MetricStage, QualityError};
-use mesh::vector::{Vec3, add, cross, norm, scaled, sub};
+use crate::{Measurement, Metric, Needs, QualityError, Side};
 
 /// Radii over which curvature is measured, as fractions of the longest edge of the bounding box.
 const RADII: [f64; 3] = [0.002, 0.003, 0.004];
@@ -71,13 +70,12 @@ impl Msdm2 {
     /// ```
     ///
     /// # Errors
-    /// [`QualityError::NoSurface`] if a mesh has no area; [`QualityError::Job`].
+    /// [`QualityError::NoSurface`] of a mesh without area; [`QualityError::Job`].
     pub fn between(distorted: &TriMesh, reference: &TriMesh, job: &Job) -> Result<Self, QualityError> {
-        job.begin(MetricStage::Msdm2)?;
-        for mesh in [distorted, reference] {
+        for (mesh, side) in [(reference, Side::Reference), (distorted, Side::Other)] {
             let area = mesh.area();
             if !area.is_normal() {
-                return Err(QualityError::NoSurface { area });
+                return Err(QualityError::NoSurface { area }.of(side));
             }
         }
         let [here, there] = [distorted, reference].map(Bending::new);
@@ -94,10 +92,34 @@ impl Msdm2 {
     }
 }
 
+/// [`Msdm2`] as a metric. What is found at each vertex is the local distortion.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Msdm2Metric;
+
+impl Metric for Msdm2Metric {
+    fn name(&self) -> &'static str {
+        "msdm2"
+    }
+
+    fn needs(&self) -> Needs {
+        Needs::SamePlace
+    }
+
+    fn measure(&self, reference: &TriMesh, other: &TriMesh, job: &Job) -> Result<Measurement, QualityError> {
+        let found = Msdm2::between(other, reference, job)?;
+        let figures = [
+            ("forward", found.forward.into()),
+            ("backward", found.backward.into()),
+            ("symmetric", found.symmetric.into()),
+        ];
+        Ok(Measurement::new(figures).with_local(found.local))
+    }
+}
+
 /// Where the vertices of one mesh lie on another.
 struct Matched {
     /// The nearest points.
-    points: Vec<Vec3>,
+    points: Vec<[f64; 3]>,
     /// Corners of the triangles that they are on, with weights.
     corners: Vec<([u32; 3], [f64; 3])>,
 }
@@ -108,7 +130,7 @@ impl Matched {
         let nearest = job.map_reported(from.vertex_count(), CHUNK, |v| {
             let nearest = surface.nearest(from.positions()[v]);
             let triangle = nearest.triangle as usize;
-            let weights = shares(to.corners(triangle).map(Into::into), nearest.point);
+            let weights = shares(to.corners(triangle), Vec3(nearest.point));
             (nearest.point, (to.triangles()[triangle], weights))
         })?;
         let (points, corners) = nearest.into_iter().unzip();
@@ -125,8 +147,8 @@ impl Matched {
 
 /// The weights of a triangle's corners at a point near it: the areas of the triangles that the point makes with the sides across.
 fn shares(corners: [Vec3; 3], p: Vec3) -> [f64; 3] {
-    let to = corners.map(|corner| sub(corner, p));
-    let areas = [(1, 2), (2, 0), (0, 1)].map(|(i, j)| norm(cross(to[i], to[j])));
+    let to = corners.map(|corner| corner - p);
+    let areas = [(1, 2), (2, 0), (0, 1)].map(|(i, j)| to[i].cross(to[j]).norm());
     let sum: f64 = areas.iter().sum();
     if sum > 0.0 {
         areas.map(|area| area / sum)
@@ -198,8 +220,9 @@ impl Bending<'_> {
             let [from, to] = [from as usize, to as usize];
             Sample {
                 weights: places.map(|place| {
-                    let point = add(place[from], scaled(sub(place[to], place[from]), part));
-                    let d = norm(sub(point, place[centre as usize])) / (DEVIATION * radius);
+                    let [start, end, middle] = [from, to, centre as usize].map(|v| Vec3(place[v]));
+                    let point = start + (end - start) * part;
+                    let d = (point - middle).norm() / (DEVIATION * radius);
                     (-0.5 * d * d).exp()
                 }),
                 values: values.map(|x| (1.0 - part) * x[from] + part * x[to]),
@@ -296,7 +319,13 @@ mod tests {
     fn surfaces_without_area_are_refused() {
         let flat = TriMesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]], vec![[0, 1, 2]]).unwrap();
         let refused = Msdm2::between(&flat, &shapes::cube(1.0), &Job::new(1));
-        assert!(matches!(refused, Err(QualityError::NoSurface { .. })));
+        assert!(matches!(
+            refused,
+            Err(QualityError::Mesh {
+                side: Side::Other,
+                ..
+            })
+        ));
     }
 
     proptest! {

@@ -1,7 +1,6 @@
 //! What lies around a vertex within a radius.
 
-use mesh::vector::{Vec3, dot, squared, sub};
-use mesh::{Edges, TriMesh, VertexStars};
+use mesh::{Edges, TriMesh, Vec3, VertexStars};
 
 /// An edge that leads away from a centre, from a vertex in the ball around it.
 pub(crate) struct Step {
@@ -46,18 +45,16 @@ impl<'a> Walker<'a> {
         self.reached.clear();
         self.reached.push(centre);
         self.last[centre as usize] = self.walk;
-        let middle = self.mesh.positions()[centre as usize];
+        let point = |v: u32| self.mesh.point(v as usize);
+        let middle = point(centre);
         let mut next = 0;
         while let Some(&from) = self.reached.get(next) {
             next += 1;
-            let start = sub(self.mesh.positions()[from as usize], middle);
+            let start = point(from) - middle;
             for &edge in self.star.of(from as usize) {
                 let to = self.edges.other_end(edge as usize, from);
-                let along = sub(
-                    self.mesh.positions()[to as usize],
-                    self.mesh.positions()[from as usize],
-                );
-                if from != centre && dot(along, start) <= 0.0 {
+                let along = point(to) - point(from);
+                if from != centre && along.dot(start) <= 0.0 {
                     continue;
                 }
                 let inside = part_inside(start, along, radius);
@@ -81,9 +78,9 @@ impl<'a> Walker<'a> {
 /// The part of a segment that lies in the ball around 0; its start does.
 fn part_inside(start: Vec3, along: Vec3, radius: f64) -> f64 {
     let (a, b, c) = (
-        squared(along),
-        dot(start, along),
-        squared(start) - radius * radius,
+        along.squared(),
+        start.dot(along),
+        start.squared() - radius * radius,
     );
     if a == 0.0 {
         return 1.0;

@@ -1,9 +1,8 @@
 //! From triangles to samples, and from samples to pixels.
 
-use mesh::TriMesh;
+use mesh::{TriMesh, Vec3};
 
 use super::{Colour, Paint, View};
-use mesh::vector::{Vec3, cross, dot, unit};
 
 /// Samples a pixel along each axis.
 pub(super) const SAMPLES: usize = 3;
@@ -22,13 +21,13 @@ pub(super) struct Camera {
 impl Camera {
     /// For a picture whose longer side has `size` pixels of `samples` by `samples`.
     pub(super) fn new(mesh: &TriMesh, view: View, size: usize, samples: usize) -> Self {
-        let forward = unit(view.eye);
-        let right = unit(cross(view.up, forward));
-        let axes = [right, cross(forward, right), forward];
+        let forward = Vec3(view.eye).unit();
+        let right = Vec3(view.up).cross(forward).unit();
+        let axes = [right, forward.cross(right), forward];
         let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
         for &p in mesh.positions() {
             for axis in 0..2 {
-                let x = dot(axes[axis], p);
+                let x = axes[axis].dot(Vec3(p));
                 low[axis] = low[axis].min(x);
                 high[axis] = high[axis].max(x);
             }
@@ -50,14 +49,14 @@ impl Camera {
         }
     }
 
-    fn project(&self, p: Vec3) -> Vec3 {
+    fn project(&self, p: [f64; 3]) -> [f64; 3] {
         let [x, y, z] = self.turn(p).map(|x| self.scale * x);
         [self.origin[0] + x, self.origin[1] - y, z]
     }
 
     /// A direction as the eye sees it.
-    pub(super) fn turn(&self, v: Vec3) -> Vec3 {
-        self.axes.map(|axis| dot(axis, v))
+    pub(super) fn turn(&self, v: [f64; 3]) -> [f64; 3] {
+        self.axes.map(|axis| axis.dot(Vec3(v)))
     }
 }
 
@@ -95,14 +94,14 @@ impl Canvas {
     }
 
     pub(super) fn draw(&mut self, mesh: &TriMesh, camera: &Camera) {
-        let points: Vec<Vec3> = mesh.positions().iter().map(|&p| camera.project(p)).collect();
+        let points: Vec<[f64; 3]> = mesh.positions().iter().map(|&p| camera.project(p)).collect();
         for (t, triangle) in mesh.triangles().iter().enumerate() {
             self.draw_triangle(triangle.map(|v| points[v as usize]), t as u32);
         }
     }
 
     /// Takes the samples inside a triangle that nothing drawn so far hides.
-    fn draw_triangle(&mut self, [a, b, c]: [Vec3; 3], triangle: u32) {
+    fn draw_triangle(&mut self, [a, b, c]: [[f64; 3]; 3], triangle: u32) {
         let area = edge(a, b, c);
         if area == 0.0 {
             return;
@@ -117,7 +116,7 @@ impl Canvas {
             for x in range(0, self.width) {
                 let point = [x as f64 + 0.5, y as f64 + 0.5, 0.0];
                 let weights = [edge(b, c, point), edge(c, a, point), edge(a, b, point)].map(|w| w / area);
-                let depth = dot(weights, [a[2], b[2], c[2]]);
+                let depth = Vec3(weights).dot(Vec3([a[2], b[2], c[2]]));
                 let sample = y * self.width + x;
                 if weights.iter().all(|&w| w >= 0.0) && depth > self.depth[sample] {
                     self.depth[sample] = depth;
@@ -134,7 +133,7 @@ impl Canvas {
     pub(super) fn shaded(
         &self,
         mesh: &TriMesh,
-        normals: &[Vec3],
+        normals: &[[f64; 3]],
         paint: Paint<'_>,
     ) -> (usize, usize, Vec<u8>) {
         let (width, height) = (self.width / SAMPLES, self.height / SAMPLES);
@@ -161,20 +160,20 @@ impl Canvas {
     }
 }
 
-fn colour(mesh: &TriMesh, normals: &[Vec3], paint: Paint<'_>, sample: Sample) -> Colour {
+fn colour(mesh: &TriMesh, normals: &[[f64; 3]], paint: Paint<'_>, sample: Sample) -> Colour {
     let corners = mesh.triangles()[sample.triangle as usize].map(|v| v as usize);
     let [u, v] = sample.weights.map(f64::from);
-    let weights = [u, v, 1.0 - u - v];
-    let normal = unit([0, 1, 2].map(|axis| dot(weights, corners.map(|v| normals[v][axis]))));
+    let weights = Vec3([u, v, 1.0 - u - v]);
+    let normal = Vec3([0, 1, 2].map(|axis| weights.dot(Vec3(corners.map(|v| normals[v][axis]))))).unit();
     let own = match paint {
         Paint::Triangles(colours) => colours[sample.triangle as usize],
-        Paint::Values(values, scale) => scale(dot(weights, corners.map(|v| values[v]))),
+        Paint::Values(values, scale) => scale(weights.dot(Vec3(corners.map(|v| values[v])))),
     };
     lit(own, normal)
 }
 
 /// The triangle at each sample of a view where there is one; the longer side has `size` samples.
-pub(crate) fn visible_samples(mesh: &TriMesh, eye: Vec3, size: usize) -> impl Iterator<Item = u32> {
+pub(crate) fn visible_samples(mesh: &TriMesh, eye: [f64; 3], size: usize) -> impl Iterator<Item = u32> {
     // Any direction that is not the eye's serves as up.
     let up = match eye
         .iter()
@@ -199,16 +198,12 @@ pub(crate) fn visible_samples(mesh: &TriMesh, eye: Vec3, size: usize) -> impl It
 /// Lambert's law for a light over the eye's left shoulder, with light from the sky and from the eye in the shadows. Surfaces
 /// that turn their backs to the eye are lit as if they faced it.
 fn lit(colour: Colour, normal: Vec3) -> Colour {
-    let facing = if normal[2] < 0.0 {
-        normal.map(|x| -x)
-    } else {
-        normal
-    };
-    let key = dot(facing, unit([-0.5, 0.6, 0.75])).max(0.0);
+    let facing = if normal[2] < 0.0 { -normal } else { normal };
+    let key = facing.dot(Vec3([-0.5, 0.6, 0.75]).unit()).max(0.0);
     let sky = 0.5 + 0.5 * facing[1];
     let light = 0.62 * key + 0.14 * sky + 0.22 * facing[2] + 0.05;
     // Where the light is mirrored to the eye, between it and the view.
-    let gloss = 0.10 * dot(facing, unit([-0.27, 0.32, 0.91])).max(0.0).powi(40);
+    let gloss = 0.10 * facing.dot(Vec3([-0.27, 0.32, 0.91]).unit()).max(0.0).powi(40);
     colour.map(|c| (c * light + gloss).min(1.0))
 }
 
@@ -222,6 +217,6 @@ pub(super) fn srgb(linear: f64) -> f64 {
 }
 
 /// Twice the signed area of a triangle of the picture's plane.
-fn edge(a: Vec3, b: Vec3, c: Vec3) -> f64 {
+fn edge(a: [f64; 3], b: [f64; 3], c: [f64; 3]) -> f64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }

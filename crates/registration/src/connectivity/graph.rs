@@ -1,6 +1,6 @@
 use std::ops::Deref;
 
-use mesh::{Components, Edges, TriMesh, VertexStars, components};
+use mesh::{Components, Edges, TriMesh, Vec3, VertexStars, components};
 
 /// What of a mesh is beside what.
 pub(crate) struct Connectivity {
@@ -104,7 +104,7 @@ impl Graph<'_> {
         Some((other, self.third(other, ends)))
     }
 
-    pub(super) fn position(&self, v: u32) -> [f64; 3] {
-        self.mesh.positions()[v as usize]
+    pub(super) fn position(&self, v: u32) -> Vec3 {
+        self.mesh.point(v as usize)
     }
 }

@@ -9,13 +9,12 @@
 //! neighbourhoods of its seed (successive halving); those that remain by how near they bring the centroids of
 //! a sample of the other parts; the best of these by placing all parts.
 
-use super::Correspondence;
 use super::colours::{Colouring, Colours};
+use super::correspondence::Correspondence;
 use super::graph::Graph;
 use super::propagation::{Flag, Propagation, fit};
-use crate::vector::{add, scaled, squared, sub};
 use job::{Job, JobError};
-use mesh::Similarity;
+use mesh::{Similarity, Vec3};
 use std::collections::HashMap;
 
 /// Vertices visited in each stage of the choice.
@@ -85,7 +84,7 @@ struct Part {
     /// No other part of the original looks like it, and it has one image.
     is_certain: bool,
     vertices: usize,
-    centroid: [f64; 3],
+    centroid: Vec3,
 }
 
 /// A map of some parts.
@@ -104,7 +103,7 @@ struct Search<'a> {
     /// Sets of flags of the suspect, each with the colours of a seed, sorted by the x of their parts' centroids.
     images: Vec<Vec<Flag>>,
     /// Centroids of the suspect's parts.
-    centroids: Vec<[f64; 3]>,
+    centroids: Vec<Vec3>,
     /// Images that were looked at to place parts.
     visits: usize,
     job: &'a Job,
@@ -177,7 +176,7 @@ impl<'a> Search<'a> {
         let apart = |part: &Part| {
             let images = self.images[part.images].iter();
             let centroids = images.map(|image| self.centroids[self.onto.part_of(image.corners[0])]);
-            let apart = centroids.map(|c| squared(sub(fit.transform.apply(c), part.centroid)));
+            let apart = centroids.map(|c| (fit.transform.apply(c) - part.centroid).squared());
             apart.fold(f64::INFINITY, f64::min)
         };
         let sample = self
@@ -321,7 +320,7 @@ impl<'a> Search<'a> {
                 break;
             }
             visits += 1;
-            let apart = unit * unit * squared(sub(self.centroids[target(image)], here));
+            let apart = unit * unit * (self.centroids[target(image)] - here).squared();
             if apart >= bound || placed.taken[target(image)] {
                 continue;
             }
@@ -339,7 +338,7 @@ impl<'a> Search<'a> {
     /// Σ |v − T(w)|² over pairs.
     fn distance(&self, pairs: impl Iterator<Item = (u32, u32)>, transform: &Similarity) -> f64 {
         pairs
-            .map(|(v, w)| squared(sub(transform.apply(self.onto.position(w)), self.from.position(v))))
+            .map(|(v, w)| (transform.apply(self.onto.position(w)) - self.from.position(v)).squared())
             .sum()
     }
 }
@@ -423,14 +422,14 @@ fn images_of(
         .collect()
 }
 
-fn centroids(graph: &Graph<'_>) -> Vec<[f64; 3]> {
-    let mut sums = vec![[0.0; 3]; graph.parts.count];
-    for (v, &p) in graph.mesh.positions().iter().enumerate() {
-        let sum = &mut sums[graph.part_of(v as u32)];
-        *sum = add(*sum, p);
+fn centroids(graph: &Graph<'_>) -> Vec<Vec3> {
+    let mut sums = vec![Vec3::ZERO; graph.parts.count];
+    for v in 0..graph.mesh.vertex_count() as u32 {
+        sums[graph.part_of(v)] += graph.position(v);
     }
+    let sizes = graph.parts.sizes.iter();
     sums.iter()
-        .zip(&graph.parts.sizes)
-        .map(|(&sum, &size)| scaled(sum, 1.0 / size as f64))
+        .zip(sizes)
+        .map(|(&sum, &size)| sum * (1.0 / size as f64))
         .collect()
 }

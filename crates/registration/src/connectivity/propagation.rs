@@ -6,7 +6,6 @@
 
 use super::colours::Colours;
 use super::graph::Graph;
-use crate::vector::{squared, sub};
 use crate::{Handedness, fit_similarity};
 use mesh::Similarity;
 
@@ -191,7 +190,7 @@ impl<'a> Propagation<'a> {
             let Some(fit) = stall.fit else { return 0.0 };
             let pairs = source.corners.iter().zip(&option.corners);
             pairs
-                .map(|(&v, &w)| squared(sub(fit.apply(self.onto.position(w)), self.from.position(v))))
+                .map(|(&v, &w)| (fit.apply(self.onto.position(w)) - self.from.position(v)).squared())
                 .sum()
         };
         let nearest = options.iter().min_by(|x, y| distance(x).total_cmp(&distance(y)));
@@ -256,7 +255,7 @@ struct Stall {
 pub(super) fn fit(from: &Graph<'_>, onto: &Graph<'_>, pairs: &[(u32, u32)]) -> Option<crate::Fit> {
     let (target, source): (Vec<_>, Vec<_>) = pairs
         .iter()
-        .map(|&(v, w)| (from.position(v), onto.position(w)))
+        .map(|&(v, w)| (from.position(v).0, onto.position(w).0))
         .unzip();
     fit_similarity(&source, &target, None, Handedness::Either).ok()
 }

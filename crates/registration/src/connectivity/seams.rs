@@ -1,9 +1,8 @@
 //! Suspects whose vertices were split along seams: files repeat a vertex wherever its texture or its normal changes, and
 //! conversions round the copies.
 
-use super::Correspondence;
+use super::correspondence::Correspondence;
 use super::graph::Graph;
-use crate::vector::Vec3;
 use mesh::{TriMesh, Welded};
 
 /// Copies differ by the rounding of single precision at most, a few times over: this fraction of the largest coordinate.
@@ -39,7 +38,7 @@ impl Closed {
         if first.iter().enumerate().all(|(v, &first)| v == first as usize) {
             return None;
         }
-        let moved: Vec<Vec3> = first.iter().map(|&v| positions[v as usize]).collect();
+        let moved: Vec<[f64; 3]> = first.iter().map(|&v| positions[v as usize]).collect();
         let welded = Welded::new(&moved, suspect.mesh.triangles()).ok()?;
         let mut source = vec![u32::MAX; welded.mesh().vertex_count()];
         for (v, kept) in welded.vertex_of().iter().enumerate() {
@@ -65,7 +64,7 @@ impl Closed {
 
 /// For each vertex the first of those that lie within `near` of it along every axis, or of others that do of those; itself for
 /// all but the `chosen`.
-fn first_copies(positions: &[Vec3], chosen: &[u32], near: f64) -> Vec<u32> {
+fn first_copies(positions: &[[f64; 3]], chosen: &[u32], near: f64) -> Vec<u32> {
     let mut first: Vec<u32> = (0..positions.len() as u32).collect();
     let cell = ROOMY * near;
     if !(cell > 0.0 && cell.is_finite()) {

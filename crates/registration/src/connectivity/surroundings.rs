@@ -1,7 +1,7 @@
 //! Vertices that a cut suspect still shares with the original, found by what surrounds them.
 
-use super::Correspondence;
 use super::colours::Refinement;
+use super::correspondence::Correspondence;
 use super::graph::Graph;
 use job::{Job, JobError};
 use std::collections::VecDeque;

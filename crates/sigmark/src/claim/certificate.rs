@@ -169,6 +169,7 @@ struct MarkDocument {
 
 /// The names of Laplacians.
 #[derive(Serialize, Deserialize)]
+#[non_exhaustive]
 #[serde(remote = "LaplacianKind", rename_all = "kebab-case")]
 enum LaplacianName {
     Cotangent,

@@ -1,10 +1,7 @@
 use std::sync::Arc;
 
 use job::Job;
-use mesh::{
-    TriMesh,
-    vector::{norm, sub},
-};
+use mesh::{TriMesh, Vec3};
 use registration::{AlignOptions, Alignment, MatchedBy, PreparedMesh};
 
 use super::{
@@ -14,8 +11,8 @@ use super::{
 };
 use crate::{
     mark::{
-        ChipLayout, CoefficientDetector, Detector, JointEstimator, MarkLayout, Original, Patches, Reader,
-        Reading, ReadingMethod, Registered,
+        ChipLayout, Detector, JointEstimator, MarkLayout, Original, Patches, Reader, Reading, ReadingMethod,
+        Registered,
     },
     payload::{GeometryDigest, Signature},
 };
@@ -79,15 +76,13 @@ impl Verifier {
         let original = Arc::new(original.expecting(eigenvalues.collect())?);
         let layout = Arc::new(MarkLayout::new(Arc::clone(&original), alphas.collect())?);
         let method = ReadingMethod::joint(Arc::new(JointEstimator::new(&layout)));
+        let method = match mark.signature.scheme().is_of_paper() {
+            true => method.with_papers_rule(),
+            false => method,
+        };
         Ok(Self {
             reader: Arc::new(Reader::new(original.mesh())?),
-            method: match mark.signature.scheme() {
-                #[cfg(feature = "paper")]
-                crate::payload::Scheme::EcdsaB163Sha1 => {
-                    method.with_detector(Arc::new(CoefficientDetector::new(&layout)))
-                }
-                _ => method,
-            },
+            method,
             certificate: Arc::new(certificate.clone()),
             p_bound: 1e-6,
         })
@@ -101,7 +96,7 @@ impl Verifier {
 
     /// The detector that reads the bits, made for the layout of the mark.
     ///
-    /// By default it is the paper's ([`CoefficientDetector`]) for marks of the paper's profile, and the joint estimate
+    /// By default it is the paper's ([`CoefficientDetector`](crate::mark::CoefficientDetector)) for marks of the paper's profile, and the joint estimate
     /// ([`JointEstimator`]) for others. Where all vertices were found again, the paper's, being cheap, comes first.
     pub fn detector<D: Detector + 'static>(mut self, detector: impl FnOnce(&Arc<MarkLayout>) -> D) -> Self {
         let detector = Arc::new(detector(self.method.layout()));
@@ -143,7 +138,9 @@ impl Verifier {
         let original = self.reader.reference().mesh();
         let bound = AlignOptions::default().tolerance * original.bounding_box().diagonal();
         let pairs = registered.positions.iter().zip(original.positions());
-        let distances: Vec<f64> = pairs.filter_map(|(r, &v)| r.map(|r| norm(sub(r, v)))).collect();
+        let distances: Vec<f64> = pairs
+            .filter_map(|(r, &v)| r.map(|r| (Vec3(r) - Vec3(v)).norm()))
+            .collect();
         let near = distances.iter().filter(|&&distance| distance <= bound);
         near.count() as f64 / distances.len().max(1) as f64
     }

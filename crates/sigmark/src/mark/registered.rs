@@ -32,8 +32,11 @@ impl Registered {
         (seen as f64 / self.suspect_vertices.max(1) as f64).max(1.0)
     }
 
-    /// Whether there is one observation a vertex of an original.
-    pub(crate) fn check(&self, vertices: usize) -> Result<(), MarkError> {
+    /// Whether there is one observation for each of so many vertices.
+    ///
+    /// # Errors
+    /// [`MarkError::Vertices`] where there isn't.
+    pub fn check(&self, vertices: usize) -> Result<(), MarkError> {
         let fields = [
             self.positions.len(),
             self.along.len(),

@@ -112,6 +112,15 @@ impl Scheme {
         self.parts().1
     }
 
+    /// Whether it is the paper's own, whose marks are read by the paper's rule.
+    pub(crate) fn is_of_paper(self) -> bool {
+        match self {
+            Scheme::EcdsaP256Sha256 | Scheme::EcdsaP256Sha1 => false,
+            #[cfg(feature = "paper")]
+            Scheme::EcdsaB163Sha1 => true,
+        }
+    }
+
     /// The hash function's name: "SHA-256" or "SHA-1".
     pub fn digest_name(self) -> &'static str {
         match self.parts().2 {

@@ -2,7 +2,7 @@ use std::sync::Arc;
 
 use job::Job;
 
-use super::{Detector, check_vertices};
+use super::Detector;
 use crate::mark::{MarkError, MarkLayout, Patch, PatchBasis, Registered, SoftBits};
 
 /// The paper's extraction: subtract coefficients and sum each bit's chips over all patches (eq. 15).
@@ -26,7 +26,7 @@ impl CoefficientDetector {
 impl Detector for CoefficientDetector {
     fn detect(&self, suspect: &Registered, job: &Job) -> Result<SoftBits, MarkError> {
         let original = self.layout.original();
-        check_vertices(original, suspect)?;
+        suspect.check(original.mesh().vertex_count())?;
         let layout = original.layout();
         let sums_of_patch = |_: usize, patch: &Patch, basis: &PatchBasis| {
             let seen = patch.gather(&suspect.positions);

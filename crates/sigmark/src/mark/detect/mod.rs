@@ -8,7 +8,7 @@ pub use joint::{AttackModel, JointEstimate, JointEstimator};
 
 use job::Job;
 
-use super::{MarkError, Original, Registered, SoftBits};
+use super::{MarkError, Registered, SoftBits};
 
 /// Reads the bits of a mark from a registered suspect, knowing the original but not the bits.
 ///
@@ -22,7 +22,8 @@ pub trait Detector: std::fmt::Debug + Send + Sync {
     fn detect(&self, suspect: &Registered, job: &Job) -> Result<SoftBits, MarkError>;
 }
 
-/// Whether there is one observation a vertex.
-fn check_vertices(original: &Original, suspect: &Registered) -> Result<(), MarkError> {
-    suspect.check(original.mesh().vertex_count())
+impl<T: Detector + ?Sized> Detector for &T {
+    fn detect(&self, suspect: &Registered, job: &Job) -> Result<SoftBits, MarkError> {
+        (**self).detect(suspect, job)
+    }
 }

@@ -1,6 +1,6 @@
 use std::sync::Arc;
 
-use crate::mark::{Detector, JointEstimator, MarkLayout};
+use crate::mark::{CoefficientDetector, Detector, JointEstimator, MarkLayout};
 
 /// How bits are read from suspects: by the joint estimate, or by a detector for which it only betters the pose.
 #[derive(Clone, Debug)]
@@ -24,6 +24,12 @@ impl ReadingMethod {
             detector: Some(detector),
             ..self
         }
+    }
+
+    /// Bits by the paper's rule, in the pose that the joint estimate betters.
+    pub fn with_papers_rule(self) -> Self {
+        let detector = Arc::new(CoefficientDetector::new(self.layout()));
+        self.with_detector(detector)
     }
 
     /// Where the marks lie, and how strong they are.

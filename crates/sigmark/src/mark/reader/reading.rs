@@ -1,4 +1,4 @@
-use mesh::{Similarity, TriMesh};
+use mesh::{Similarity, TriMesh, Vec3};
 
 use crate::mark::{AttackModel, MarkError, Registered, SoftBits, correlation};
 
@@ -30,7 +30,7 @@ impl Reading {
     ) -> Self {
         let pairs = registered.positions.iter().zip(original.positions());
         let squares: Vec<f64> = pairs
-            .filter_map(|(r, v)| r.map(|r| (0..3).map(|axis| (r[axis] - v[axis]).powi(2)).sum()))
+            .filter_map(|(r, &v)| r.map(|r| (Vec3(r) - Vec3(v)).squared()))
             .collect();
         Self {
             soft,

@@ -1,8 +1,5 @@
 use job::Job;
-use mesh::{
-    BoundingBox, Similarity,
-    vector::{add, dot, scaled, sub},
-};
+use mesh::{BoundingBox, Similarity, Vec3};
 use registration::{Correspondence, PreparedMesh, ResampleOptions, resample};
 
 use super::{Reading, ReadingMethod, tessellation};
@@ -105,9 +102,9 @@ impl Suspect {
     /// How far two poses lay the suspect apart, in diagonals of the reference.
     fn farthest(&self, a: &Similarity, b: &Similarity) -> f64 {
         let BoundingBox { min, max } = self.mesh.mesh().bounding_box();
-        let corners = (0..8).map(|i| std::array::from_fn(|axis| [min, max][i >> axis & 1][axis]));
-        let apart = corners.map(|p: [f64; 3]| sub(a.apply(p), b.apply(p)));
-        let farthest = apart.map(|d| dot(d, d).sqrt()).fold(0.0, f64::max);
+        let corners = (0..8).map(|i| Vec3(std::array::from_fn(|axis| [min, max][i >> axis & 1][axis])));
+        let apart = corners.map(|p| (a.apply(p) - b.apply(p)).norm());
+        let farthest = apart.fold(0.0, f64::max);
         farthest / self.reference.mesh().bounding_box().diagonal()
     }
 
@@ -127,11 +124,11 @@ impl Suspect {
                 let place = suspect.positions()[survivor as usize];
                 registered.positions[v] = Some(pose.apply(place));
             } else if let (Some(offset), Some(triangle)) = (*offset, sampled.triangles[v]) {
-                let (place, normal) = (reference.positions()[v], self.reference.vertex_normals()[v]);
-                registered.positions[v] = Some(add(place, scaled(normal, offset)));
+                let normal = Vec3(self.reference.vertex_normals()[v]);
+                registered.positions[v] = Some((reference.point(v) + normal * offset).into());
                 let facing = tessellation::normal(suspect, triangle as usize);
-                let facing = pose.rotation.map(|row| dot(row, facing));
-                registered.along[v] = Some(gradient(normal, facing));
+                let facing = Vec3(pose.rotation.map(|row| Vec3(row).dot(facing)));
+                registered.along[v] = Some(gradient(normal, facing).into());
             }
         }
         if registered.along.iter().any(Option::is_some) {
@@ -153,11 +150,11 @@ const STEEPEST: f64 = 0.5;
 
 /// How the offset along a line with direction n grows when the plane that it meets moves: f / (f·n) for a plane with
 /// normal f, on either side.
-fn gradient(n: [f64; 3], f: [f64; 3]) -> [f64; 3] {
-    let length = dot(f, f).sqrt();
-    let cosine = dot(f, n) / length;
+fn gradient(n: Vec3, f: Vec3) -> Vec3 {
+    let length = f.norm();
+    let cosine = f.dot(n) / length;
     if cosine.abs() >= STEEPEST {
-        f.map(|x| x / (length * cosine))
+        f / (length * cosine)
     } else {
         n
     }

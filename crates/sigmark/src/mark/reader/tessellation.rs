@@ -3,10 +3,7 @@
 //! when the suspect's vertices are put onto the original.
 
 use job::Job;
-use mesh::{
-    Similarity, TriMesh,
-    vector::{add, cross, dot, scaled, sub},
-};
+use mesh::{Similarity, TriMesh, Vec3};
 use registration::{PreparedMesh, Resampled};
 
 use crate::mark::{MarkError, Registered};
@@ -20,34 +17,34 @@ pub(super) fn bias(
     pose: &Similarity,
     job: &Job,
 ) -> Result<Vec<f64>, MarkError> {
-    let placed: Vec<[f64; 3]> = suspect.positions().iter().map(|&p| pose.apply(p)).collect();
+    let placed = pose.apply_all(suspect.positions());
     let nearest = original.surface().nearest_of(&placed, job)?;
     let at_vertex = |v: usize| {
-        let (along, seen) = (registered.along[v]?, registered.positions[v]?);
+        let (along, seen) = (Vec3(registered.along[v]?), Vec3(registered.positions[v]?));
         let corners = suspect.triangles()[sampled.triangles[v]? as usize].map(|w| w as usize);
-        let weights = barycentric(corners.map(|w| placed[w]), seen);
-        let moved = corners.iter().zip(weights).fold([0.0; 3], |sum, (&w, weight)| {
-            add(sum, scaled(sub(nearest[w].point, placed[w]), weight))
+        let weights = barycentric(corners.map(|w| Vec3(placed[w])), seen);
+        let moved = corners.iter().zip(weights).fold(Vec3::ZERO, |sum, (&w, weight)| {
+            sum + (Vec3(nearest[w].point) - Vec3(placed[w])) * weight
         });
-        Some(sampled.offsets[v]? + dot(along, moved))
+        Some(sampled.offsets[v]? + along.dot(moved))
     };
     let vertices = 0..registered.along.len();
     Ok(vertices.map(|v| at_vertex(v).unwrap_or(0.0)).collect())
 }
 
 /// The normal of a triangle, of any length.
-pub(super) fn normal(mesh: &TriMesh, triangle: usize) -> [f64; 3] {
+pub(super) fn normal(mesh: &TriMesh, triangle: usize) -> Vec3 {
     let [a, b, c] = mesh.corners(triangle);
-    cross(sub(b, a), sub(c, a))
+    (b - a).cross(c - a)
 }
 
 /// Weights of a triangle's corners, with sum 1, for a point of its plane; a third each where it has no area.
-fn barycentric([a, b, c]: [[f64; 3]; 3], p: [f64; 3]) -> [f64; 3] {
-    let normal = cross(sub(b, a), sub(c, a));
-    let square = dot(normal, normal);
+fn barycentric([a, b, c]: [Vec3; 3], p: Vec3) -> [f64; 3] {
+    let normal = (b - a).cross(c - a);
+    let square = normal.squared();
     if square == 0.0 {
         return [1.0 / 3.0; 3];
     }
-    let of = |from: [f64; 3], to: [f64; 3]| dot(cross(sub(to, from), sub(p, from)), normal) / square;
+    let of = |from: Vec3, to: Vec3| (to - from).cross(p - from).dot(normal) / square;
     [of(b, c), of(c, a), of(a, b)]
 }

@@ -1,7 +1,7 @@
 //! The design matrix: a row an observation, a column an unknown.
 
 use faer::Mat;
-use mesh::{Similarity, vector::dot};
+use mesh::{Similarity, Vec3};
 
 use super::{
     fields::{FIELDS, SIMILARITY_FIELDS, SMOOTHING_FIELDS, similarity_fields},
@@ -13,8 +13,8 @@ use crate::mark::{ChipLayout, Original, Patch, PatchBasis};
 pub(super) struct Design<'a> {
     layout: &'a ChipLayout,
     /// L x, L² x, … at each vertex of the original, in diagonals.
-    smoothing: &'a [[[f64; 3]; SMOOTHING_FIELDS]],
-    centre: [f64; 3],
+    smoothing: &'a [[Vec3; SMOOTHING_FIELDS]],
+    centre: Vec3,
     pub(super) diagonal: f64,
     /// To the frame in which the centre is 0 and the diagonal 1.
     to_unit: Similarity,
@@ -28,12 +28,12 @@ pub(super) struct View<'a> {
 }
 
 impl<'a> Design<'a> {
-    pub(super) fn new(original: &'a Original, smoothing: &'a [[[f64; 3]; SMOOTHING_FIELDS]]) -> Self {
+    pub(super) fn new(original: &'a Original, smoothing: &'a [[Vec3; SMOOTHING_FIELDS]]) -> Self {
         let bounds = original.mesh().bounding_box();
         Self {
             layout: original.layout(),
             smoothing,
-            centre: bounds.centre(),
+            centre: Vec3(bounds.centre()),
             diagonal: bounds.diagonal(),
             to_unit: bounds.to_unit_frame(),
         }
@@ -63,11 +63,10 @@ impl<'a> Design<'a> {
             }
         }
         for (i, observation) in block.iter().enumerate() {
-            let place = patch.mesh().positions()[observation.vertex];
-            let place = std::array::from_fn(|axis| (place[axis] - self.centre[axis]) / self.diagonal);
+            let place = (patch.mesh().point(observation.vertex) - self.centre) / self.diagonal;
             let smoothing = self.smoothing[patch.vertices()[observation.vertex] as usize];
             let fields = similarity_fields(place, observation.along).into_iter();
-            let fields = fields.chain(smoothing.map(|field| dot(observation.along, field)));
+            let fields = fields.chain(smoothing.map(|field| observation.along.dot(field)));
             let fields = fields.chain(observation.tessellation_bias);
             for (j, value) in fields.chain([observation.displacement]).enumerate() {
                 rows[(i, self.bits() + j)] = value;

@@ -1,9 +1,6 @@
 //! The fields G of the equations: what moves a surface besides the mark, known from the original but for a factor each.
 
-use mesh::{
-    TriMesh,
-    vector::{add, scaled, sub},
-};
+use mesh::{TriMesh, Vec3};
 
 /// Scale, three of rotation, three of translation.
 pub(super) const SIMILARITY_FIELDS: usize = 7;
@@ -18,7 +15,7 @@ pub(super) const TESSELLATION_FIELDS: usize = 2;
 pub(super) const FIELDS: usize = SIMILARITY_FIELDS + SMOOTHING_FIELDS + TESSELLATION_FIELDS;
 
 /// u·p, u·(eᵢ × p) and u·eᵢ: how a point p moves along u with each parameter of a small similarity.
-pub(super) fn similarity_fields([x, y, z]: [f64; 3], [u, v, w]: [f64; 3]) -> [f64; SIMILARITY_FIELDS] {
+pub(super) fn similarity_fields(Vec3([x, y, z]): Vec3, Vec3([u, v, w]): Vec3) -> [f64; SIMILARITY_FIELDS] {
     [
         u * x + v * y + w * z,
         w * y - v * z,
@@ -31,14 +28,11 @@ pub(super) fn similarity_fields([x, y, z]: [f64; 3], [u, v, w]: [f64; 3]) -> [f6
 }
 
 /// L x, L² x, … at each vertex, in diagonals: #V by [`SMOOTHING_FIELDS`].
-pub(super) fn smoothing_fields(mesh: &TriMesh) -> Vec<[[f64; 3]; SMOOTHING_FIELDS]> {
+pub(super) fn smoothing_fields(mesh: &TriMesh) -> Vec<[Vec3; SMOOTHING_FIELDS]> {
     let diagonal = mesh.bounding_box().diagonal();
-    let mut field: Vec<[f64; 3]> = mesh
-        .positions()
-        .iter()
-        .map(|&p| scaled(p, 1.0 / diagonal))
-        .collect();
-    let mut all = vec![[[0.0; 3]; SMOOTHING_FIELDS]; mesh.vertex_count()];
+    let vertices = 0..mesh.vertex_count();
+    let mut field: Vec<Vec3> = vertices.map(|v| mesh.point(v) * (1.0 / diagonal)).collect();
+    let mut all = vec![[Vec3::ZERO; SMOOTHING_FIELDS]; mesh.vertex_count()];
     for k in 0..SMOOTHING_FIELDS {
         field = to_neighbours(mesh, &field);
         for (powers, &value) in all.iter_mut().zip(&field) {
@@ -50,18 +44,18 @@ pub(super) fn smoothing_fields(mesh: &TriMesh) -> Vec<[[f64; 3]; SMOOTHING_FIELD
 
 /// L applied to a field: from its value at each vertex to the mean of those at the neighbours; neighbours across two triangles, as
 /// most are, count twice.
-fn to_neighbours(mesh: &TriMesh, field: &[[f64; 3]]) -> Vec<[f64; 3]> {
-    let mut sums = vec![([0.0; 3], 0.0); field.len()];
+fn to_neighbours(mesh: &TriMesh, field: &[Vec3]) -> Vec<Vec3> {
+    let mut sums = vec![(Vec3::ZERO, 0.0_f64); field.len()];
     for &[a, b, c] in mesh.triangles() {
         for [v, next, last] in [[a, b, c], [b, c, a], [c, a, b]] {
             let (sum, count) = &mut sums[v as usize];
             for w in [next, last] {
-                *sum = add(*sum, sub(field[w as usize], field[v as usize]));
+                *sum += field[w as usize] - field[v as usize];
                 *count += 1.0;
             }
         }
     }
     sums.into_iter()
-        .map(|(sum, count): ([f64; 3], f64)| scaled(sum, 1.0 / count.max(1.0)))
+        .map(|(sum, count)| sum * (1.0 / count.max(1.0)))
         .collect()
 }

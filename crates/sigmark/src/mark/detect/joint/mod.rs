@@ -40,10 +40,10 @@ mod robust;
 use std::sync::{Arc, OnceLock};
 
 use job::Job;
-use mesh::Similarity;
+use mesh::{Similarity, Vec3};
 use serde::Serialize;
 
-use super::{Detector, check_vertices};
+use super::Detector;
 use crate::mark::{MarkError, MarkLayout, Patch, PatchBasis, Registered, SoftBits};
 use design::{Design, View};
 use equations::NormalEquations;
@@ -59,7 +59,7 @@ use observations::observations;
 pub struct JointEstimator {
     layout: Arc<MarkLayout>,
     /// Built when it is first needed.
-    smoothing: OnceLock<Vec<[[f64; 3]; SMOOTHING_FIELDS]>>,
+    smoothing: OnceLock<Vec<[Vec3; SMOOTHING_FIELDS]>>,
 }
 
 /// What the equations say.
@@ -114,7 +114,7 @@ impl JointEstimator {
     /// [`MarkError::Job`].
     pub fn estimate(&self, suspect: &Registered, job: &Job) -> Result<JointEstimate, MarkError> {
         let original = self.layout.original();
-        check_vertices(original, suspect)?;
+        suspect.check(original.mesh().vertex_count())?;
         let smoothing = self.smoothing.get_or_init(|| smoothing_fields(original.mesh()));
         let design = Design::new(original, smoothing);
         let redundancy = suspect.redundancy();

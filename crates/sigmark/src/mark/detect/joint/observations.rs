@@ -1,5 +1,7 @@
 //! What is known of a suspect at the vertices of a patch.
 
+use mesh::Vec3;
+
 use super::fields::TESSELLATION_FIELDS;
 use crate::mark::{Patch, PatchBasis, Registered};
 
@@ -9,7 +11,7 @@ pub(super) struct Observation {
     /// Of the patch.
     pub(super) vertex: usize,
     /// u.
-    pub(super) along: [f64; 3],
+    pub(super) along: Vec3,
     /// u·d, in diagonals.
     pub(super) displacement: f64,
     /// What flat triangles alone do to u·d, and what harmonics hold of that, in diagonals.
@@ -36,11 +38,7 @@ impl ObservationKind {
     pub(super) const ALL: [Self; 4] = [Self::X, Self::Y, Self::Z, Self::Surface];
 
     /// The axes, with their directions.
-    const AXES: [(Self, [f64; 3]); 3] = [
-        (Self::X, [1.0, 0.0, 0.0]),
-        (Self::Y, [0.0, 1.0, 0.0]),
-        (Self::Z, [0.0, 0.0, 1.0]),
-    ];
+    const AXES: [(Self, Vec3); 3] = [(Self::X, Vec3::X), (Self::Y, Vec3::Y), (Self::Z, Vec3::Z)];
 }
 
 /// All observations of a patch: three of a vertex that was found again, one where the surface was sampled, none elsewhere.
@@ -59,14 +57,13 @@ pub(super) fn observations(
         let Some(seen) = suspect.positions[v as usize] else {
             continue;
         };
-        let place = patch.mesh().positions()[vertex];
+        let displacement = Vec3(seen) - patch.mesh().point(vertex);
         let tessellation_bias = [bias[vertex], held[vertex]].map(|bias| bias / diagonal);
-        let mut observe = |kind, along: [f64; 3], mass| {
-            let displacement = (0..3).map(|i| along[i] * (seen[i] - place[i])).sum::<f64>() / diagonal;
+        let mut observe = |kind, along: Vec3, mass| {
             all.push(Observation {
                 vertex,
                 along,
-                displacement,
+                displacement: along.dot(displacement) / diagonal,
                 tessellation_bias,
                 kind,
                 mass,
@@ -74,7 +71,7 @@ pub(super) fn observations(
             });
         };
         match suspect.along[v as usize] {
-            Some(normal) => observe(ObservationKind::Surface, normal, masses[vertex].max(0.0)),
+            Some(normal) => observe(ObservationKind::Surface, Vec3(normal), masses[vertex].max(0.0)),
             None => ObservationKind::AXES
                 .into_iter()
                 .for_each(|(kind, along)| observe(kind, along, mean_mass)),

@@ -1,21 +1,18 @@
 //! Shape-DNA: the lower Laplace–Beltrami spectrum as a fingerprint of a shape (eqs. 22–24).
 
-mod lowest;
-mod pencil;
-
 use job::Job;
-use mesh::TriMesh;
+use mesh::{TriMesh, components};
+use mhb_core::{Laplacian, LaplacianKind, Mass, Spectrum, SpectrumOptions, SpectrumStage};
 use serde::Serialize;
 
-use self::pencil::Pencil;
-use crate::{MetricStage, QualityError};
+use crate::{Measurement, Metric, Needs, QualityError, Side};
 
 /// How a Shape-DNA is computed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShapeDnaOptions {
     /// m: how many eigenvalues, zeros not counted.
     pub count: usize,
-    /// The mass matrix.
+    /// The mass matrix: full in the paper and in LaPy.
     pub mass: Mass,
 }
 
@@ -28,18 +25,15 @@ impl Default for ShapeDnaOptions {
     }
 }
 
-/// The mass matrix of linear finite elements.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Mass {
-    /// B of eq. 3, which couples neighbours: the paper's choice for Shape-DNA, and LaPy's.
-    #[default]
-    Full,
-    /// D of eq. 4, diagonal: the row sums of B. The choice for manifold harmonics.
-    Lumped,
-}
+/// Largest relative residual of an eigenpair; the eigenvalue is accurate to about its square.
+const TOLERANCE: f64 = 1e-8;
+
+/// Eigenfunctions of more numbers than this, 8 GiB, are refused.
+const MOST_ENTRIES: usize = 1 << 30;
 
 /// What frees eigenvalues from the size of the shape.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Normalisation {
     /// Division by the first non-zero eigenvalue, as in the paper.
     #[default]
@@ -62,19 +56,24 @@ pub struct ShapeDna {
 impl ShapeDna {
     /// The Shape-DNA of a mesh. That no eigenvalue is missing is proved by inertia.
     ///
-    /// Costs one sparse factorisation and about four solves a pair; 35 000 vertices with m = 50 take a second.
+    /// See [`mhb_core`] for how, and what it costs.
     ///
     /// # Errors
-    /// [`QualityError::TooFewEigenvalues`], [`QualityError::TooManyEigenvalues`], [`QualityError::Spectrum`] of surfaces without area or with unused vertices, and
-    /// what extreme triangles cause.
+    /// [`QualityError::TooFewEigenvalues`], [`QualityError::TooManyEigenvalues`], [`QualityError::Spectrum`] of surfaces without area or with
+    /// unused vertices, and where extreme triangles leave a pair missing.
     pub fn of(mesh: &TriMesh, options: &ShapeDnaOptions, job: &Job) -> Result<Self, QualityError> {
-        job.begin(MetricStage::ShapeDna)?;
-        let pencil = Pencil::new(mesh, options.mass)?;
-        let values = lowest::lowest(&pencil, options.count, job)?;
+        let laplacian = Laplacian::of(mesh, LaplacianKind::Cotangent, options.mass)?;
+        let components = components(mesh).count;
+        let pairs = SpectrumOptions {
+            count: pairs(options.count, mesh.vertex_count(), components)?,
+            tolerance: TOLERANCE,
+            ..Default::default()
+        };
+        let spectrum = Spectrum::of_laplacian(&laplacian, &pairs, &job.within(SpectrumStage::Solving))?;
         Ok(Self {
-            eigenvalues: values.iter().map(|l| l / pencil.area()).collect(),
-            components: pencil.components(),
-            area: pencil.area(),
+            eigenvalues: spectrum.eigenvalues()[components..].to_vec(),
+            components,
+            area: laplacian.mass().iter().sum(),
         })
     }
 
@@ -117,6 +116,84 @@ impl ShapeDna {
         let sum: f64 = x.iter().zip(&y).map(|(x, y)| (x - y).abs().powf(p)).sum();
         Ok(sum.powf(1.0 / p))
     }
+}
+
+/// d_{p,m} of eq. 24.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ShapeDnaMetric {
+    /// How both Shape-DNAs are computed; m is `options.count`.
+    pub options: ShapeDnaOptions,
+    /// p.
+    pub p: f64,
+    /// What frees eigenvalues from the size of the shapes.
+    pub normalisation: Normalisation,
+    /// The reference's Shape-DNA, where it is known already.
+    pub reference: Option<ShapeDna>,
+}
+
+impl Default for ShapeDnaMetric {
+    /// The paper's d_{2,50}.
+    fn default() -> Self {
+        Self {
+            options: ShapeDnaOptions::default(),
+            p: 2.0,
+            normalisation: Normalisation::default(),
+            reference: None,
+        }
+    }
+}
+
+impl Metric for ShapeDnaMetric {
+    fn name(&self) -> &'static str {
+        "shape_dna"
+    }
+
+    fn needs(&self) -> Needs {
+        Needs::Nothing
+    }
+
+    fn measure(&self, reference: &TriMesh, other: &TriMesh, job: &Job) -> Result<Measurement, QualityError> {
+        let of = |mesh: &TriMesh, side: Side, job: &Job| {
+            ShapeDna::of(mesh, &self.options, job).map_err(|error| error.of(side))
+        };
+        let known = || match &self.reference {
+            Some(known) => Ok(known.clone()),
+            None => of(reference, Side::Reference, &job.quiet()),
+        };
+        let (known, own) = job.join(known, || of(other, Side::Other, job))?;
+        let (known, own) = (known?, own?);
+        Ok(Measurement::new([
+            ("p", self.p.into()),
+            ("m", self.options.count.into()),
+            (
+                "distance",
+                own.distance(&known, self.p, self.normalisation)?.into(),
+            ),
+            ("components", [known.components, own.components].into()),
+        ]))
+    }
+}
+
+/// How many of the lowest pairs hold `count` that are not 0.
+fn pairs(count: usize, vertices: usize, components: usize) -> Result<usize, QualityError> {
+    let available = vertices - components;
+    if count == 0 || count > available {
+        return Err(QualityError::TooFewEigenvalues {
+            count,
+            vertices,
+            components,
+            available,
+        });
+    }
+    let most = (MOST_ENTRIES / vertices).saturating_sub(components);
+    if count > most {
+        return Err(QualityError::TooManyEigenvalues {
+            count,
+            vertices,
+            most,
+        });
+    }
+    Ok(components + count)
 }
 
 #[cfg(test)]
@@ -171,23 +248,6 @@ mod tests {
     }
 
     #[test]
-    fn sparse_and_dense_solvers_agree() {
-        for mesh in [
-            shapes::bumpy_sphere(2, 5),
-            shapes::book(60),
-            shapes::bumpy_block(1, 2, 3),
-        ] {
-            for mass in [Mass::Full, Mass::Lumped] {
-                let pencil = Pencil::new(&mesh, mass).unwrap();
-                let count = 20.min(pencil.size() - pencil.components());
-                let dense = lowest::densely(&pencil).unwrap();
-                let sparse = lowest::sparsely(&pencil, count, &Job::default()).unwrap();
-                agree(&sparse, &dense[pencil.components()..][..count], 1e-10);
-            }
-        }
-    }
-
-    #[test]
     fn many_equal_pieces_have_each_eigenvalue_as_often_as_there_are_pieces() {
         let pieces = 90;
         let cubes = shapes::disjoint_union(&vec![shapes::cube(2.0); pieces]);
@@ -223,13 +283,13 @@ mod tests {
                 Err(QualityError::TooFewEigenvalues { available: 7, .. })
             ));
         }
-        let options = |count| ShapeDnaOptions {
-            count,
-            ..Default::default()
-        };
-        let refused = ShapeDna::of(&shapes::icosphere(5), &options(9000), &Job::default());
+        assert!(pairs(26_000, 40_962, 1).is_ok());
+        let refused = pairs(30_000, 40_962, 1);
         assert!(
-            matches!(refused, Err(QualityError::TooManyEigenvalues { most: 2504, .. })),
+            matches!(
+                refused,
+                Err(QualityError::TooManyEigenvalues { most: 26_212, .. })
+            ),
             "{refused:?}"
         );
         let mut positions = cube.positions().to_vec();

@@ -2,13 +2,16 @@
 
 use std::process::Command;
 
-use crate::process;
-
 /// Processor, cores, compiler: one line for the foot of a table.
 pub fn description() -> String {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let rustc = process::output(Command::new("rustc").arg("--version")).unwrap_or_default();
-    format!("{}, {cores} cores; {}", processor(), rustc.trim())
+    let rustc = Command::new("rustc").arg("--version").output();
+    let rustc = rustc.map(|said| String::from_utf8_lossy(&said.stdout).into_owned());
+    format!(
+        "{}, {cores} cores; {}",
+        processor(),
+        rustc.unwrap_or_default().trim()
+    )
 }
 
 fn processor() -> String {

@@ -12,6 +12,9 @@ use anyhow::{Context, Result, bail};
 use crate::machine;
 
 /// Runs a program to its end and gives what it printed. Its standard error is shown only if it fails.
+///
+/// # Errors
+/// When it can't be started, or fails.
 pub fn output(command: &mut Command) -> Result<String> {
     let shown = format!("{command:?}");
     let result = command
@@ -30,6 +33,9 @@ pub fn output(command: &mut Command) -> Result<String> {
 
 /// As [`output`], but `None` of a program that was stopped because it had taken `seconds` of CPU time. Without a Unix shell there is
 /// no limit.
+///
+/// # Errors
+/// As [`output`].
 pub fn output_within(seconds: u64, program: &Command) -> Result<Option<String>> {
     let limited = format!("ulimit -S -t {seconds} && exec \"$@\"");
     let mut command = Command::new("sh");
@@ -57,6 +63,9 @@ pub fn output_within(seconds: u64, program: &Command) -> Result<Option<String>> 
 
 /// Runs a program, whatever it prints, and watches how much memory it holds: the most, in bytes; `None` where the system does
 /// not say.
+///
+/// # Errors
+/// As [`output`].
 pub fn peak_memory(command: &mut Command) -> Result<Option<u64>> {
     const INTERVAL: Duration = Duration::from_micros(200);
     let shown = format!("{command:?}");

@@ -22,6 +22,9 @@ const REMEDY: &str =
 
 impl Python {
     /// The environment of the attacks, in attacks/.venv.
+    ///
+    /// # Errors
+    /// Without Python, or where the packages can't be installed; the remedy is what the error shows first.
     pub fn prepare() -> Result<Self> {
         let attacks = root().join("attacks");
         let environment = attacks.join(".venv");
@@ -29,6 +32,9 @@ impl Python {
     }
 
     /// Makes the environment, or takes it as it is if it was made from the same requirements.
+    ///
+    /// # Errors
+    /// As [`prepare`](Self::prepare).
     pub fn prepare_in(scripts: PathBuf, environment: PathBuf) -> Result<Self> {
         let interpreter = environment.join(if cfg!(windows) {
             "Scripts/python.exe"
@@ -62,6 +68,9 @@ impl Python {
     }
 
     /// Installs what a file of requirements asks for.
+    ///
+    /// # Errors
+    /// When pip fails.
     pub fn install(&self, requirements: &Path) -> Result<()> {
         let install = [
             "-m",
@@ -85,6 +94,9 @@ impl Python {
     }
 
     /// Runs a script and gives what it printed.
+    ///
+    /// # Errors
+    /// When it fails, with what it said.
     pub fn run<I: AsRef<std::ffi::OsStr>>(
         &self,
         script: &str,
@@ -108,6 +120,9 @@ impl Python {
     }
 
     /// The bunny that comes with pymeshlab.
+    ///
+    /// # Errors
+    /// When it is not there.
     pub fn bunny(&self) -> Result<PathBuf> {
         let path = PathBuf::from(self.run("bunny.py", [""; 0])?.trim());
         if !path.is_file() {
@@ -120,6 +135,9 @@ impl Python {
     }
 
     /// Python and packages, as they stand in the tables.
+    ///
+    /// # Errors
+    /// When the interpreter does not answer.
     pub fn versions(&self) -> Result<String> {
         let python = output(Command::new(&self.interpreter).arg("--version"))?;
         let requirements = fs::read_to_string(self.scripts.join("requirements.txt"))?;

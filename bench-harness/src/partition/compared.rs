@@ -12,7 +12,7 @@ use super::{
 use crate::measure::{Cost, median, timed};
 
 /// What everyone made of a graph, and at what cost.
-pub(crate) struct Comparison {
+pub(crate) struct ComparedDivision {
     pub(crate) graph: String,
     pub(crate) parts: usize,
     pub(crate) metis: Partition,
@@ -31,7 +31,7 @@ pub(crate) struct Comparison {
     pub(crate) our_memory: Option<u64>,
 }
 
-impl Comparison {
+impl ComparedDivision {
     /// Divides, in turns, and judges everyone's parts by the same code.
     pub(crate) fn of(
         problem: &GraphProblem,

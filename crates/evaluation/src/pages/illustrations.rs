@@ -1,0 +1,162 @@
+//! All that is seen beside tables: the curve of strengths (Fig. 2), heat maps (Figs. 4, 5), attacked meshes (Figs. 6–10), ROC curves (Fig. 11).
+
+use baselines::{AlgorithmId, DetectorId};
+
+use super::roc::Roc;
+use crate::{
+    attacks,
+    output::{
+        chart::{Panel, page},
+        markup::OURS,
+    },
+    plan,
+    results::{Column, Illustration, Outcome, Results, Trial},
+    study::{SCHEME, Target},
+};
+
+/// The threshold that the paper chooses.
+const PAPER_THRESHOLD: f64 = 0.561;
+
+pub(super) fn all(results: &Results) -> Vec<Illustration> {
+    let mut shown = Vec::new();
+    shown.extend(strengths(results));
+    shown.extend(results.pictures.iter().cloned());
+    shown.extend(attacked(results));
+    let detectors = of_mhb(results).find(|(_, column)| !column.trials.is_empty());
+    let detectors = detectors.map_or_else(|| vec![DetectorId::PAPER], |(_, column)| column.detectors());
+    shown.extend(
+        detectors
+            .iter()
+            .filter_map(|detector| error_rates(results, detector)),
+    );
+    shown
+}
+
+/// MHBs on every model.
+fn of_mhb(results: &Results) -> impl Iterator<Item = (&Outcome, &Column)> {
+    let columns = results.columns();
+    columns.filter(|(_, column)| column.algorithm == AlgorithmId::MHB)
+}
+
+/// Fig. 2: extraction rate over distortion; none without a sweep.
+fn strengths(results: &Results) -> Option<Illustration> {
+    const COLOURS: [&str; 4] = [OURS, "#1c7ed6", "#2b8a3e", "#862e9c"];
+    let (_, column) = results.columns().find(|(_, column)| !column.sweep.is_empty())?;
+    let mut panel = Panel::new(
+        [70.0, 50.0, 500.0, 270.0],
+        "d_rmse (% of the diagonal), logarithmic",
+        "extraction rate (%)",
+    );
+    let distortions: Vec<f64> = column.sweep.iter().map(|(mark, _)| mark.d_rmse).collect();
+    let (least, greatest) = (distortions.first()?.ln(), distortions.last()?.ln());
+    let across = |d: f64| 0.03 + 0.94 * (d.ln() - least) / (greatest - least).max(f64::MIN_POSITIVE);
+    let up = |rate: f64| (rate - 45.0) / 58.0;
+    for &d in &distortions {
+        panel.tick_x(across(d), &format!("{d:.4}"));
+    }
+    for rate in [50, 60, 70, 80, 90, 100] {
+        panel.tick_y(up(rate.into()), &rate.to_string());
+    }
+    for (i, attack) in plan::swept_attacks().enumerate() {
+        let places = column.sweep.iter().filter_map(|(mark, trials)| {
+            let trial = trials.iter().find(|trial| trial.attack == attack)?;
+            let rate = trial.cell.readings.first()?.rate;
+            Some((across(mark.d_rmse), up(100.0 * rate)))
+        });
+        let colour = COLOURS[i % COLOURS.len()];
+        panel.curve(places, colour);
+        panel.legend(1.04, i, &attack.name, colour);
+    }
+    Some(Illustration {
+        file: "fig2.svg".into(),
+        title: "Fig. 2: the strength of the mark".into(),
+        caption: "Extraction rate of MHBs by the paper's rule, over the distortion of the mark.".into(),
+        bytes: page(720.0, 380.0, panel.drawn()).into_bytes(),
+    })
+}
+
+/// Figs. 6–10: what there is of them.
+fn attacked(results: &Results) -> Vec<Illustration> {
+    let mut shown = Vec::new();
+    for (figure, model, attacks) in plan::SERIES {
+        let columns =
+            of_mhb(results).filter(|(outcome, _)| outcome.model.id == model && !outcome.model.again);
+        for (outcome, column) in columns {
+            let wanted = column.trials.iter().filter(|trial| {
+                attacks.contains(&trial.attack.spec.as_str()) && matches!(trial.target, Target::Marked(0))
+            });
+            shown.extend(wanted.filter_map(|trial| suspect(figure, outcome, column, trial)));
+        }
+    }
+    shown
+}
+
+/// An attacked mesh, if there is a picture of it.
+fn suspect(figure: &str, outcome: &Outcome, column: &Column, trial: &Trial) -> Option<Illustration> {
+    let printed = outcome.model.printed_rate(&column.algorithm, trial.attack);
+    let printed = printed.map_or(String::new(), |rate| format!(", printed {rate} %"));
+    let tables = attacks::tables();
+    let mut known = tables.table4.iter().chain(&tables.table5);
+    let number = known
+        .position(|attack| attack == trial.attack)
+        .unwrap_or_default();
+    Some(Illustration {
+        file: format!("{}_{number}.png", figure.to_lowercase().replace(". ", "")),
+        title: format!("{figure}: {}, {}", outcome.file, trial.attack.name),
+        caption: format!(
+            "{} vertices. Extraction rate {}{printed}.",
+            trial.cell.vertices,
+            trial.cell.rates_in_words()
+        ),
+        bytes: trial.picture.clone()?,
+    })
+}
+
+/// Fig. 11 for a detector: how often a threshold errs; none without both kinds of meshes.
+fn error_rates(results: &Results, detector: &DetectorId) -> Option<Illustration> {
+    let roc = roc(results, detector);
+    let (marked, unmarked) = roc.counts();
+    if marked == 0 || unmarked == 0 {
+        return None;
+    }
+    let (equal, paper) = (roc.equal_error(SCHEME.bits()), roc.at(PAPER_THRESHOLD));
+    let per_cent = |rate: f64| format!("{:.2} %", 100.0 * rate);
+    let name = detector.name();
+    let (file, title) = if *detector == DetectorId::PAPER {
+        ("fig11.svg".into(), "Fig. 11: MHBs, the paper's extraction".into())
+    } else {
+        let file = format!("fig11_{}.svg", name.replace(' ', "_"));
+        (file, format!("As Fig. 11: MHBs, {name}"))
+    };
+    Some(Illustration {
+        file,
+        title,
+        caption: format!(
+            "{marked} marked and {unmarked} unmarked meshes. Area under the curve {:.4}. Errors are equal at {} ({} false positives, {} false negatives); at the paper's threshold of 56.1 % there are {} and {}.",
+            roc.area(),
+            per_cent(equal.threshold),
+            per_cent(equal.false_positives),
+            per_cent(equal.false_negatives),
+            per_cent(paper.false_positives),
+            per_cent(paper.false_negatives),
+        ),
+        bytes: roc.svg(SCHEME.bits()).into_bytes(),
+    })
+}
+
+/// As in the paper, one marked and one unmarked mesh for each model and attack of Tables 4 and 5: the first signature's.
+fn roc(results: &Results, detector: &DetectorId) -> Roc {
+    let (mut marked, mut unmarked) = (Vec::new(), Vec::new());
+    for (outcome, column) in of_mhb(results).filter(|(outcome, _)| !outcome.model.again) {
+        let printed = |trial: &&Trial| outcome.model.attacks().any(|attack| attack == trial.attack);
+        for trial in column.trials.iter().filter(printed) {
+            let rates = trial.rated(detector).map(|rated| rated.rate);
+            match trial.target {
+                Target::Marked(0) => marked.extend(rates),
+                Target::Marked(_) => {}
+                Target::Unmarked => unmarked.extend(rates),
+            }
+        }
+    }
+    Roc::new(marked, unmarked)
+}

@@ -1,0 +1,90 @@
+//! Every cell.
+
+use baselines::DetectorId;
+use sigmark::claim::statistics::binomial_tail;
+
+use crate::{
+    output::table::Table,
+    results::{Column, Outcome, Results, Trial},
+    study::{Rated, SCHEME, Target},
+};
+
+pub(super) fn cells(results: &Results) -> Table {
+    let header = [
+        "model",
+        "file",
+        "digest",
+        "algorithm",
+        "detector",
+        "signature",
+        "attack",
+        "alpha",
+        "rate",
+        "printed",
+        "rate_in_true_pose",
+        "verified",
+        "p_value",
+        "aligned",
+        "basis",
+        "overlap",
+        "missing",
+        "vertices",
+        "attack_seconds",
+        "reference_seconds",
+        "registration_seconds",
+        "reading_seconds",
+    ];
+    let mut table = Table::new("Cells", &header);
+    for (outcome, column) in results.columns() {
+        let alpha = column.strength.map_or(f64::NAN, |strength| strength.alpha);
+        let mains = column.trials.iter().map(|trial| (alpha, trial));
+        let swept = column
+            .sweep
+            .iter()
+            .flat_map(|(mark, trials)| trials.iter().map(|trial| (mark.alpha, trial)));
+        for (alpha, trial) in mains.chain(swept) {
+            for rated in &trial.cell.readings {
+                table.row(line(outcome, column, alpha, trial, rated));
+            }
+        }
+    }
+    table
+}
+
+fn line(outcome: &Outcome, column: &Column, alpha: f64, trial: &Trial, rated: &Rated) -> [String; 22] {
+    let printed = outcome.model.printed_rate(&column.algorithm, trial.attack);
+    let comparable = rated.detector == DetectorId::PAPER && trial.is_marked();
+    let printed = printed.filter(|_| comparable);
+    let signature = match trial.target {
+        Target::Marked(number) => (number + 1).to_string(),
+        Target::Unmarked => "none".into(),
+    };
+    let right = (rated.rate * SCHEME.bits() as f64).round() as usize;
+    let cell = &trial.cell;
+    [
+        outcome.model.name.clone(),
+        outcome.file.clone(),
+        outcome.digest.clone(),
+        column.name.clone(),
+        rated.detector.name(),
+        signature,
+        trial.attack.spec.clone(),
+        alpha.to_string(),
+        rated.rate.to_string(),
+        printed.map_or(String::new(), |rate| (rate / 100.0).to_string()),
+        rated
+            .rate_in_true_pose
+            .map_or(String::new(), |rate| rate.to_string()),
+        rated.verified.to_string(),
+        format!("{:.3e}", binomial_tail(SCHEME.bits(), right)),
+        cell.aligned.to_string(),
+        cell.basis.clone(),
+        format!("{:.6}", cell.overlap),
+        format!("{:.6}", cell.missing),
+        cell.vertices.to_string(),
+        format!("{:.3}", cell.attack_seconds),
+        format!("{:.3}", cell.reference_seconds),
+        format!("{:.3}", cell.registration_seconds),
+        format!("{:.3}", cell.reading_seconds),
+    ]
+}

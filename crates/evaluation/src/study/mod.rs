@@ -1,0 +1,211 @@
+//! One model and one algorithm: its strength, its marks, and what is left of them after each attack.
+
+mod cell;
+mod mark;
+mod record;
+mod strength;
+
+pub(crate) use record::{Cell, Mark, Preparation, Rated, Strength, Target};
+
+use std::{path::Path, sync::OnceLock, time::Instant};
+
+use anyhow::{Context, Result};
+use baselines::{Algorithm, Prepared, Subject};
+use job::{Job, JobError};
+use mesh::TriMesh;
+use quality::{ShapeDna, ShapeDnaMetric};
+use serde_json::{Map, Value, json};
+use sigmark::{PatchCount, PublicKey, Scheme, Signature, mark::Patches};
+
+use crate::{models::Standin, progress::Progress, python::Python, store::Store};
+
+/// l: the paper's signatures.
+pub(crate) const SCHEME: Scheme = Scheme::EcdsaB163Sha1;
+
+/// A message and its signature, whose bits are the mark.
+pub(crate) struct Signed {
+    /// From 0; also the seed of attacks.
+    pub(crate) number: usize,
+    pub(crate) message: String,
+    pub(crate) signature: Signature,
+}
+
+/// What a study works with.
+pub(crate) struct Setup<'a> {
+    pub(crate) python: &'a Python,
+    pub(crate) store: &'a Store,
+    /// For files that are soon deleted.
+    pub(crate) work: &'a Path,
+    pub(crate) signatures: &'a [Signed],
+    /// Signatures that are in no mesh.
+    pub(crate) strangers: &'a [Signature],
+    pub(crate) public_key: PublicKey,
+    pub(crate) progress: &'a Progress,
+    pub(crate) threads: usize,
+}
+
+/// A model and its patches: what all algorithms share.
+pub(crate) struct Scene<'a> {
+    pub(crate) setup: &'a Setup<'a>,
+    pub(crate) standin: &'a Standin,
+    patches: Patches,
+    shape_dna: OnceLock<ShapeDnaMetric>,
+}
+
+/// One algorithm on one scene. What costs much is computed when it is first needed.
+pub(crate) struct Study<'a> {
+    scene: &'a Scene<'a>,
+    pub(crate) algorithm: &'a dyn Algorithm,
+    /// d_rmse, in per cent.
+    pub(crate) distortion: f64,
+    prepared: OnceLock<Box<dyn Prepared>>,
+}
+
+impl<'a> Scene<'a> {
+    pub(crate) fn new(setup: &'a Setup<'a>, standin: &'a Standin) -> Result<Self> {
+        // Patches must have room for the harmonics of three chips a bit.
+        let functions = SCHEME.bits() + 1;
+        let count = PatchCount::Exactly(standin.model.patches);
+        Ok(Self {
+            setup,
+            standin,
+            patches: Patches::cut(&standin.mesh, functions, count, &Job::new(setup.threads))?,
+            shape_dna: OnceLock::new(),
+        })
+    }
+
+    /// d_2,50 from the original, whose eigenvalues are computed once for all marks.
+    fn shape_dna(&self) -> Result<&ShapeDnaMetric> {
+        if self.shape_dna.get().is_none() {
+            let mut metric = ShapeDnaMetric::default();
+            let dna = ShapeDna::of(&self.standin.mesh, &metric.options, &Job::default())?;
+            metric.reference = Some(dna);
+            let _ = self.shape_dna.set(metric);
+        }
+        self.shape_dna.get().context("it was just computed")
+    }
+}
+
+impl<'a> Study<'a> {
+    pub(crate) fn new(scene: &'a Scene<'a>, algorithm: &'a dyn Algorithm, distortion: f64) -> Self {
+        Self {
+            scene,
+            algorithm,
+            distortion,
+            prepared: OnceLock::new(),
+        }
+    }
+
+    /// What everything here depends on, and `more`: the key of finished work.
+    fn inputs(&self, more: Value) -> Value {
+        let mut inputs = json!({
+            "mesh": self.scene.standin.digest,
+            "patches": self.scene.patches.len(),
+            "algorithm": key(self.algorithm),
+            "scheme": SCHEME,
+        });
+        if let (Some(all), Value::Object(more)) = (inputs.as_object_mut(), more) {
+            all.extend(more);
+        }
+        inputs
+    }
+
+    fn setup(&self) -> &Setup<'a> {
+        self.scene.setup
+    }
+
+    fn store(&self) -> &Store {
+        self.scene.setup.store
+    }
+
+    fn job(&self) -> Job {
+        Job::new(self.setup().threads)
+    }
+
+    fn original(&self) -> &TriMesh {
+        &self.scene.standin.mesh
+    }
+
+    fn signature(&self, number: usize) -> &Signature {
+        &self.setup().signatures[number].signature
+    }
+
+    /// Computes what does not depend on the signature, if it is not there yet and the time is not over.
+    pub(crate) fn prepare(&self) -> Result<&dyn Prepared> {
+        if self.prepared.get().is_none() {
+            if self.setup().progress.is_over() {
+                return Err(JobError::Cancelled.into());
+            }
+            let begun = Instant::now();
+            let subject = Subject {
+                mesh: self.original(),
+                patches: &self.scene.patches,
+                bits: SCHEME.bits(),
+            };
+            let prepared = self.algorithm.prepare(&subject, &self.job())?;
+            let preparation = Preparation {
+                patches: prepared.patches(),
+                functions: prepared.functions(),
+                seconds: begun.elapsed().as_secs_f64(),
+                threads: self.setup().threads,
+            };
+            self.store()
+                .put("preparation", &self.inputs(Value::Null), &preparation)?;
+            let _ = self.prepared.set(prepared);
+        }
+        let prepared = self.prepared.get().context("it was just prepared")?;
+        Ok(prepared.as_ref())
+    }
+
+    /// What preparing took, now or when it was last done.
+    pub(crate) fn preparation(&self) -> Result<Preparation> {
+        let kept = || self.store().get("preparation", &self.inputs(Value::Null));
+        if let Some(kept) = kept() {
+            return Ok(kept);
+        }
+        self.prepare()?;
+        kept().context("the times of preparation were not kept")
+    }
+
+    fn positions(&self, signature: usize, alpha: f64) -> Result<Vec<[f64; 3]>> {
+        let bits = self.signature(signature).bits();
+        Ok(self.prepare()?.embed(&bits, alpha, &self.job())?)
+    }
+
+    /// The mesh with a signature.
+    fn marked(&self, signature: usize, alpha: f64) -> Result<TriMesh> {
+        Ok(self
+            .original()
+            .with_positions(self.positions(signature, alpha)?)?)
+    }
+}
+
+/// What finished work knows an algorithm by.
+fn key(algorithm: &dyn Algorithm) -> Value {
+    let parameters = algorithm.parameters().into_iter();
+    let parameters: Map<String, Value> = parameters
+        .map(|(name, value)| (name.to_string(), json!(value)))
+        .collect();
+    json!({"id": algorithm.id(), "parameters": parameters})
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use baselines::{Lbf, Mhb, entries};
+
+    #[test]
+    fn finished_work_knows_algorithms_by_id_and_parameters() {
+        let mhb = json!({"id": "mhb", "parameters": {"chip rate": "3", "detectors": "paper"}});
+        assert_eq!(key(&Mhb::default()), mhb);
+        assert_ne!(key(&Mhb::default().chip_rate(1)), mhb);
+        assert_ne!(key(&Lbf::new(400)), key(&Lbf::new(500)));
+        let mut keys: Vec<String> = entries(400)
+            .iter()
+            .map(|entry| key(entry.as_ref()).to_string())
+            .collect();
+        keys.sort();
+        keys.dedup();
+        assert_eq!(keys.len(), entries(400).len());
+    }
+}

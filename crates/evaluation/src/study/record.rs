@@ -1,0 +1,108 @@
+//! What a study finds, as it is kept.
+
+use baselines::DetectorId;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+/// What is attacked.
+#[derive(Clone, Copy)]
+pub(crate) enum Target {
+    /// The mesh with the signature of this number, from 0.
+    Marked(usize),
+    /// The original. It is read as if it had the first signature.
+    Unmarked,
+}
+
+impl Target {
+    /// The signature that it is read for.
+    pub(super) fn number(self) -> usize {
+        match self {
+            Self::Marked(number) => number,
+            Self::Unmarked => 0,
+        }
+    }
+}
+
+/// α, and whether the mark then has the distortion that was asked for.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub(crate) struct Strength {
+    pub(crate) alpha: f64,
+    /// Whether α is the one that the paper gives.
+    pub(crate) printed: bool,
+    /// False where even α = 0 distorts more: then α is the paper's.
+    pub(crate) reached: bool,
+}
+
+/// The time for everything that does not depend on the signature.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub(crate) struct Preparation {
+    pub(crate) patches: usize,
+    pub(crate) functions: usize,
+    pub(crate) seconds: f64,
+    pub(crate) threads: usize,
+}
+
+/// A marked mesh beside its original.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub(crate) struct Mark {
+    pub(crate) alpha: f64,
+    /// Per cent of the original's diagonal (eq. 21).
+    pub(crate) d_rmse: f64,
+    /// The greatest distance from the marked surface to the original's, in per cent of the diagonal.
+    pub(crate) hausdorff: f64,
+    /// Eq. 24.
+    pub(crate) d_2_50: f64,
+    /// None of large meshes, nor of other signatures than the first.
+    pub(crate) msdm2: Option<f64>,
+    /// What it took to make it.
+    pub(crate) seconds: f64,
+    /// What it took to compute these metrics.
+    pub(crate) measuring_seconds: f64,
+}
+
+/// What one attack left of one mark.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Cell {
+    /// What the attack reported of itself.
+    pub(crate) attack: Value,
+    pub(crate) vertices: usize,
+    pub(crate) aligned: bool,
+    /// What the alignment rests on.
+    pub(crate) basis: String,
+    pub(crate) overlap: f64,
+    /// The share of the reference's vertices that were not seen.
+    pub(crate) missing: f64,
+    /// One a detector, the paper's first.
+    pub(crate) readings: Vec<Rated>,
+    pub(crate) attack_seconds: f64,
+    /// The reference's search structures, which the cells of a mesh share.
+    pub(crate) reference_seconds: f64,
+    pub(crate) registration_seconds: f64,
+    /// Sampling and reading, all detectors together.
+    pub(crate) reading_seconds: f64,
+}
+
+impl Cell {
+    /// What each detector read, for people.
+    pub(crate) fn rates_in_words(&self) -> String {
+        let readings = self.readings.iter();
+        let words: Vec<String> = readings
+            .map(|rated| format!("{:.2} % ({})", 100.0 * rated.rate, rated.detector.name()))
+            .collect();
+        words.join(", ")
+    }
+}
+
+/// What a detector read, judged.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Rated {
+    pub(crate) detector: DetectorId,
+    /// Eq. 18, from 0 to 1.
+    pub(crate) rate: f64,
+    /// With the true transform in place of the one found; none where it is not known, or where the paper's detector read all bits.
+    pub(crate) rate_in_true_pose: Option<f64>,
+    /// Agreement with signatures that are in no mesh.
+    pub(crate) strangers: Vec<f64>,
+    /// Whether the bits are a signature of the message (eqs. 19, 20).
+    pub(crate) verified: bool,
+}
