@@ -53,6 +53,9 @@ pub trait Algorithm: Debug + Send + Sync {
     fn prepare(&self, subject: &Subject<'_>, job: &Job) -> Result<Box<dyn Prepared>, BaselineError>;
 }
 
+/// A detector, by the id that tables know it by.
+pub type IdentifiedDetector<'a> = (DetectorId, Box<dyn Detector + 'a>);
+
 /// A mesh that signatures can be written into and read from.
 pub trait Prepared: Debug + Send + Sync {
     /// n_p, how many patches carry the signature.
@@ -71,7 +74,7 @@ pub trait Prepared: Debug + Send + Sync {
     ///
     /// # Errors
     /// When α is negative or no number.
-    fn detectors(&self, alpha: f64) -> Result<Vec<(DetectorId, Box<dyn Detector + '_>)>, BaselineError>;
+    fn detectors(&self, alpha: f64) -> Result<Vec<IdentifiedDetector<'_>>, BaselineError>;
 
     /// The bits of a suspect, marked with strength α if it is, as each of the [`detectors`](Self::detectors) reads them.
     ///

@@ -5,7 +5,7 @@ use job::Job;
 use sigmark::mark::{ChipLayout, Detector, MarkError, Registered, SoftBits};
 
 use crate::{
-    BaselineError, DetectorId, Prepared,
+    BaselineError, DetectorId, IdentifiedDetector, Prepared,
     algorithm::{check_alpha, check_bits},
 };
 
@@ -99,7 +99,7 @@ impl Prepared for PreparedCarriers {
         Ok(positions)
     }
 
-    fn detectors(&self, alpha: f64) -> Result<Vec<(DetectorId, Box<dyn Detector + '_>)>, BaselineError> {
+    fn detectors(&self, alpha: f64) -> Result<Vec<IdentifiedDetector<'_>>, BaselineError> {
         check_alpha(alpha)?;
         Ok(vec![(DetectorId::PAPER, Box::new(self))])
     }

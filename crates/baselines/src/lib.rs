@@ -58,7 +58,7 @@ mod radial;
 mod rbf;
 
 pub use adapted::{Adapted, Basis};
-pub use algorithm::{Algorithm, Prepared, Reference, Subject, entries};
+pub use algorithm::{Algorithm, IdentifiedDetector, Prepared, Reference, Subject, entries};
 pub use error::BaselineError;
 pub use id::{AlgorithmId, DetectorId};
 pub use kirchhoff::kirchhoff;

@@ -4,7 +4,7 @@ use job::Job;
 use sigmark::mark::{ChipLayout, CoefficientDetector, Detector, MarkLayout, Original};
 
 use crate::{
-    Algorithm, AlgorithmId, BaselineError, DetectorId, Prepared, Reference, Subject,
+    Algorithm, AlgorithmId, BaselineError, DetectorId, IdentifiedDetector, Prepared, Reference, Subject,
     algorithm::{check_alpha, check_bits, check_vertices},
 };
 
@@ -114,7 +114,7 @@ impl Prepared for PreparedMhb {
         Ok(written.positions(&self.original))
     }
 
-    fn detectors(&self, alpha: f64) -> Result<Vec<(DetectorId, Box<dyn Detector + '_>)>, BaselineError> {
+    fn detectors(&self, alpha: f64) -> Result<Vec<IdentifiedDetector<'_>>, BaselineError> {
         check_alpha(alpha)?;
         let layout = self.layout(alpha)?;
         let detectors = self.detectors.iter();

@@ -153,7 +153,7 @@ impl Job {
             items
                 .par_chunks_mut(chunk)
                 .enumerate()
-                .for_each(|(i, items)| task(i, items))
+                .for_each(|(i, items)| task(i, items));
         })
     }
 }

@@ -109,9 +109,9 @@ impl Operator {
             }
             permuted.column_starts.push(permuted.rows.len() as u32);
         }
-        let moved = |values: &Vec<f64>| origin.iter().map(|&e| values[e]).collect::<Vec<f64>>();
-        permuted.values = moved(&self.values);
-        permuted.full_mass = self.full_mass.as_ref().map(moved);
+        permuted.values = origin.iter().map(|&e| self.values[e]).collect();
+        let full_mass = self.full_mass.as_ref();
+        permuted.full_mass = full_mass.map(|mass| origin.iter().map(|&e| mass[e]).collect());
         permuted
     }
 

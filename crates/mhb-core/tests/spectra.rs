@@ -1,7 +1,7 @@
 //! Spectra that are known in closed form, and the identities that every spectrum obeys.
 
 use std::f64::consts::{PI, TAU};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use job::{Job, JobError, Observer, Stage};
 use mesh::{TriMesh, shapes};
@@ -459,7 +459,10 @@ struct Diary {
 
 impl Observer for Diary {
     fn stage(&self, stage: &dyn Stage) {
-        self.stages.lock().unwrap().push(stage.name());
+        self.stages
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .push(stage.name());
     }
 
     fn fraction(&self, done: f64) {
@@ -467,7 +470,14 @@ impl Observer for Diary {
     }
 
     fn cancelled(&self) -> bool {
-        self.stop_at.is_some() && self.stages.lock().unwrap().last().copied() == self.stop_at
+        self.stop_at.is_some()
+            && self
+                .stages
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner)
+                .last()
+                .copied()
+                == self.stop_at
     }
 }
 

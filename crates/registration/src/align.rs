@@ -180,7 +180,7 @@ impl Aligner {
                 return Ok(found);
             }
         }
-        Ok(search.from_hypotheses(hypotheses)?)
+        Ok(search.best_of_hypotheses(hypotheses)?)
     }
 
     fn search<'a>(&'a self, original: &'a Sampled, suspect: &'a Sampled, job: &'a Job) -> Search<'a> {

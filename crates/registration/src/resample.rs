@@ -324,7 +324,7 @@ mod tests {
         let (options, job) = (ResampleOptions::default(), Job::default());
         let seen = resample(&original, &suspect, &mirror, &options, &job).unwrap();
         assert_eq!((seen.seen(), seen.inside_out), (original.vertex_count(), false));
-        let seen = resample(&original, &shapes::inside_out(&suspect), &mirror, &options, &job).unwrap();
+        let seen = resample(&original, shapes::inside_out(&suspect), &mirror, &options, &job).unwrap();
         assert_eq!((seen.seen(), seen.inside_out), (original.vertex_count(), true));
     }
 

@@ -125,7 +125,7 @@ impl Search<'_> {
     }
 
     /// The best pose that given hypotheses lead to.
-    pub(crate) fn from_hypotheses(&self, hypotheses: Vec<Similarity>) -> Result<Alignment, JobError> {
+    pub(crate) fn best_of_hypotheses(&self, hypotheses: Vec<Similarity>) -> Result<Alignment, JobError> {
         let ranked = self.medium(hypotheses)?;
         self.concluded(ranked, MatchedBy::Points)
     }

@@ -277,7 +277,10 @@ struct Watch {
 
 impl Observer for Watch {
     fn stage(&self, stage: &dyn Stage) {
-        self.stages.lock().unwrap().push(stage.name());
+        self.stages
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .push(stage.name());
     }
 
     fn cancelled(&self) -> bool {

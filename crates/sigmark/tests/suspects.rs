@@ -322,7 +322,7 @@ fn least_squares_reads_what_misalignment_hides_from_the_paper_rule() {
     assert!(paper < least_squares, "{paper}");
 
     let method = ReadingMethod::joint(Arc::new(detectors(signed).1));
-    let suspect = Reader::new(&original()).unwrap().surface(&suspect);
+    let suspect = Reader::new(original()).unwrap().surface(&suspect);
     let better = suspect.read(&method, &off, &Job::default()).unwrap().transform;
     assert!((better.scale - 1.0).abs() < 1e-5, "{better:?}");
     assert!(better.translation.iter().all(|t| t.abs() < 1e-5), "{better:?}");
@@ -501,6 +501,6 @@ fn an_observer_can_stop_the_alignment() {
     let (mesh, signed) = (original(), signed());
     let certificate = signed.certificate();
     let verifier = Verifier::new(&mesh, certificate, certificate.public_key()).unwrap();
-    let stopped = verifier.verify(&divided(signed.mesh()), &Job::default().observed_by(Stop));
+    let stopped = verifier.verify(divided(signed.mesh()), &Job::default().observed_by(Stop));
     assert!(matches!(stopped, Err(SigmarkError::Job(JobError::Cancelled))));
 }

@@ -111,7 +111,7 @@ pub(crate) enum Survivors<'a> {
     /// All of them, by maps that geometry can't tell apart, the best first.
     All(Vec<Correspondence>),
     /// Not all.
-    Some(Remainder<'a>),
+    Some(Box<Remainder<'a>>),
 }
 
 /// A suspect onto which the original's vertices can't all be mapped.
@@ -150,13 +150,13 @@ pub(crate) fn survivors<'a>(
         Err(difference) => difference,
     };
     let part = |onto, closed| {
-        Ok(Survivors::Some(Remainder {
+        Ok(Survivors::Some(Box::new(Remainder {
             from,
             suspect,
             onto,
             closed,
             difference,
-        }))
+        })))
     };
     let Some(closed) = Closed::of(&onto.graph(suspect)) else {
         return part(onto, None);
