@@ -6,7 +6,7 @@ use registration::{
     AlignOptions, Aligner, Alignment, MatchedBy, Placement, PointPair, RegistrationError, align, align_points,
 };
 use std::sync::{
-    Arc, Mutex,
+    Arc, Mutex, PoisonError,
     atomic::{AtomicUsize, Ordering},
 };
 
