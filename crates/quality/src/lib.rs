@@ -36,7 +36,7 @@
 //! `png`: pictures as PNG files.
 //!
 //! # Costs
-//! A sample of a distance takes 0.3 µs (the bunny's 4.7 million: 1.3 s), a Shape-DNA of 35 000 vertices and 50 eigenvalues 2 s, MSDM2
+//! A sample of a distance takes 0.3 µs (the bunny's 4.7 million: 1.3 s), a Shape-DNA of 35 000 vertices and 50 eigenvalues 1 s, MSDM2
 //! and DAME less than a second each. Memory is about 500 bytes a vertex, for a Shape-DNA 3 KiB.
 //!
 //! # Sources

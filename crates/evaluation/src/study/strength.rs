@@ -1,9 +1,9 @@
 //! How strong a mark is: the paper's α, or the one that distorts as much as in the paper.
 
 use anyhow::{Context, Result, ensure};
-use serde_json::json;
+use serde_json::{Value, json};
 
-use super::{Strength, Study};
+use super::{Signed, Strength, Study};
 
 /// How far d_rmse may be from the printed one for the paper's α to be taken, as a share of it. Signatures differ, so the bound that the
 /// audit has for each mark, a tenth, is wider.
@@ -12,7 +12,7 @@ const NEAR_ENOUGH: f64 = 0.08;
 impl Study<'_> {
     /// α for the distortion that the study has, in the mean over the signatures.
     pub(crate) fn strength(&self) -> Result<Strength> {
-        let inputs = self.inputs(json!({"distortion": self.distortion}));
+        let inputs = self.inputs(key(self.distortion, self.setup().signatures));
         if let Some(kept) = self.store().get("strength", &inputs) {
             return Ok(kept);
         }
@@ -99,5 +99,31 @@ impl Study<'_> {
             printed: false,
             reached: true,
         })
+    }
+}
+
+/// What α depends on beside the mesh and the algorithm: it is right in the mean over these signatures.
+fn key(distortion: f64, signatures: &[Signed]) -> Value {
+    let signatures: Vec<String> = signatures
+        .iter()
+        .map(|signed| signed.signature.to_hex())
+        .collect();
+    json!({"distortion": distortion, "signatures": signatures})
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::SCHEME;
+    use sigmark::Signature;
+
+    #[test]
+    fn a_strength_for_one_signature_is_not_taken_for_two() {
+        let signed = |number| Signed {
+            number,
+            message: String::new(),
+            signature: Signature::from_bits(SCHEME, &vec![number == 0; SCHEME.bits()]).unwrap(),
+        };
+        assert_ne!(key(0.02, &[signed(0)]), key(0.02, &[signed(0), signed(1)]));
     }
 }
