@@ -13,7 +13,7 @@ use rand_chacha::{
     ChaCha8Rng,
     rand_core::{Rng, SeedableRng},
 };
-use sigmark::mark::{PatchCount, Patches, Registered, extraction_rate};
+use sigmark::mark::{MarkError, PatchCount, Patches, Registered, extraction_rate};
 
 const BITS: usize = 30;
 const FUNCTIONS: usize = 80;
@@ -308,7 +308,10 @@ fn bad_input_is_refused() {
             assert!(matches!(strength, Err(BaselineError::Alpha { .. })));
         }
         let short = prepared.extract(&registered([None]), 1e-3, &Job::default());
-        assert!(matches!(short, Err(BaselineError::Vertices { given: 1, .. })));
+        assert!(matches!(
+            short,
+            Err(BaselineError::Mark(MarkError::Vertices { given: 1, .. }))
+        ));
     }
     let prepare = |algorithm: &dyn Algorithm, bits| {
         let subject = Subject {
