@@ -43,6 +43,30 @@ impl Time {
     pub(crate) fn whole_seconds(&self) -> DateTime {
         self.seconds
     }
+
+    /// As RFC 3339 writes it: `2026-11-22T15:00:00Z`.
+    pub fn to_rfc3339(&self) -> String {
+        format!("{}T{}Z", self.date(), self.clock())
+    }
+
+    fn date(&self) -> String {
+        let day = &self.seconds;
+        format!("{:04}-{:02}-{:02}", day.year(), day.month(), day.day())
+    }
+
+    fn clock(&self) -> String {
+        let time = &self.seconds;
+        let fraction = match self.nanoseconds {
+            0 => String::new(),
+            nanoseconds => format!(".{nanoseconds:09}").trim_end_matches('0').into(),
+        };
+        format!(
+            "{:02}:{:02}:{:02}{fraction}",
+            time.hour(),
+            time.minutes(),
+            time.seconds()
+        )
+    }
 }
 
 /// Of `.5`, 500 million; of nothing, 0.
@@ -60,14 +84,7 @@ fn nanoseconds(fraction: &[u8]) -> Option<u32> {
 
 impl fmt::Display for Time {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let t = &self.seconds;
-        write!(f, "{:04}-{:02}-{:02} ", t.year(), t.month(), t.day())?;
-        write!(f, "{:02}:{:02}:{:02}", t.hour(), t.minutes(), t.seconds())?;
-        if self.nanoseconds > 0 {
-            let digits = format!("{:09}", self.nanoseconds);
-            write!(f, ".{}", digits.trim_end_matches('0'))?;
-        }
-        f.write_str(" UTC")
+        write!(f, "{} {} UTC", self.date(), self.clock())
     }
 }
 
@@ -90,6 +107,7 @@ mod tests {
         );
         let half = Time::parse(b"19700101000001.5Z").unwrap();
         assert_eq!(half.since_1970(), Duration::from_millis(1500));
+        assert_eq!(half.to_rfc3339(), "1970-01-01T00:00:01.5Z");
         let refused = [
             "20261122150000",
             "20261122150000+0100",
