@@ -8,9 +8,13 @@ use proptest::prelude::*;
 use sha2::{Digest, Sha256};
 use time_stamp::{MOST_BYTES, Query, Roots, Stamp, StampError};
 
+/// By ECDSA on P-256.
 const REPLY: &[u8] = include_bytes!("data/reply.tsr");
 const ROOT: &str = include_str!("data/root.pem");
-static ROOTS: LazyLock<Roots> = LazyLock::new(|| Roots::from_pem(ROOT).unwrap());
+/// By RSA; the certificate by RSA-PSS.
+const RSA_REPLY: &[u8] = include_bytes!("data/rsa-reply.tsr");
+const RSA_ROOT: &str = include_str!("data/rsa-root.pem");
+static ROOTS: LazyLock<Roots> = LazyLock::new(|| Roots::from_pem(&[ROOT, RSA_ROOT].concat()).unwrap());
 
 fn verdict(reply: &[u8]) -> Result<time_stamp::Stamped, StampError> {
     let digest = Sha256::digest("a model").into();
@@ -20,10 +24,12 @@ fn verdict(reply: &[u8]) -> Result<time_stamp::Stamped, StampError> {
 }
 
 #[test]
-fn the_example_checks() {
+fn the_examples_check() {
     let stamped = verdict(REPLY).unwrap();
     assert_eq!(stamped.serial, "4712");
     assert_eq!(stamped.policy, "1.2.3.4.1");
+    let stamped = verdict(RSA_REPLY).unwrap();
+    assert_eq!(stamped.authority, "CN=Example RSA Time Stamps,O=Example");
 }
 
 #[test]
@@ -71,12 +77,14 @@ fn many_roots_of_one_name_end_soon() {
 
 #[test]
 fn one_bit_changes_the_answer_or_nothing_that_is_signed() {
-    let good = verdict(REPLY).unwrap();
-    for at in 0..REPLY.len() {
-        let mut changed = REPLY.to_vec();
-        changed[at] ^= 1 << (at % 8);
-        if let Ok(stamped) = verdict(&changed) {
-            assert_eq!(stamped, good, "byte {at}");
+    for reply in [REPLY, RSA_REPLY] {
+        let good = verdict(reply).unwrap();
+        for at in 0..reply.len() {
+            let mut changed = reply.to_vec();
+            changed[at] ^= 1 << (at % 8);
+            if let Ok(stamped) = verdict(&changed) {
+                assert_eq!(stamped, good, "byte {at}");
+            }
         }
     }
 }
@@ -92,15 +100,18 @@ proptest! {
 
     #[test]
     fn mangled_replies_are_answered(
-        changes in proptest::collection::vec((0..REPLY.len(), any::<u8>()), 1..8),
-        cut in 0..REPLY.len(),
+        reply in prop_oneof![Just(REPLY), Just(RSA_REPLY)],
+        changes in proptest::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..8),
+        cut in any::<prop::sample::Index>(),
         length in 0..40usize,
     ) {
-        let mut reply = REPLY.to_vec();
+        let mut reply = reply.to_vec();
         for (at, byte) in changes {
+            let at = at.index(reply.len());
             reply[at] = byte;
         }
         let _ = verdict(&reply);
+        let cut = cut.index(reply.len());
         reply.drain(cut..(cut + length).min(reply.len()));
         let _ = verdict(&reply);
     }
