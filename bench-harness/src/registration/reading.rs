@@ -127,7 +127,7 @@ impl MarkedMesh {
     ) -> Result<BitRates> {
         let job = &Job::default();
         let suspect = PreparedMesh::from(suspect);
-        let bits = self.signed.signature().bits();
+        let bits = self.signed.certificate().bits();
         let rate = |soft: &SoftBits| extraction_rate(&bits, &soft.hard());
         let seen = self.reader.suspect(&suspect, found);
         let read = self.methods().map(|method| match found.matched_by {

@@ -13,6 +13,7 @@ const KEY: &str = "a key";
 const CERTIFICATE: &str = "a certificate";
 const GRAPH: &str = "a graph";
 const POINTS: &str = "a list of points";
+const CLAIM: &str = "a claim";
 
 /// A kind of text file that a command reads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,6 +21,7 @@ pub(crate) enum Text {
     PrivateKey,
     PublicKey,
     Certificate,
+    Claim,
     Graph,
     Points,
 }
@@ -30,6 +32,7 @@ impl Text {
             Self::PrivateKey => "a private key",
             Self::PublicKey => "a public key",
             Self::Certificate => "a certificate",
+            Self::Claim => CLAIM,
             Self::Graph => GRAPH,
             Self::Points => POINTS,
         }
@@ -40,6 +43,7 @@ impl Text {
         match self {
             Self::PrivateKey | Self::PublicKey => KEY,
             Self::Certificate => CERTIFICATE,
+            Self::Claim => CLAIM,
             Self::Graph => GRAPH,
             Self::Points => POINTS,
         }
@@ -50,6 +54,7 @@ impl Text {
             Self::PrivateKey => "give the .pem file that `sigmark keygen` wrote",
             Self::PublicKey => "give the .pub.pem file that `sigmark keygen` wrote",
             Self::Certificate => "give the .cert.json file that `sigmark embed` wrote",
+            Self::Claim => "give a JSON file that names original, certificate and public_key",
             Self::Graph => "give a .graph file in METIS format",
             Self::Points => {
                 "give a text file with a pair of points in each line, as `sigmark align --help` says"
@@ -61,7 +66,8 @@ impl Text {
     fn largest(self) -> u64 {
         match self {
             Self::Graph => 4 << 30,
-            _ => 64 << 20,
+            Self::Points => 64 << 20,
+            _ => sigmark::claim::LARGEST as u64,
         }
     }
 }
@@ -176,7 +182,7 @@ fn resolved(path: &Path) -> PathBuf {
         .unwrap_or_else(|| path.into())
 }
 
-fn folder_of(path: &Path) -> &Path {
+pub(crate) fn folder_of(path: &Path) -> &Path {
     match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),

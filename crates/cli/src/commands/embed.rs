@@ -59,18 +59,17 @@ fn write(arguments: &Embed, certificate: &Path, asset: &Asset, signed: &Signed, 
         );
     }
     let (mesh, json) = (marked.to_bytes(), signed.certificate().to_json()?);
-    let outputs = [(&*arguments.output, &*mesh), (certificate, json.as_bytes())];
-    let outputs = outputs.map(|(path, bytes)| Output {
-        path,
-        bytes,
-        private: false,
-    });
+    let outputs = [
+        (&*arguments.output, &*mesh, false),
+        (certificate, json.as_bytes(), true),
+    ];
+    let outputs = outputs.map(|(path, bytes, private)| Output { path, bytes, private });
     files::write_together(&outputs, arguments.force)
 }
 
 /// What `--json` prints.
 fn object(arguments: &Embed, signed: &Signed, certificate: &Path, seconds: &[(&'static str, f64)]) -> Value {
-    let scheme = signed.signature().scheme();
+    let scheme = signed.certificate().statement().scheme;
     json!({
         "output": arguments.output,
         "certificate": certificate,
@@ -106,6 +105,8 @@ fn check_outputs(arguments: &Embed, certificate: &Path) -> Result<()> {
 fn embedder(arguments: &Embed, key: &SigningKey) -> Result<Embedder> {
     let mut embedder = Embedder::new(key)
         .message(&arguments.message)
+        .recipient(&arguments.recipient)
+        .original_name(file_name(&arguments.model))
         .chip_rate(arguments.chip_rate)
         .strength(arguments.strength())
         .patches(arguments.patches)
@@ -124,7 +125,7 @@ fn embedder(arguments: &Embed, key: &SigningKey) -> Result<Embedder> {
                 profile.curve()
             );
         }
-        embedder = embedder.scheme(profile.scheme()).coverage(profile.coverage());
+        embedder = embedder.scheme(profile.scheme());
     }
     if arguments.sha1 {
         embedder = match key.curve() {
@@ -135,13 +136,20 @@ fn embedder(arguments: &Embed, key: &SigningKey) -> Result<Embedder> {
     Ok(embedder)
 }
 
+/// What of a path is in its folder; nothing of what is no text.
+fn file_name(path: &Path) -> &str {
+    path.file_name()
+        .and_then(|name| name.to_str())
+        .unwrap_or_default()
+}
+
 fn summary(
     arguments: &Embed,
     signed: &Signed,
     certificate: &Path,
     seconds: &[(&'static str, f64)],
 ) -> Vec<String> {
-    let scheme = signed.signature().scheme();
+    let scheme = signed.certificate().statement().scheme;
     let original = signed.original();
     let mut lines = vec![
         format!("Signed {}", arguments.model.display()),
