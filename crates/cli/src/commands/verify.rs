@@ -13,6 +13,7 @@ use crate::{
     files,
     progress::Progress,
     report,
+    stamps::Stamps,
 };
 
 pub(crate) fn run(arguments: &Verify) -> Result<Answer> {
@@ -24,6 +25,11 @@ pub(crate) fn run(arguments: &Verify) -> Result<Answer> {
         public_key: arguments.public_key.clone(),
     };
     let claim = files.read()?;
+    let stamps = Stamps::of(
+        &claim.certificate,
+        &arguments.certificate,
+        arguments.stamp_roots.as_deref(),
+    )?;
     let suspect = files::open_mesh(&arguments.suspect)?;
     let verifier = claim.verifier().map_err(|error| {
         let swapped = matches!(error, SigmarkError::AnotherOriginal { .. })
@@ -42,10 +48,11 @@ pub(crate) fn run(arguments: &Verify) -> Result<Answer> {
 
     if arguments.json {
         let mut object = described(&verdict, &claim);
+        object.insert("stamps".into(), stamps.json());
         object.insert("seconds".into(), report::seconds_json(&seconds));
         report::json(&object)?;
     } else {
-        report::lines(&summary(arguments, &verdict, &claim, &seconds))?;
+        report::lines(&summary(arguments, &verdict, &claim, &stamps, &seconds))?;
     }
     let wanted = match arguments.dispute {
         true => verdict.is_evidence(),
@@ -116,6 +123,7 @@ fn summary(
     arguments: &Verify,
     verdict: &Verdict,
     claim: &Claim,
+    stamps: &Stamps,
     seconds: &[(&'static str, f64)],
 ) -> Vec<String> {
     let (suspect, original) = (arguments.suspect.display(), claim.original_path.display());
@@ -145,6 +153,7 @@ fn summary(
         lines.push(report::field("reason", remark(mismatch)));
     }
     lines.extend(who(verdict, claim));
+    lines.extend(stamps.lines());
     if let (Some(rate), Some(errors)) = (verdict.extraction_rate, verdict.bit_errors) {
         let agreeing = verdict.bits - errors;
         let bits = format!("{agreeing} of {} agree ({:.2} %)", verdict.bits, 100.0 * rate);
