@@ -100,6 +100,7 @@ mod tests {
         let rated = Rated {
             detector: DetectorId::PAPER,
             rate,
+            tries: 1,
             rate_in_true_pose: None,
             strangers: vec![0.52, 0.47],
             verified: rate >= 1.0,

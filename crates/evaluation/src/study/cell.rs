@@ -3,17 +3,18 @@
 use std::{borrow::Cow, fs, path::Path, time::Instant};
 
 use anyhow::{Context, Result, ensure};
-use baselines::{DetectorId, Reference};
+use baselines::Reference;
 use mesh::{Similarity, TriMesh, shapes};
 use mesh_io::{Asset, Format, Precision, write_mesh};
 use quality::picture::{Paint, Picture, linear};
+use registration::MatchedBy;
 use serde_json::{Value, json};
 use sigmark::{Signature, mark::extraction_rate};
 
 use super::{Cell, Rated, SCHEME, Study, Target};
 use crate::{
     attacks::{Attack, random_similarity},
-    reading::{Finder, Found},
+    reading::{Finder, Reading},
     sources::digest,
 };
 
@@ -132,24 +133,25 @@ impl<'a> Study<'a> {
     fn read(&self, number: usize, alpha: f64, finder: &Finder, suspect: Suspect) -> Result<Cell> {
         let prepared = self.prepare()?;
         let found = finder.find(&suspect.mesh)?;
-        let read = found.read(prepared, alpha, &found.alignment.transform)?;
+        let expected = self.signature(number).bits();
+        let read = found.read(prepared, alpha, &expected)?;
         // The true pose explains what was lost.
-        let all = read.readings[0].1.hard() == self.signature(number).bits();
+        let all = read.readings[0].bits == expected;
         let in_true_pose = suspect
             .pose
             .filter(|_| !all)
-            .map(|pose| found.read(prepared, alpha, &pose.inverse()))
+            .map(|pose| found.read_in(&pose.inverse(), prepared, alpha))
             .transpose()?;
-        let rated = read.readings.iter().enumerate().map(|(i, (detector, bits))| {
-            let in_true_pose = in_true_pose.as_ref().map(|read| read.readings[i].1.hard());
-            self.rated(number, detector, &bits.hard(), in_true_pose.as_deref())
+        let rated = read.readings.iter().enumerate().map(|(i, reading)| {
+            let in_true_pose = in_true_pose.as_ref().map(|bits| bits[i].as_slice());
+            self.rated(number, reading, in_true_pose)
         });
         Ok(Cell {
             readings: rated.collect::<Result<_>>()?,
             attack: suspect.report,
             vertices: suspect.mesh.vertex_count(),
             aligned: found.alignment.aligned,
-            basis: basis_name(&found),
+            basis: name(found.alignment.matched_by),
             overlap: found.alignment.overlap,
             missing: read.missing,
             attack_seconds: suspect.seconds,
@@ -159,13 +161,12 @@ impl<'a> Study<'a> {
         })
     }
 
-    fn rated(
-        &self,
-        number: usize,
-        detector: &DetectorId,
-        bits: &[bool],
-        in_true_pose: Option<&[bool]>,
-    ) -> Result<Rated> {
+    fn rated(&self, number: usize, reading: &Reading, in_true_pose: Option<&[bool]>) -> Result<Rated> {
+        let Reading {
+            detector,
+            bits,
+            tries,
+        } = reading;
         let signed = &self.setup().signatures[number];
         let expected = signed.signature.bits();
         ensure!(
@@ -181,6 +182,7 @@ impl<'a> Study<'a> {
         Ok(Rated {
             detector: detector.clone(),
             rate: extraction_rate(&expected, bits),
+            tries: *tries,
             rate_in_true_pose: in_true_pose.map(|bits| extraction_rate(&expected, bits)),
             strangers: strangers
                 .map(|stranger| extraction_rate(&stranger.bits(), bits))
@@ -190,9 +192,8 @@ impl<'a> Study<'a> {
     }
 }
 
-fn basis_name(found: &Found) -> String {
-    serde_json::to_value(found.alignment.matched_by)
-        .ok()
-        .and_then(|name| name.as_str().map(String::from))
-        .unwrap_or_default()
+/// As JSON has it.
+fn name(matched_by: MatchedBy) -> String {
+    let name = serde_json::to_value(matched_by).unwrap_or_default();
+    name.as_str().unwrap_or_default().into()
 }

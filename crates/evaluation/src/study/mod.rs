@@ -196,7 +196,7 @@ mod tests {
 
     #[test]
     fn finished_work_knows_algorithms_by_id_and_parameters() {
-        let mhb = json!({"id": "mhb", "parameters": {"chip rate": "3", "detectors": "paper"}});
+        let mhb = json!({"id": "mhb", "parameters": {"chip rate": "3", "methods": ""}});
         assert_eq!(key(&Mhb::default()), mhb);
         assert_ne!(key(&Mhb::default().chip_rate(1)), mhb);
         assert_ne!(key(&Lbf::new(400)), key(&Lbf::new(500)));

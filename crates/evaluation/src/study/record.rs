@@ -72,7 +72,7 @@ pub(crate) struct Cell {
     pub(crate) overlap: f64,
     /// The share of the reference's vertices that were not seen.
     pub(crate) missing: f64,
-    /// One a detector, the paper's first.
+    /// By each way to read them, the paper's first.
     pub(crate) readings: Vec<Rated>,
     pub(crate) attack_seconds: f64,
     /// The reference's search structures, which the cells of a mesh share.
@@ -99,7 +99,9 @@ pub(crate) struct Rated {
     pub(crate) detector: DetectorId,
     /// Eq. 18, from 0 to 1.
     pub(crate) rate: f64,
-    /// With the true transform in place of the one found; none where it is not known, or where the paper's detector read all bits.
+    /// Of how many readings this could have been chosen: what a p-value is to be multiplied by.
+    pub(crate) tries: usize,
+    /// With the true transform in place of the one found; none where it is not known, or where the paper's rule read all bits.
     pub(crate) rate_in_true_pose: Option<f64>,
     /// Agreement with signatures that are in no mesh.
     pub(crate) strangers: Vec<f64>,

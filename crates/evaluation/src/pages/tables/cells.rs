@@ -24,6 +24,7 @@ pub(super) fn cells(results: &Results) -> Table {
         "rate_in_true_pose",
         "verified",
         "p_value",
+        "tries",
         "aligned",
         "basis",
         "overlap",
@@ -51,7 +52,7 @@ pub(super) fn cells(results: &Results) -> Table {
     table
 }
 
-fn line(outcome: &Outcome, column: &Column, alpha: f64, trial: &Trial, rated: &Rated) -> [String; 22] {
+fn line(outcome: &Outcome, column: &Column, alpha: f64, trial: &Trial, rated: &Rated) -> [String; 23] {
     let printed = outcome.model.printed_rate(&column.algorithm, trial.attack);
     let comparable = rated.detector == DetectorId::PAPER && trial.is_marked();
     let printed = printed.filter(|_| comparable);
@@ -60,6 +61,7 @@ fn line(outcome: &Outcome, column: &Column, alpha: f64, trial: &Trial, rated: &R
         Target::Unmarked => "none".into(),
     };
     let right = (rated.rate * SCHEME.bits() as f64).round() as usize;
+    let chance = binomial_tail(SCHEME.bits(), right) * rated.tries as f64;
     let cell = &trial.cell;
     [
         outcome.model.name.clone(),
@@ -76,7 +78,8 @@ fn line(outcome: &Outcome, column: &Column, alpha: f64, trial: &Trial, rated: &R
             .rate_in_true_pose
             .map_or(String::new(), |rate| rate.to_string()),
         rated.verified.to_string(),
-        format!("{:.3e}", binomial_tail(SCHEME.bits(), right)),
+        format!("{:.3e}", chance.min(1.0)),
+        rated.tries.to_string(),
         cell.aligned.to_string(),
         cell.basis.clone(),
         format!("{:.6}", cell.overlap),
