@@ -47,7 +47,7 @@ fn strengths(results: &Results) -> Option<Illustration> {
         "d_rmse (% of the diagonal), logarithmic",
         "extraction rate (%)",
     );
-    let distortions: Vec<f64> = column.sweep.iter().map(|(mark, _)| mark.d_rmse).collect();
+    let distortions: Vec<f64> = column.sweep.iter().map(|(mark, _)| mark.d_rmse()).collect();
     let (least, greatest) = (distortions.first()?.ln(), distortions.last()?.ln());
     let across = |d: f64| 0.03 + 0.94 * (d.ln() - least) / (greatest - least).max(f64::MIN_POSITIVE);
     let up = |rate: f64| (rate - 45.0) / 58.0;
@@ -61,7 +61,7 @@ fn strengths(results: &Results) -> Option<Illustration> {
         let places = column.sweep.iter().filter_map(|(mark, trials)| {
             let trial = trials.iter().find(|trial| trial.attack == attack)?;
             let rate = trial.cell.readings.first()?.rate;
-            Some((across(mark.d_rmse), up(100.0 * rate)))
+            Some((across(mark.d_rmse()), up(100.0 * rate)))
         });
         let colour = COLOURS[i % COLOURS.len()];
         panel.curve(places, colour);

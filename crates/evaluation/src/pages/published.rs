@@ -11,7 +11,7 @@ use crate::{
     output::table::Table,
     process::root,
     results::{Column, Outcome, Results, Trial},
-    study::{Cell, Mark, Rated, Strength, Target},
+    study::{Cell, Mark, Rated, Strength, Target, metrics},
 };
 
 /// The fields of a line of CSV.
@@ -47,10 +47,7 @@ fn results() -> Results {
     };
     let mark = |alpha| Mark {
         alpha,
-        d_rmse: 1.0,
-        hausdorff: 1.0,
-        d_2_50: 1.0,
-        msdm2: None,
+        figures: metrics::figures().map(|figure| (figure.id.into(), 1.0)).collect(),
         seconds: 1.0,
         measuring_seconds: 1.0,
     };
@@ -166,8 +163,7 @@ fn the_published_cells_make_the_published_rates() {
         let (_, table) = all.iter().find(|(own, _)| *own == name).unwrap();
         let (mut made, mut there) = (rows(table), published(&format!("{name}.csv")));
         for row in made.iter_mut().chain(&mut there) {
-            let of_marks = ["d_rmse", "d_2,50", "Hausdorff", "MSDM2"];
-            row.retain(|column, _| !of_marks.iter().any(|metric| column.starts_with(metric)));
+            row.retain(|column, _| !metrics::figures().any(|figure| column.starts_with(figure.header)));
         }
         assert_eq!(made, there, "{name}");
     }

@@ -1,8 +1,12 @@
 //! What a study finds, as it is kept.
 
+use std::collections::BTreeMap;
+
 use baselines::DetectorId;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
+
+use super::metrics::D_RMSE;
 
 /// What is attacked.
 #[derive(Clone, Copy)]
@@ -43,21 +47,22 @@ pub(crate) struct Preparation {
 }
 
 /// A marked mesh beside its original.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Mark {
     pub(crate) alpha: f64,
-    /// Per cent of the original's diagonal (eq. 21).
-    pub(crate) d_rmse: f64,
-    /// The greatest distance from the marked surface to the original's, in per cent of the diagonal.
-    pub(crate) hausdorff: f64,
-    /// Eq. 24.
-    pub(crate) d_2_50: f64,
-    /// None of large meshes, nor of other signatures than the first.
-    pub(crate) msdm2: Option<f64>,
+    /// What the [metrics](super::metrics) say of it, by ids.
+    pub(crate) figures: BTreeMap<String, f64>,
     /// What it took to make it.
     pub(crate) seconds: f64,
     /// What it took to compute these metrics.
     pub(crate) measuring_seconds: f64,
+}
+
+impl Mark {
+    /// In per cent of the diagonal.
+    pub(crate) fn d_rmse(&self) -> f64 {
+        self.figures.get(D_RMSE).copied().unwrap_or(f64::NAN)
+    }
 }
 
 /// What one attack left of one mark.

@@ -2,13 +2,13 @@
 
 use baselines::{AlgorithmId, DetectorId};
 
-use super::table;
+use super::{marks::measured, table};
 use crate::{
     attacks::{self, Attack},
     output::table::{Entry, Measured, Table},
     plan,
     results::{Column, Outcome, Results},
-    study::Mark,
+    study::metrics,
 };
 
 /// The rates of an attack beside the printed one.
@@ -20,7 +20,9 @@ fn beside_printed(outcome: &Outcome, column: &Column, attack: &Attack, detector:
 
 /// Table 4 or 5, and tables like them: a row for each model, algorithm and detector.
 pub(super) fn robustness(results: &Results, title: &str, note: &str, attacks: &[Attack]) -> Table {
-    let mut header = vec!["model", "algorithm", "d_rmse (%)", "d_2,50"];
+    let figures = || metrics::figures().filter(|figure| figure.printed.is_some());
+    let mut header = vec!["model", "algorithm"];
+    header.extend(figures().map(|figure| figure.header));
     header.extend(attacks.iter().map(|attack| attack.name.as_str()));
     let mut table = table(title, note, &header);
     for (outcome, column) in results.columns() {
@@ -30,23 +32,12 @@ pub(super) fn robustness(results: &Results, title: &str, note: &str, attacks: &[
         }
         for detector in column.detectors() {
             let printed = outcome.printed(column).filter(|_| detector == DetectorId::PAPER);
-            let of = |value: fn(&Mark) -> f64, printed, digits| {
-                Entry::from(Measured::new(
-                    column.marks.iter().map(value).collect(),
-                    printed,
-                    digits,
-                ))
-            };
-            let first = [
-                outcome.title().into(),
-                column.title(&detector).into(),
-                of(|mark| mark.d_rmse, printed.map(|row| row.d_rmse), 4),
-                of(|mark| mark.d_2_50, printed.map(|row| row.d_2_50), 3),
-            ];
+            let first = [outcome.title().into(), column.title(&detector).into()].into_iter();
+            let figures = figures().map(|figure| measured(figure, column, printed));
             let rates = attacks
                 .iter()
                 .map(|attack| beside_printed(outcome, column, attack, &detector).into());
-            table.row(first.into_iter().chain(rates));
+            table.row(first.chain(figures).chain(rates));
         }
     }
     table
