@@ -70,12 +70,12 @@ fn faults_of_reading(trial: &Trial, rated: &Rated, is_printed: bool) -> Vec<Stri
             "after {attack}, {detector} reads {strange:.1} % of a signature that is not there"
         ));
     }
-    if !trial.is_marked() && (rated.rate - 0.5).abs() > CHANCE {
+    if !trial.target.is_marked && (rated.rate - 0.5).abs() > CHANCE {
         faults.push(format!(
             "after {attack}, {detector} reads {rate:.1} % from an unmarked mesh"
         ));
     }
-    let moved = trial.attack.moves() && trial.is_marked();
+    let moved = trial.attack.moves() && trial.target.is_marked;
     if moved && is_printed && rated.detector == DetectorId::PAPER && rated.rate < 1.0 {
         faults.push(format!("{rate:.1} % are read from a mesh that was only moved"));
     }
@@ -131,11 +131,11 @@ mod tests {
         let marked = (0..2).flat_map(|number| {
             let rate = |spec: &str| if spec == "similarity" { 1.0 } else { 0.9 };
             plan::all_attacks(bunny)
-                .map(move |attack| trial(Target::Marked(number), attack, rate(&attack.spec)))
+                .map(move |attack| trial(Target::marked(number, 1.0), attack, rate(&attack.spec)))
         });
         let unmarked = bunny
             .attacks()
-            .map(|attack| trial(Target::Unmarked, attack, 0.53));
+            .map(|attack| trial(Target::unmarked(1.0), attack, 0.53));
         let mark = Mark {
             alpha: 1.0,
             figures: [(D_RMSE.into(), 0.0205)].into(),
@@ -204,10 +204,10 @@ mod tests {
 
     #[test]
     fn robustness_is_not_bought_with_distortion() {
-        assert!(
-            said(|column| drop(column.marks[1].figures.insert(D_RMSE.into(), 0.03)))
-                .contains("d_rmse is 0.0300 %")
-        );
+        let spoil = |column: &mut Column| {
+            column.marks[1].figures.insert(D_RMSE.into(), 0.03);
+        };
+        assert!(said(spoil).contains("d_rmse is 0.0300 %"));
         assert!(said(|column| column.marks[1].figures.clear()).contains("d_rmse is NaN %"));
     }
 

@@ -100,12 +100,12 @@ fn results() -> Results {
             verified: line["verified"] == "true",
         };
         let target = match line["signature"].parse::<usize>() {
-            Ok(number) => Target::Marked(number - 1),
-            Err(_) => Target::Unmarked,
+            Ok(number) => Target::marked(number - 1, alpha),
+            Err(_) => Target::unmarked(alpha),
         };
         // Marked meshes come before unmarked ones, and those of the sweep behind them.
-        let first_part = column.trials.iter().all(Trial::is_marked);
-        let trials = if first_part || matches!(target, Target::Unmarked) {
+        let first_part = column.trials.iter().all(|trial| trial.target.is_marked);
+        let trials = if first_part || !target.is_marked {
             &mut column.trials
         } else {
             if column.sweep.last().is_none_or(|(mark, _)| mark.alpha != alpha) {

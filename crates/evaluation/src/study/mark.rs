@@ -6,7 +6,7 @@ use anyhow::Result;
 use quality::vertex_distances;
 use serde_json::{Value, json};
 
-use super::{Mark, Study, metrics};
+use super::{Mark, Study, Target, metrics};
 
 impl Study<'_> {
     fn mark_inputs(&self, signature: usize, alpha: f64) -> Value {
@@ -14,7 +14,7 @@ impl Study<'_> {
     }
 
     /// A mark's distortion.
-    pub(crate) fn mark(&self, signature: usize, alpha: f64) -> Result<Mark> {
+    pub(crate) fn mark(&self, Target { signature, alpha, .. }: Target) -> Result<Mark> {
         let mut inputs = self.mark_inputs(signature, alpha);
         inputs["metrics"] = metrics::figures().map(|figure| figure.id).collect();
         if let Some(kept) = self.store().get("mark", &inputs) {

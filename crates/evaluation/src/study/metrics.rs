@@ -24,43 +24,46 @@ pub(crate) struct Figure {
     pub(crate) id: &'static str,
     pub(crate) header: &'static str,
     /// Its name among those of the metric, and what it is multiplied by.
-    figure: (&'static str, f64),
-    /// Behind the point.
-    pub(crate) digits: usize,
-    /// The same of the sweep, whose marks may be fine.
-    pub(crate) digits_in_sweep: usize,
+    source: (&'static str, f64),
+    /// Behind the point; in the sweep, whose marks may be faint.
+    pub(crate) digits: [usize; 2],
     /// What the paper prints of it.
     pub(crate) printed: Option<fn(&Printed) -> f64>,
 }
 
+const PLAIN: Figure = Figure {
+    id: "",
+    header: "",
+    source: ("", 1.0),
+    digits: [3, 3],
+    printed: None,
+};
+
 /// Eq. 21, by which α is chosen.
 pub(crate) const D_RMSE: &str = "d_rmse";
 
-const LIST: [Listed; 3] = [
+static LIST: [Listed; 3] = [
     Listed {
         make: |_| {
-            Ok(Box::new(DistanceMetric {
-                both_ways: false,
-                ..Default::default()
-            }))
+            let options = Default::default();
+            let both_ways = false;
+            Ok(Box::new(DistanceMetric { options, both_ways }))
         },
         costly: false,
         figures: &[
             Figure {
                 id: D_RMSE,
                 header: "d_rmse (%)",
-                figure: ("d_rmse", 100.0),
-                digits: 4,
-                digits_in_sweep: 4,
+                source: ("d_rmse", 100.0),
+                digits: [4, 4],
                 printed: Some(|row| row.d_rmse),
             },
             Figure {
                 id: "hausdorff",
                 header: "Hausdorff (%)",
-                figure: ("hausdorff_forward", 100.0),
-                digits: 3,
-                digits_in_sweep: 4,
-                printed: None,
+                source: ("hausdorff_forward", 100.0),
+                digits: [3, 4],
+                ..PLAIN
             },
         ],
     },
@@ -74,10 +77,9 @@ const LIST: [Listed; 3] = [
         figures: &[Figure {
             id: "d_2_50",
             header: "d_2,50",
-            figure: ("distance", 1.0),
-            digits: 3,
-            digits_in_sweep: 3,
+            source: ("distance", 1.0),
             printed: Some(|row| row.d_2_50),
+            ..PLAIN
         }],
     },
     Listed {
@@ -86,10 +88,8 @@ const LIST: [Listed; 3] = [
         figures: &[Figure {
             id: "msdm2",
             header: "MSDM2",
-            figure: ("symmetric", 1.0),
-            digits: 3,
-            digits_in_sweep: 3,
-            printed: None,
+            source: ("symmetric", 1.0),
+            ..PLAIN
         }],
     },
 ];
@@ -125,7 +125,7 @@ impl Metrics {
             let found = metric.measure(original, marked, job)?;
             for Figure {
                 id,
-                figure: (name, factor),
+                source: (name, factor),
                 ..
             } in listed.figures
             {

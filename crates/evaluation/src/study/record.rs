@@ -10,20 +10,34 @@ use super::metrics::D_RMSE;
 
 /// What is attacked.
 #[derive(Clone, Copy)]
-pub(crate) enum Target {
-    /// The mesh with the signature of this number, from 0.
-    Marked(usize),
-    /// The original. It is read as if it had the first signature.
-    Unmarked,
+pub(crate) struct Target {
+    /// From 0: the signature that the mesh has. The original is read as if it had the first.
+    pub(crate) signature: usize,
+    /// Of the mark, or of the one that is looked for.
+    pub(crate) alpha: f64,
+    pub(crate) is_marked: bool,
 }
 
 impl Target {
-    /// The signature that it is read for.
-    pub(super) fn number(self) -> usize {
-        match self {
-            Self::Marked(number) => number,
-            Self::Unmarked => 0,
+    pub(crate) fn marked(signature: usize, alpha: f64) -> Self {
+        Self {
+            signature,
+            alpha,
+            is_marked: true,
         }
+    }
+
+    pub(crate) fn unmarked(alpha: f64) -> Self {
+        Self {
+            signature: 0,
+            alpha,
+            is_marked: false,
+        }
+    }
+
+    /// Whether it is the one that figures show.
+    pub(crate) fn is_first(self) -> bool {
+        self.is_marked && self.signature == 0
     }
 }
 

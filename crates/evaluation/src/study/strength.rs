@@ -46,7 +46,8 @@ impl Study<'_> {
         Ok(strength)
     }
 
-    /// Per cent of the original's diagonal. The metric's figure is the same but for rounding, which would go into α and into every cell.
+    /// Per cent of the original's diagonal. The metric divides before it multiplies: its rounding is another, and would go into α and so
+    /// into every cell.
     fn d_rmse(&self, marked: &TriMesh) -> Result<f64> {
         let distance = surface_distance(marked, self.original(), &DistanceOptions::default(), &self.job())?;
         Ok(100.0 / self.original().bounding_box().diagonal() * distance.rmse)

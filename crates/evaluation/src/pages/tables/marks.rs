@@ -14,7 +14,7 @@ use crate::{
 pub(super) fn measured(figure: &Figure, column: &Column, printed: Option<&Printed>) -> Entry {
     let values = column.marks.iter().filter_map(|mark| mark.figures.get(figure.id));
     let printed = printed.zip(figure.printed).map(|(row, of)| of(row));
-    Measured::new(values.copied().collect(), printed, figure.digits).into()
+    Measured::new(values.copied().collect(), printed, figure.digits[0]).into()
 }
 
 pub(super) fn distortion(results: &Results) -> Table {
@@ -45,11 +45,8 @@ pub(super) fn sweep(results: &Results) -> Table {
     let mut header = vec!["model", "α / α of Table 4"];
     header.extend(metrics::figures().map(|figure| figure.header));
     header.extend(attacks.iter().map(|attack| attack.name.as_str()));
-    let mut table = table(
-        "Fig. 2: the strength of the mark",
-        "MHBs, one signature. A stronger mark survives more and shows more.",
-        &header,
-    );
+    let note = "MHBs, one signature. A stronger mark survives more and shows more.";
+    let mut table = table("Fig. 2: the strength of the mark", note, &header);
     for (outcome, column) in results.columns() {
         for (factor, (mark, trials)) in plan::SWEEP.iter().zip(&column.sweep) {
             let rates = attacks.iter().map(|attack| {
@@ -59,7 +56,7 @@ pub(super) fn sweep(results: &Results) -> Table {
             });
             let figures = metrics::figures().map(|figure| {
                 let value = mark.figures.get(figure.id).copied();
-                Measured::new(value.into_iter().collect(), None, figure.digits_in_sweep)
+                Measured::new(value.into_iter().collect(), None, figure.digits[1])
             });
             let words = [outcome.title(), factor.to_string()].map(Entry::from).into_iter();
             table.row(words.chain(figures.chain(rates).map(Entry::from)));
