@@ -113,9 +113,7 @@ impl MarkedMesh {
         }
         best.context("no pose")
     }
-}
 
-impl MarkedMesh {
     /// Extraction rates of a suspect in the pose before it was moved: as the verifier reads it in a pose that is nearly right, and as
     /// detectors read it in the true one, if these rates are not `known`.
     fn read(

@@ -465,7 +465,7 @@ fn vertices_that_are_far_off_count_for_little() {
         let size = if number % 20 == 0 { far } else { 1e-3 * far };
         p.map(|x| x + size * random())
     });
-    assert!(least_squares == 1.0 && paper < 0.9, "{least_squares} {paper}");
+    assert!(least_squares > 0.98 && paper < 0.9, "{least_squares} {paper}");
 }
 
 #[test]

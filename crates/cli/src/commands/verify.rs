@@ -4,7 +4,7 @@ use anyhow::Result;
 use job::JobError;
 use registration::MatchedBy;
 use serde_json::{Map, Value, json};
-use sigmark::{GeometryDigest, Mismatch, Outcome, SigmarkError, Verdict, Verifier, mark::MarkError};
+use sigmark::{GeometryDigest, Mismatch, Outcome, SigmarkError, Verdict, mark::MarkError};
 
 use crate::{
     Answer,
