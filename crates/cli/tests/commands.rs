@@ -635,6 +635,8 @@ fn every_command_has_help_with_an_example() {
         "keygen",
         "embed",
         "verify",
+        "stamp request",
+        "stamp attach",
         "align",
         "inspect",
         "spectrum",
