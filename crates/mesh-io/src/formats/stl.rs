@@ -66,7 +66,7 @@ fn wrong_size(bytes: &[u8]) -> Fault {
 /// `solid`, then for each facet `facet normal`, `outer loop`, three `vertex` lines, `endloop`, `endfacet`; `endsolid`.
 fn read_ascii(bytes: &[u8]) -> Result<Geometry, Fault> {
     let mut words = Words::new(bytes, 0);
-    let mut geometry = TextGeometry::new();
+    let mut geometry = TextGeometry::default();
     let mut open = Open::Nothing;
     let mut corners: Vec<u32> = Vec::with_capacity(4);
     while let Some(keyword) = words.next_anywhere() {
