@@ -191,6 +191,14 @@ pub(crate) struct Output<'a> {
     pub(crate) private: bool,
 }
 
+impl<'a> Output<'a> {
+    /// Readable by all whom the umask lets.
+    pub(crate) fn public((path, bytes): (&'a Path, &'a [u8])) -> Self {
+        let private = false;
+        Self { path, bytes, private }
+    }
+}
+
 /// Writes files that belong together: if one can't be written, those before it that are new go away again.
 pub(crate) fn write_together(outputs: &[Output<'_>], force: bool) -> Result<()> {
     let mut new: Vec<&Path> = Vec::new();
@@ -213,6 +221,12 @@ pub(crate) fn write_together(outputs: &[Output<'_>], force: bool) -> Result<()> 
         }
     }
     Ok(())
+}
+
+/// Whether a name ends in `.extension`, in upper or lower case.
+pub(crate) fn has_extension(path: &Path, extension: &str) -> bool {
+    let own = path.extension();
+    own.is_some_and(|own| own.eq_ignore_ascii_case(extension))
 }
 
 /// `path` with `suffix` behind its whole name.

@@ -11,7 +11,7 @@ use clap::{Parser, Subcommand};
 pub(crate) use self::{
     analysing::{Inspect, Laplacian, Partition, Spectrum},
     comparing::{Align, Compare, Heat, MetricName},
-    shared::{Threads, TimeLimit},
+    shared::{Common, TimeLimit},
     signing::{Embed, Keygen, Profile, Verify},
 };
 

@@ -14,7 +14,7 @@ use crate::{
     files::{self, Text},
     keys,
     progress::Progress,
-    report,
+    report::{self, Lines, Seconds},
 };
 
 pub(crate) fn run(arguments: &Verify) -> Result<Answer> {
@@ -37,15 +37,16 @@ pub(crate) fn run(arguments: &Verify) -> Result<Answer> {
     })?;
     let verdict = verifier
         .p_bound(arguments.p_bound)
-        .verify(suspect.mesh(), &progress.job(arguments.threads.count()))
+        .verify(suspect.mesh(), &progress.job(arguments.common.threads()))
         .map_err(|error| blame(error, arguments))?;
     let seconds = progress.finish();
 
-    if arguments.json {
-        report::json(&object(&verdict, &certificate, &seconds))?;
-    } else {
-        report::lines(&summary(arguments, &verdict, &certificate, &seconds))?;
-    }
+    let lines = summary(arguments, &verdict, &certificate, &seconds);
+    report::print(
+        arguments.common.json,
+        &object(&verdict, &certificate, &seconds),
+        &lines,
+    )?;
     Ok(match verdict.outcome.is_found() {
         true => Answer::Yes,
         false => Answer::No,
@@ -53,7 +54,7 @@ pub(crate) fn run(arguments: &Verify) -> Result<Answer> {
 }
 
 /// What `--json` prints.
-fn object(verdict: &Verdict, certificate: &Certificate, seconds: &[(&'static str, f64)]) -> Value {
+fn object(verdict: &Verdict, certificate: &Certificate, seconds: &Seconds) -> Value {
     json!({
         "outcome": verdict.outcome.name(),
         "extraction_rate": verdict.extraction_rate,
@@ -100,12 +101,7 @@ fn the_wrong_way_round(arguments: &Verify) -> anyhow::Error {
     )
 }
 
-fn summary(
-    arguments: &Verify,
-    verdict: &Verdict,
-    certificate: &Certificate,
-    seconds: &[(&'static str, f64)],
-) -> Vec<String> {
+fn summary(arguments: &Verify, verdict: &Verdict, certificate: &Certificate, seconds: &Seconds) -> Lines {
     let (suspect, original) = (arguments.suspect.display(), arguments.original.display());
     let headline = match verdict.outcome {
         Outcome::Verified => {
@@ -122,9 +118,9 @@ fn summary(
             format!("NOT FOUND: {suspect} has the shape of {original}, but nothing of its mark")
         }
     };
-    let mut lines = vec![headline];
+    let mut lines = Lines::new(headline);
     if let Some(mismatch) = verdict.mismatch {
-        lines.push(report::field("reason", remark(mismatch)));
+        lines.field("reason", remark(mismatch));
     }
     let fingerprint = certificate.public_key().fingerprint();
     let whose = if verdict.outcome.is_found() {
@@ -132,40 +128,25 @@ fn summary(
     } else {
         "looked for"
     };
-    lines.push(report::field(whose, format!("key {fingerprint}")));
+    lines.field(whose, format!("key {fingerprint}"));
     if !certificate.message().is_empty() {
-        lines.push(report::field("message", certificate.message()));
+        lines.field("message", certificate.message());
     }
     if let (Some(rate), Some(errors)) = (verdict.extraction_rate, verdict.bit_errors) {
-        lines.push(report::field(
-            "bits",
-            format!(
-                "{} of {} agree ({:.2} %)",
-                verdict.bits - errors,
-                verdict.bits,
-                100.0 * rate
-            ),
-        ));
-        lines.push(report::field(
-            "chance",
-            format!(
-                "an unmarked mesh agrees this well with probability {} at most",
-                probability(verdict.p_value)
-            ),
-        ));
+        let (bits, rate) = (verdict.bits, 100.0 * rate);
+        lines.field("bits", format!("{} of {bits} agree ({rate:.2} %)", bits - errors));
+        let p = probability(verdict.p_value);
+        let chance = format!("an unmarked mesh agrees this well with probability {p} at most");
+        lines.field("chance", chance);
     }
     if let (Some(transform), Some(residual)) = (verdict.transform, verdict.residual) {
-        lines.push(report::field("registered", registered(verdict)));
+        lines.field("registered", registered(verdict));
         let mirrored = if transform.mirrors() { ", mirrored" } else { "" };
-        lines.push(report::field(
-            "alignment",
-            format!(
-                "{residual:.2e} of the diagonal apart (RMS), scale {:.6}{mirrored}",
-                transform.scale
-            ),
-        ));
+        let scale = transform.scale;
+        let apart = format!("{residual:.2e} of the diagonal apart (RMS), scale {scale:.6}{mirrored}");
+        lines.field("alignment", apart);
     }
-    lines.push(report::field("time", report::seconds_text(seconds)));
+    lines.field("time", report::seconds_text(seconds));
     lines
 }
 
