@@ -3,7 +3,7 @@
 use job::{Job, JobError};
 use mesh::{Hit, Similarity, Surface, TriMesh, Vec3};
 
-use crate::{PreparedMesh, RegistrationError, matrix::Mat3, sampled::GRAIN};
+use crate::{PreparedMesh, RegistrationError, error::check_option, matrix::Mat3, sampled::GRAIN};
 
 /// How far and at what angle a vertex looks for the suspect's surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -99,22 +99,11 @@ pub fn resample(
 }
 
 fn check(options: &ResampleOptions) -> Result<(), RegistrationError> {
-    let &ResampleOptions { reach, facing, .. } = options;
-    if !(reach > 0.0 && reach.is_finite()) {
-        return Err(RegistrationError::Option {
-            name: "reach",
-            value: reach,
-            range: "greater than 0",
-        });
-    }
-    if !(-1.0..=1.0).contains(&facing) {
-        return Err(RegistrationError::Option {
-            name: "facing",
-            value: facing,
-            range: "between -1 and 1",
-        });
-    }
-    Ok(())
+    let &ResampleOptions { reach, facing } = options;
+    let fits = reach > 0.0 && reach.is_finite();
+    check_option("reach", reach, fits, "greater than 0")?;
+    let fits = (-1.0..=1.0).contains(&facing);
+    check_option("facing", facing, fits, "between -1 and 1")
 }
 
 /// Lines through the original's vertices, and the surface in its own frame.
