@@ -11,8 +11,6 @@ use mesh_io::Asset;
 
 const KEY: &str = "a key";
 const CERTIFICATE: &str = "a certificate";
-const GRAPH: &str = "a graph";
-const POINTS: &str = "a list of points";
 
 /// A kind of text file that a command reads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,9 +27,9 @@ impl Text {
         match self {
             Self::PrivateKey => "a private key",
             Self::PublicKey => "a public key",
-            Self::Certificate => "a certificate",
-            Self::Graph => GRAPH,
-            Self::Points => POINTS,
+            Self::Certificate => CERTIFICATE,
+            Self::Graph => "a graph",
+            Self::Points => "a list of points",
         }
     }
 
@@ -39,9 +37,7 @@ impl Text {
     fn family(self) -> &'static str {
         match self {
             Self::PrivateKey | Self::PublicKey => KEY,
-            Self::Certificate => CERTIFICATE,
-            Self::Graph => GRAPH,
-            Self::Points => POINTS,
+            other => other.name(),
         }
     }
 
