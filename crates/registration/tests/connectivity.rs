@@ -4,7 +4,7 @@ use job::Job;
 use mesh::{Similarity, TriMesh, shapes};
 use proptest::prelude::*;
 use registration::{
-    Difference, Handedness, match_candidates, match_connectivity, match_surroundings, umeyama,
+    Difference, Handedness, fit_similarity, match_candidates, match_connectivity, match_surroundings,
 };
 
 /// Asserts that the map takes the triangles of one mesh one to one onto those of the other.
