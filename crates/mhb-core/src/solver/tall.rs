@@ -366,12 +366,12 @@ mod tests {
         let ((v, _), (mut w, _)) = (noise(rows, 16, 3), noise(rows, 8, 4));
         let c = inner(rows, v.all(), w.all());
         let mut tiles = vec![[[0.0; LANES]; LANES]; 2];
-        Inner {
+        InRows(Inner {
             rows,
             v: v.all(),
             w: w.all(),
             tiles: &mut tiles,
-        }
+        })
         .with_simd(pulp::Scalar::new());
         for (t, tile) in tiles.iter().enumerate() {
             for k in 0..LANES {
@@ -379,13 +379,13 @@ mod tests {
             }
         }
         let mut scalar = w.clone();
-        Add {
+        InRows(Add {
             rows,
             v: v.all(),
             w: scalar.all_mut(),
             tiles: &tiles,
             replace: false,
-        }
+        })
         .with_simd(pulp::Scalar::new());
         add(rows, w.all_mut(), v.all(), c.as_ref());
         assert!(
