@@ -33,6 +33,8 @@ macro_rules! of_type {
     };
 }
 
+// Of the eight types, one needs no conversion to f64.
+#[allow(clippy::useless_conversion)]
 impl Scalar {
     /// The type that a PLY header names, by its old or its sized name.
     pub(crate) fn of_name(name: &[u8]) -> Option<Self> {
