@@ -30,6 +30,5 @@ mod peers;
 pub mod quality;
 pub mod registration;
 mod results;
-mod selection;
 
 pub use evaluation::inputs::{edge_graph, surface};

@@ -33,6 +33,14 @@ pub(crate) fn timed<T>(work: impl FnOnce() -> T) -> (T, Cost) {
     (result, cost)
 }
 
+/// What `work` gives, and the median of its CPU seconds over at least one round.
+pub(crate) fn timed_in_rounds<T, E>(rounds: usize, work: impl Fn() -> Result<T, E>) -> Result<(T, f64), E> {
+    let (result, first) = timed(&work);
+    let more = (1..rounds).map(|_| timed(&work).1);
+    let cpu = median([first].into_iter().chain(more).map(|cost| cost.cpu));
+    Ok((result?, cpu))
+}
+
 /// The median; of an even number, the mean of the middle two; NaN of none.
 pub(crate) fn median(values: impl IntoIterator<Item = f64>) -> f64 {
     let mut sorted: Vec<f64> = values.into_iter().collect();

@@ -1,14 +1,12 @@
-//! The tasks of the project, run as `cargo xtask TASK`: one module a task, which parses its arguments and calls the crate that does the work.
+//! The tasks of the project, run as `cargo xtask TASK`: parses arguments, and calls the crate that does the work.
 #![allow(clippy::print_stderr)]
 
 mod bench;
-mod meshes;
-mod pictures;
-mod reproduce;
 
-use std::process::ExitCode;
+use std::{path::PathBuf, process::ExitCode};
 
 use clap::{Parser, Subcommand};
+use evaluation::{meshes, patches, pictures, reproduce};
 
 #[derive(Parser)]
 #[command(name = "cargo xtask", about = "The tasks of the project")]
@@ -27,22 +25,45 @@ enum Task {
     ///
     /// Makes a Python environment for the attacks in attacks/.venv. Needs Python 3.11 or later with venv and the network
     /// the first time; without Python it does what it can, and says what is missing.
-    Reproduce(reproduce::Reproduce),
+    Reproduce(reproduce::Options),
     /// Sign every mesh file of a folder and verify it: untouched, moved, shuffled, converted; and refuse what is not it
-    Meshes(meshes::Meshes),
+    Meshes {
+        /// The folder; files in it that are no meshes are passed over
+        #[arg(value_name = "DIR")]
+        folder: PathBuf,
+        /// Meshes with more vertices are passed over
+        #[arg(long, value_name = "N", default_value_t = 50_000)]
+        most_vertices: usize,
+        /// Only cut them into patches, whatever their size, and look at these
+        #[arg(long, conflicts_with = "most_vertices")]
+        patches_only: bool,
+    },
     /// Measure ours and its peers on the same inputs in one run, and write what came out into results/
     #[command(subcommand)]
     Bench(bench::Bench),
     /// Paint the patches of the igea and of the skull, and a cropped armadillo, into results/
-    Pictures(pictures::Pictures),
+    Pictures {
+        /// The folder with igea_134k.ply.gz, ct_skull_1081k_closed.ply.gz and armadillo_43k.ply.gz; what is missing is left out
+        #[arg(long, value_name = "DIR")]
+        meshes: PathBuf,
+    },
 }
 
 fn main() -> ExitCode {
     let done = match Arguments::parse().task {
-        Task::Reproduce(task) => task.run(),
-        Task::Meshes(task) => task.run(),
-        Task::Bench(task) => task.run(),
-        Task::Pictures(task) => task.run(),
+        Task::Reproduce(options) => reproduce::run(&options),
+        Task::Meshes {
+            folder,
+            patches_only: true,
+            ..
+        } => patches::run(&folder),
+        Task::Meshes {
+            folder,
+            most_vertices,
+            ..
+        } => meshes::run(&folder, most_vertices),
+        Task::Bench(bench) => bench.run(),
+        Task::Pictures { meshes } => pictures::run(&meshes),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

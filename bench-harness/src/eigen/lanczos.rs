@@ -15,18 +15,16 @@ use mhb_core::Laplacian;
 /// Just below the spectrum of a surface of unit area, as with all peers, so that A − σ I is definite.
 const SHIFT: f64 = -0.01;
 
-/// Eigenvalues, ascending, and eigenfunctions of unit D-norm as columns.
-pub(crate) struct LanczosPairs {
-    /// λ, `count` of them.
-    pub(crate) eigenvalues: Vec<f64>,
-    /// #V by `count`.
-    pub(crate) eigenfunctions: Mat<f64>,
-}
-
 /// The lowest pairs of S h = λ D h by faer's own partial eigensolver, a Lanczos method with thick restarts, on
 /// (A − σ I)⁻¹ with A = D^-½ S D^-½ and faer's own Cholesky factor; on one thread. A last solve makes residuals of A as small as those of its
 /// inverse. Fails when not all pairs converge within faer's default number of restarts.
-pub(crate) fn faer_lanczos(laplacian: &Laplacian, count: usize, tolerance: f64) -> Result<LanczosPairs> {
+///
+/// Eigenvalues, ascending, and eigenfunctions of unit D-norm as columns.
+pub(crate) fn faer_lanczos(
+    laplacian: &Laplacian,
+    count: usize,
+    tolerance: f64,
+) -> Result<(Vec<f64>, Mat<f64>)> {
     let mass = laplacian.mass();
     let (n, area) = (mass.len(), mass.iter().sum::<f64>());
     let root: Vec<f64> = mass.iter().map(|m| (m / area).sqrt()).collect();
@@ -59,10 +57,7 @@ pub(crate) fn faer_lanczos(laplacian: &Laplacian, count: usize, tolerance: f64) 
     }
     // Largest θ first are smallest λ first.
     let eigenvalues = theta.iter().map(|t| (SHIFT + 1.0 / t) / area).collect();
-    Ok(LanczosPairs {
-        eigenvalues,
-        eigenfunctions: vectors,
-    })
+    Ok((eigenvalues, vectors))
 }
 
 /// Numbers without a pattern, between −½ and ½.
@@ -126,15 +121,14 @@ mod tests {
     #[test]
     fn pairs_of_the_peer_are_ours() {
         let laplacian = Laplacian::cotangent(&surface(600)).unwrap();
-        let pairs = faer_lanczos(&laplacian, 20, 1e-9).unwrap();
-        let function = |k| pairs.eigenfunctions.col_as_slice(k);
-        assert!(worst_residual(&laplacian, &pairs.eigenvalues, function) < 1e-7);
+        let (eigenvalues, functions) = faer_lanczos(&laplacian, 20, 1e-9).unwrap();
+        assert!(worst_residual(&laplacian, &eigenvalues, |k| functions.col_as_slice(k)) < 1e-7);
         let options = SpectrumOptions {
             count: 20,
             ..Default::default()
         };
         let spectrum = Spectrum::of_laplacian(&laplacian, &options, &job::Job::default()).unwrap();
-        for (theirs, ours) in pairs.eigenvalues.iter().zip(spectrum.eigenvalues()) {
+        for (theirs, ours) in eigenvalues.iter().zip(spectrum.eigenvalues()) {
             assert!((theirs - ours).abs() < 1e-8 * ours.max(1.0), "{theirs} {ours}");
         }
     }

@@ -3,11 +3,15 @@
 use std::path::Path;
 
 use anyhow::Result;
-use evaluation::table::Table;
+use evaluation::{
+    inputs::{mesh_files, named},
+    table::Table,
+};
+use mesh_io::Asset;
 
 use super::{
     ours::ours,
-    problem::{self, EigenProblem},
+    problem::EigenProblem,
     task::{EigenTask, SolveOutcome},
 };
 
@@ -36,15 +40,8 @@ pub(crate) const WORDS: &str = "HSIM (Nasikun and Hildebrandt 2021) is made for 
 
 /// The smaller meshes first.
 pub(crate) fn table(meshes: &Path, folder: &Path) -> Result<Table> {
-    let header = [
-        "solver",
-        "mesh",
-        "vertices",
-        "tolerance",
-        "seconds",
-        "worst residual",
-    ];
-    let mut table = Table::new("Loose tolerances: 100 pairs", &header);
+    let header = "solver | mesh | vertices | tolerance | seconds | worst residual";
+    let mut table = Table::new("Loose tolerances: 100 pairs", header.split(" | "));
     for (mesh, thousands, tolerance, seconds) in PUBLISHED {
         table.row([
             "HSIM, published".into(),
@@ -55,15 +52,10 @@ pub(crate) fn table(meshes: &Path, folder: &Path) -> Result<Table> {
             String::new(),
         ]);
     }
+    let files = mesh_files(meshes)?;
     for name in MESHES {
-        let file = match problem::file(meshes, name) {
-            Ok(file) => file,
-            Err(missing) => {
-                eprintln!("Left out: {missing:#}");
-                continue;
-            }
-        };
-        let problem = EigenProblem::whole_file(&file, folder)?;
+        let Some(file) = named(&files, name) else { continue };
+        let problem = EigenProblem::new(name, Asset::open(file)?.mesh(), folder)?;
         for tolerance in TOLERANCES {
             let task = EigenTask {
                 count: COUNT,

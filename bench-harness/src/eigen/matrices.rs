@@ -40,24 +40,21 @@ pub(crate) fn read_matrices(folder: &Path) -> Result<Laplacian> {
         ensure!(rest.is_empty(), "{}: ends within a number", path.display());
         Ok(words.to_vec())
     };
-    let integers = |name: &str| -> Result<Vec<usize>> {
-        Ok(words(name)?
-            .into_iter()
-            .map(|word| u64::from_le_bytes(word) as usize)
-            .collect())
+    let integer = |word| u64::from_le_bytes(word) as usize;
+    let integers = |name| anyhow::Ok(words(name)?.into_iter().map(integer).collect::<Vec<_>>());
+    let reals = |name| {
+        anyhow::Ok(
+            words(name)?
+                .into_iter()
+                .map(f64::from_le_bytes)
+                .collect::<Vec<_>>(),
+        )
     };
-    let reals =
-        |name: &str| -> Result<Vec<f64>> { Ok(words(name)?.into_iter().map(f64::from_le_bytes).collect()) };
     let mass = reals("mass.f64")?;
-    let shape = (mass.len(), mass.len());
-    let stiffness = CsMat::try_new(
-        shape,
-        integers("offsets.u64")?,
-        integers("columns.u64")?,
-        reals("values.f64")?,
-    )
-    .map_err(|(_, _, _, error)| error)
-    .with_context(|| folder.display().to_string())?;
+    let (offsets, columns) = (integers("offsets.u64")?, integers("columns.u64")?);
+    let stiffness = CsMat::try_new((mass.len(), mass.len()), offsets, columns, reals("values.f64")?);
+    let stiffness = stiffness.map_err(|(_, _, _, error)| error);
+    let stiffness = stiffness.with_context(|| folder.display().to_string())?;
     Ok(Laplacian::new(stiffness, mass)?)
 }
 

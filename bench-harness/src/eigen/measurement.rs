@@ -3,6 +3,7 @@
 use evaluation::{chart::Chart, table::Table};
 
 use super::{
+    TOLERANCES,
     peers::EIGEN_PEERS,
     task::{EigenTask, SolveOutcome},
 };
@@ -28,9 +29,8 @@ impl SolveMeasurement {
 
     /// The CPU time over ours for the same task.
     fn ratio(&self, all: &[Self]) -> Option<f64> {
-        let ours = all
-            .iter()
-            .find(|other| other.solver == OURS && other.is_beside(self))?;
+        let ours = |other: &&Self| other.solver == OURS && other.is_beside(self);
+        let ours = all.iter().find(ours)?;
         Some(self.outcome.cpu() / ours.outcome.cpu())
     }
 
@@ -41,28 +41,16 @@ impl SolveMeasurement {
 
 /// A line a computation.
 pub(crate) fn table(all: &[SolveMeasurement]) -> Table {
-    let header = [
-        "mesh",
-        "n",
-        "pairs",
-        "tolerance",
-        "solver",
-        "CPU (s)",
-        "wall (s)",
-        "worst residual",
-        "CPU / ours",
-    ];
-    let mut table = Table::new("Lowest eigenpairs of S h = λ D h", &header);
+    let header = "mesh | n | pairs | tolerance | solver | CPU (s) | wall (s) | worst residual | CPU / ours";
+    let mut table = Table::new("Lowest eigenpairs of S h = λ D h", header.split(" | "));
     for measured in all {
-        let ratio = measured
-            .ratio(all)
-            .map_or_else(String::new, |ratio| format!("{ratio:.2}"));
+        let ratio = measured.ratio(all);
+        let ratio = ratio.map_or_else(String::new, |ratio| format!("{ratio:.2}"));
         let figures = match measured.outcome {
             SolveOutcome::Done { cpu, wall, residual } => {
-                let missed = if measured.converged() {
-                    ""
-                } else {
-                    ", not converged"
+                let missed = match measured.converged() {
+                    true => "",
+                    false => ", not converged",
                 };
                 let residual = format!("{residual:.1e}{missed}");
                 [format!("{cpu:.2}"), format!("{wall:.2}"), residual, ratio]
@@ -86,11 +74,11 @@ pub(crate) fn table(all: &[SolveMeasurement]) -> Table {
     table
 }
 
-/// Medians over the tasks: how many times our CPU time each peer needs, at each of these tolerances; how much two threads gain.
-pub(crate) fn summary(all: &[SolveMeasurement], tolerances: &[f64]) -> String {
+/// Medians over the tasks: how many times our CPU time each peer needs, at each tolerance; how much two threads gain.
+pub(crate) fn summary(all: &[SolveMeasurement]) -> String {
     let mut text = String::new();
     for peer in &EIGEN_PEERS {
-        for &tolerance in tolerances {
+        for tolerance in TOLERANCES {
             let ratios: Vec<f64> = all
                 .iter()
                 .filter(|measured| measured.solver == peer.name && measured.task.tolerance == tolerance)
@@ -108,9 +96,8 @@ pub(crate) fn summary(all: &[SolveMeasurement], tolerances: &[f64]) -> String {
         }
     }
     let gains = all.iter().filter(|one| one.solver == OURS).filter_map(|one| {
-        let two = all
-            .iter()
-            .find(|two| two.solver == OURS_ON_TWO && two.is_beside(one))?;
+        let beside = |two: &&SolveMeasurement| two.solver == OURS_ON_TWO && two.is_beside(one);
+        let two = all.iter().find(beside)?;
         match (one.outcome, two.outcome) {
             (SolveOutcome::Done { wall: one, .. }, SolveOutcome::Done { wall: two, .. }) => Some(one / two),
             _ => None,
@@ -147,11 +134,7 @@ pub(crate) fn chart(all: &[SolveMeasurement]) -> Chart {
             }
             SolveOutcome::Done { .. } => format!("{cpu:.1} s{times}"),
         };
-        if measured.converged() {
-            chart.bar(measured.solver, cpu, &words);
-        } else {
-            chart.open_bar(measured.solver, cpu, &words);
-        }
+        chart.bar(measured.solver, cpu, &words, !measured.converged());
     }
     chart
 }

@@ -30,7 +30,7 @@ use self::{
     measurement::{OURS, OURS_ON_TWO, SolveMeasurement},
     ours::ours,
     page::EigenPage,
-    peers::EigenPeers,
+    peers::{EigenPeer, EigenPeers},
     problem::EigenProblem,
     task::{EigenTask, SolveOutcome},
 };
@@ -96,17 +96,13 @@ pub enum EigenPart {
 
 impl EigenBench {
     /// Measures, and writes `eigen.md` with its chart and tables.
-    ///
-    /// # Errors
-    /// When a file can't be read or written, or our solver fails. Peers that can't run are left out, and said.
+    /// Peers that can't run are left out, and said.
     pub fn run(&self) -> Result<()> {
         fs::create_dir_all(&self.output).with_context(|| self.output.display().to_string())?;
         let folder = kept::folder("eigen")?;
         let mut page = EigenPage {
-            folder: self.output.clone(),
-            rounds: [self.rounds, self.peer_rounds],
+            options: self,
             comparison: Vec::new(),
-            tolerances: TOLERANCES,
             loose: None,
             scaling: Vec::new(),
             versions: String::new(),
@@ -127,11 +123,10 @@ impl EigenBench {
     }
 
     /// Ours and the peers on all problems.
-    fn compare(&self, folder: &Path, page: &mut EigenPage) -> Result<()> {
-        let problems = problem::files(&self.meshes, &self.only)?
-            .iter()
-            .map(|path| EigenProblem::of_file(path, folder))
-            .collect::<Result<Vec<_>>>()?;
+    fn compare(&self, folder: &Path, page: &mut EigenPage<'_>) -> Result<()> {
+        let files = problem::files(&self.meshes, &self.only)?;
+        let problems = files.iter().map(|path| EigenProblem::of_file(path, folder));
+        let problems: Vec<EigenProblem> = problems.collect::<Result<_>>()?;
         let peers = EigenPeers::prepare(folder, self.limit);
         page.versions = peers.versions()?;
         for task in tasks(&self.counts) {
@@ -140,15 +135,13 @@ impl EigenBench {
                 let with_peers = i == 0 || self.counts.first() == Some(&task.count);
                 let all_peers = page.comparison.is_empty();
                 page.comparison.extend(self.ours(problem, task)?);
-                for peer in peers
-                    .all()
-                    .filter(|peer| all_peers || with_peers && peer.everywhere)
-                {
-                    let rounds = (0..self.peer_rounds.max(1))
-                        .map(|round| peers.solve(peer, problem, task, round))
-                        .collect::<Result<Vec<_>>>()?;
+                let wanted = |peer: &&EigenPeer| all_peers || with_peers && peer.everywhere;
+                for peer in peers.all().filter(wanted) {
+                    let rounds = 0..self.peer_rounds.max(1);
+                    let outcomes = rounds.map(|round| peers.solve(peer, problem, task, round));
+                    let outcomes: Vec<SolveOutcome> = outcomes.collect::<Result<_>>()?;
                     page.comparison
-                        .push(measurement(problem, task, peer.name, &rounds));
+                        .push(measurement(problem, task, peer.name, &outcomes));
                 }
                 page.write()?;
             }
@@ -159,11 +152,10 @@ impl EigenBench {
     /// Ours on one thread and on two.
     fn ours(&self, problem: &EigenProblem, task: EigenTask) -> Result<[SolveMeasurement; 2]> {
         let on = |solver, threads| {
-            let rounds = (0..self.rounds.max(1))
-                .map(|_| ours(&problem.laplacian, task, threads))
-                .collect::<Result<Vec<_>>>()
-                .context(problem.name.clone())?;
-            anyhow::Ok(measurement(problem, task, solver, &rounds))
+            let outcomes = (0..self.rounds.max(1)).map(|_| ours(&problem.laplacian, task, threads));
+            let outcomes: Vec<SolveOutcome> =
+                outcomes.collect::<Result<_>>().context(problem.name.clone())?;
+            anyhow::Ok(measurement(problem, task, solver, &outcomes))
         };
         Ok([on(OURS, 1)?, on(OURS_ON_TWO, 2)?])
     }

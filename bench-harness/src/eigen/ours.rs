@@ -6,7 +6,7 @@ use anyhow::{Context, Result, bail};
 use clap::Args;
 use evaluation::{machine::peak_memory, process::output};
 use job::Job;
-use mhb_core::{Laplacian, Spectrum};
+use mhb_core::{Laplacian, Spectrum, SpectrumOptions};
 use serde::{Deserialize, Serialize};
 
 use super::{
@@ -16,15 +16,19 @@ use super::{
     residual::worst_residual,
     task::{EigenTask, SolveOutcome},
 };
-use crate::measure::timed;
+use crate::measure::{Cost, timed};
 
 /// Ours, in this process.
 pub(crate) fn ours(laplacian: &Laplacian, task: EigenTask, threads: usize) -> Result<SolveOutcome> {
-    let (options, job) = (task.options(), Job::new(threads));
-    let (spectrum, cost) = timed(|| Spectrum::of_laplacian(laplacian, &options, &job));
+    let options = SpectrumOptions {
+        count: task.count,
+        tolerance: task.tolerance,
+        ..Default::default()
+    };
+    let (spectrum, Cost { cpu, wall }) =
+        timed(|| Spectrum::of_laplacian(laplacian, &options, &Job::new(threads)));
     let spectrum = spectrum?;
     let residual = worst_residual(laplacian, spectrum.eigenvalues(), |k| spectrum.eigenfunction(k));
-    let (cpu, wall) = (cost.cpu, cost.wall);
     Ok(SolveOutcome::Done { cpu, wall, residual })
 }
 
@@ -52,20 +56,15 @@ struct LoneReport {
 
 impl LoneSolve {
     /// Solves on one thread and prints what it cost, in seconds and bytes, and the worst residual, as JSON.
-    ///
-    /// # Errors
-    /// When there is no such solver, the matrices can't be read, or the solver fails.
     pub fn run(&self) -> Result<()> {
         let laplacian = read_matrices(&self.matrices)?;
         let &Self { count, tolerance, .. } = self;
         let outcome = match self.solver.as_str() {
             "ours" => ours(&laplacian, EigenTask { count, tolerance }, 1)?,
             "faer" => {
-                let (pairs, cost) = timed(|| faer_lanczos(&laplacian, count, tolerance));
-                let pairs = pairs?;
-                let function = |k| pairs.eigenfunctions.col_as_slice(k);
-                let residual = worst_residual(&laplacian, &pairs.eigenvalues, function);
-                let (cpu, wall) = (cost.cpu, cost.wall);
+                let (pairs, Cost { cpu, wall }) = timed(|| faer_lanczos(&laplacian, count, tolerance));
+                let (eigenvalues, functions) = pairs?;
+                let residual = worst_residual(&laplacian, &eigenvalues, |k| functions.col_as_slice(k));
                 SolveOutcome::Done { cpu, wall, residual }
             }
             other => bail!("{other}: no such solver"),

@@ -19,52 +19,52 @@ pub(crate) struct EigenPeer {
     /// As it stands in the tables.
     pub(crate) name: &'static str,
     program: PeerProgram,
+    /// What chooses it among those that the program has.
+    word: &'static str,
     /// Whether it solves all problems, or, because it takes minutes, the first alone.
     pub(crate) everywhere: bool,
 }
 
-/// What runs a peer, with the word that chooses it.
-#[derive(Clone, Copy)]
+/// What runs a peer; the name is part of files'.
+#[derive(Clone, Copy, Debug)]
 enum PeerProgram {
     /// `peers/eigen.py`.
-    Python(&'static str),
+    Scipy,
     /// `peers/spectra.cpp`.
-    Spectra(&'static str),
+    Spectra,
     /// This program, in a process of its own: `ours.rs`.
-    Rust(&'static str),
+    Rust,
 }
 
-const fn peer(name: &'static str, program: PeerProgram, everywhere: bool) -> EigenPeer {
+const fn peer(name: &'static str, program: PeerProgram, word: &'static str) -> EigenPeer {
     EigenPeer {
         name,
         program,
-        everywhere,
+        word,
+        everywhere: true,
+    }
+}
+
+const fn slow(peer: EigenPeer) -> EigenPeer {
+    EigenPeer {
+        everywhere: false,
+        ..peer
     }
 }
 
 pub(crate) const EIGEN_PEERS: [EigenPeer; 6] = [
-    peer("ARPACK, SuperLU", PeerProgram::Python("superlu"), true),
-    peer("ARPACK, CHOLMOD", PeerProgram::Python("cholmod"), true),
-    peer("Spectra, Eigen", PeerProgram::Spectra("eigen"), true),
-    peer("Spectra, CHOLMOD", PeerProgram::Spectra("cholmod"), true),
-    peer("faer's Lanczos", PeerProgram::Rust("faer"), false),
-    peer("LOBPCG", PeerProgram::Python("lobpcg"), false),
+    peer("ARPACK, SuperLU", PeerProgram::Scipy, "superlu"),
+    peer("ARPACK, CHOLMOD", PeerProgram::Scipy, "cholmod"),
+    peer("Spectra, Eigen", PeerProgram::Spectra, "eigen"),
+    peer("Spectra, CHOLMOD", PeerProgram::Spectra, "cholmod"),
+    slow(peer("faer's Lanczos", PeerProgram::Rust, "faer")),
+    slow(peer("LOBPCG", PeerProgram::Scipy, "lobpcg")),
 ];
 
-impl PeerProgram {
-    fn word(self) -> &'static str {
-        match self {
-            Self::Python(word) | Self::Spectra(word) | Self::Rust(word) => word,
-        }
-    }
-
+impl EigenPeer {
     /// As it stands in the names of files.
-    fn kind(self) -> &'static str {
-        match self {
-            Self::Python(_) => "scipy",
-            Self::Spectra(_) => "spectra",
-            Self::Rust(_) => "rust",
-        }
+    fn id(&self) -> String {
+        format!("{:?}-{}", self.program, self.word).to_lowercase()
     }
 }
 
@@ -114,13 +114,14 @@ impl EigenPeers {
 
     /// In the order of the tables.
     pub(crate) fn all(&self) -> impl Iterator<Item = &'static EigenPeer> {
-        EIGEN_PEERS.iter().filter(|peer| match peer.program {
-            PeerProgram::Python(word) => self.python.is_some() && (word != "cholmod" || self.has_cholmod),
-            PeerProgram::Spectra(word) => self
-                .spectra
-                .as_ref()
-                .is_some_and(|spectra| word != "cholmod" || spectra.has_cholmod),
-            PeerProgram::Rust(_) => true,
+        EIGEN_PEERS.iter().filter(|peer| {
+            let needs_cholmod = peer.word == "cholmod";
+            match (peer.program, &self.spectra) {
+                (PeerProgram::Scipy, _) => self.python.is_some() && (!needs_cholmod || self.has_cholmod),
+                (PeerProgram::Spectra, Some(spectra)) => !needs_cholmod || spectra.has_cholmod,
+                (PeerProgram::Spectra, None) => false,
+                (PeerProgram::Rust, _) => true,
+            }
         })
     }
 
@@ -141,8 +142,7 @@ impl EigenPeers {
         round: usize,
     ) -> Result<SolveOutcome> {
         let EigenTask { count, tolerance } = task;
-        let (kind, word) = (peer.program.kind(), peer.program.word());
-        let name = format!("{kind}-{word}-{count}-{tolerance:e}-{round}");
+        let name = format!("{}-{count}-{tolerance:e}-{round}", peer.id());
         // With more time it might have come to its end.
         let enough = |kept: &SolveOutcome| match *kept {
             SolveOutcome::Stopped { after } => after >= self.limit as f64,
@@ -156,26 +156,24 @@ impl EigenPeers {
 
     fn run(&self, peer: &EigenPeer, problem: &EigenProblem, task: EigenTask) -> Result<SolveOutcome> {
         let arguments: [OsString; 4] = [
-            peer.program.word().into(),
+            peer.word.into(),
             problem.matrices.clone().into_os_string(),
             task.count.to_string().into(),
             task.tolerance.to_string().into(),
         ];
         let mut command = match (peer.program, &self.python, &self.spectra) {
-            (PeerProgram::Python(_), Some(python), _) => python.command("eigen.py", &arguments),
-            (PeerProgram::Spectra(_), _, Some(spectra)) => spectra.command(&arguments),
-            (PeerProgram::Rust(_), _, _) => return self.run_ourselves(&arguments),
+            (PeerProgram::Scipy, Some(python), _) => python.command("eigen.py", &arguments),
+            (PeerProgram::Spectra, _, Some(spectra)) => spectra.command(&arguments),
+            (PeerProgram::Rust, _, _) => return self.run_ourselves(&arguments),
             _ => bail!("{} can't run here", peer.name),
         };
-        let program = format!("{}-{}", peer.program.kind(), peer.program.word());
-        let result = problem.matrices.join(program);
+        let result = problem.matrices.join(peer.id());
         fs::create_dir_all(&result).with_context(|| result.display().to_string())?;
         let Some(report) = output_within(self.limit, command.arg(&result))? else {
             return Ok(self.stopped());
         };
-        let cost: PeerCost = serde_json::from_str(&report).context("the report of the peer")?;
+        let PeerCost { cpu, wall } = serde_json::from_str(&report).context("the report of the peer")?;
         let residual = judged(&result, problem, task.count)?;
-        let PeerCost { cpu, wall } = cost;
         Ok(SolveOutcome::Done { cpu, wall, residual })
     }
 

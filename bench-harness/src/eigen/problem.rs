@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, ensure};
 use evaluation::inputs::{mesh_files, name_of};
 use job::Job;
 use mesh::TriMesh;
@@ -11,7 +11,6 @@ use mhb_core::Laplacian;
 use sigmark::mark::{LARGEST_PATCH, PatchCount, Patches};
 
 use super::matrices::{fingerprint, write_matrices};
-use crate::selection::named;
 
 /// A surface whose matrices lie in a folder.
 pub(crate) struct EigenProblem {
@@ -31,11 +30,6 @@ impl EigenProblem {
             laplacian,
             matrices,
         })
-    }
-
-    /// The surface of a mesh file.
-    pub(crate) fn whole_file(path: &Path, folder: &Path) -> Result<Self> {
-        Self::new(&name_of(path), Asset::open(path)?.mesh(), folder)
     }
 
     /// The surface of a mesh file, or, where it is larger than `sigmark` lets a patch be, the largest of the patches that
@@ -61,19 +55,10 @@ pub(crate) const HARMONICS: usize = 325;
 
 /// The patches of a mesh, the largest first.
 pub(crate) fn cut(mesh: &TriMesh, count: PatchCount) -> Result<Vec<TriMesh>> {
-    let mut patches: Vec<TriMesh> = Patches::cut(mesh, HARMONICS, count, &Job::new(2))?
-        .iter()
-        .map(|patch| patch.mesh().clone())
-        .collect();
+    let patches = Patches::cut(mesh, HARMONICS, count, &Job::new(2))?;
+    let mut patches: Vec<TriMesh> = patches.iter().map(|patch| patch.mesh().clone()).collect();
     patches.sort_by_key(|patch| std::cmp::Reverse(patch.vertex_count()));
     Ok(patches)
-}
-
-/// The mesh file in `folder` that has this name.
-pub(crate) fn file(folder: &Path, name: &str) -> Result<PathBuf> {
-    let files = mesh_files(folder)?;
-    let found = named(&files, name).cloned();
-    found.with_context(|| format!("{}: no mesh file {name} there", folder.display()))
 }
 
 /// The mesh files whose names begin with one of these, in their order.
@@ -84,11 +69,10 @@ pub(crate) fn files(folder: &Path, beginnings: &[String]) -> Result<Vec<PathBuf>
         let wanted = |path: &&PathBuf| name_of(path).starts_with(beginning.as_str());
         chosen.extend(all.iter().filter(wanted).cloned());
     }
-    if chosen.is_empty() {
-        bail!(
-            "{}: no mesh file there has a name that was asked for",
-            folder.display()
-        );
-    }
+    let shown = folder.display();
+    ensure!(
+        !chosen.is_empty(),
+        "{shown}: no mesh file there has a name that was asked for"
+    );
     Ok(chosen)
 }

@@ -14,22 +14,15 @@ pub fn worst_residual<'a>(
     let floor = 1.0 / mass.iter().sum::<f64>();
     let residual = |(k, &lambda): (usize, &f64)| {
         let h = function(k);
-        let square: f64 = laplacian
-            .stiffness()
-            .outer_iterator()
-            .enumerate()
-            .map(|(i, row)| {
-                let product: f64 = row.iter().map(|(j, s)| s * h[j]).sum();
-                (product - lambda * mass[i] * h[i]).powi(2) / mass[i]
-            })
-            .sum();
-        square.sqrt() / lambda.max(floor)
+        let rows = laplacian.stiffness().outer_iterator().enumerate();
+        let squares = rows.map(|(i, row)| {
+            let product: f64 = row.iter().map(|(j, s)| s * h[j]).sum();
+            (product - lambda * mass[i] * h[i]).powi(2) / mass[i]
+        });
+        squares.sum::<f64>().sqrt() / lambda.max(floor)
     };
-    eigenvalues
-        .par_iter()
-        .enumerate()
-        .map(residual)
-        .reduce(|| 0.0, f64::max)
+    let residuals = eigenvalues.par_iter().enumerate().map(residual);
+    residuals.reduce(|| 0.0, f64::max)
 }
 
 #[cfg(test)]

@@ -2,8 +2,11 @@
 
 use std::path::Path;
 
-use anyhow::Result;
-use evaluation::table::Table;
+use anyhow::{Context, Result};
+use evaluation::{
+    inputs::{mesh_files, named},
+    table::Table,
+};
 use mesh_io::Asset;
 use mhb_core::Laplacian;
 use sigmark::PatchCount;
@@ -26,25 +29,18 @@ const GIBIBYTE: f64 = (1u64 << 30) as f64;
 
 /// Both tables, of one mesh in `patches` patches.
 pub(crate) fn tables(meshes: &Path, name: &str, patches: usize, folder: &Path) -> Result<[Table; 2]> {
-    let asset = Asset::open(problem::file(meshes, name)?)?;
-    let patches = problem::cut(asset.mesh(), PatchCount::Exactly(patches))?;
-    drop(asset);
+    let files = mesh_files(meshes)?;
+    let file = named(&files, name).context("the mesh that the scaling needs is missing")?;
+    let patches = problem::cut(Asset::open(file)?.mesh(), PatchCount::Exactly(patches))?;
     let largest = EigenProblem::new(&format!("{name}_patch"), &patches[0], folder)?;
     Ok([against_patches(name, &patches)?, against_pairs(name, &largest)?])
 }
 
 /// One patch after the other on one thread, assembly included; sums on the way.
 fn against_patches(name: &str, patches: &[mesh::TriMesh]) -> Result<Table> {
-    let header = [
-        "patches",
-        "vertices",
-        "CPU (s)",
-        "CPU per patch (s)",
-        "CPU per vertex (µs)",
-        "worst residual",
-    ];
+    let header = "patches | vertices | CPU (s) | CPU per patch (s) | CPU per vertex (µs) | worst residual";
     let title = format!("Against the number of patches: {name}, {HARMONICS} pairs a patch, {TOLERANCE:e}");
-    let mut table = Table::new(&title, &header);
+    let mut table = Table::new(&title, header.split(" | "));
     let task = EigenTask {
         count: HARMONICS,
         tolerance: TOLERANCE,
@@ -78,20 +74,13 @@ fn against_patches(name: &str, patches: &[mesh::TriMesh]) -> Result<Table> {
 
 /// Each count in a process of its own, whose memory the system counts.
 fn against_pairs(name: &str, largest: &EigenProblem) -> Result<Table> {
-    let header = [
-        "pairs",
-        "CPU (s)",
-        "CPU per pair (ms)",
-        "wall (s)",
-        "peak memory (GiB)",
-        "peak / basis",
-        "worst residual",
-    ];
+    let header =
+        "pairs | CPU (s) | CPU per pair (ms) | wall (s) | peak memory (GiB) | peak / basis | worst residual";
     let title = format!(
         "Against the number of pairs: the largest patch of {name}, {} vertices, {TOLERANCE:e}",
         largest.size()
     );
-    let mut table = Table::new(&title, &header);
+    let mut table = Table::new(&title, header.split(" | "));
     for count in COUNTS.into_iter().filter(|&count| 4 * count <= largest.size()) {
         let task = EigenTask {
             count,

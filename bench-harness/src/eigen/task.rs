@@ -2,7 +2,6 @@
 
 use std::fmt;
 
-use mhb_core::SpectrumOptions;
 use serde::{Deserialize, Serialize};
 
 use crate::measure::median;
@@ -12,17 +11,6 @@ use crate::measure::median;
 pub(crate) struct EigenTask {
     pub(crate) count: usize,
     pub(crate) tolerance: f64,
-}
-
-impl EigenTask {
-    /// The same for our solver.
-    pub(crate) fn options(self) -> SpectrumOptions {
-        SpectrumOptions {
-            count: self.count,
-            tolerance: self.tolerance,
-            ..Default::default()
-        }
-    }
 }
 
 /// What became of one computation, as it is kept: seconds, and the worst residual.

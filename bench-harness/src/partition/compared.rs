@@ -58,10 +58,10 @@ impl ComparedDivision {
             metis: problem.judged(&metis::parts(&problem.file, parts)?, parts)?,
             ours,
             high,
-            kaffpa: python
-                .filter(|_| !problem.is_mesh)
-                .map(|python| kaffpa::cut(problem, parts, python))
-                .transpose()?,
+            kaffpa: match python.filter(|_| !problem.is_mesh) {
+                Some(python) => Some(kaffpa::cut(problem, parts, python)?),
+                None => None,
+            },
             metis_seconds: median(metis),
             one_thread: Cost::median(&one),
             two_threads: Cost::median(&two),

@@ -38,18 +38,12 @@ pub struct PartitionBench {
 
 impl PartitionBench {
     /// Divides, and writes `results/partition.md` and `partition.csv`.
-    ///
-    /// # Errors
-    /// When METIS is not there, there are no graphs, a file can't be read or written, or a program fails.
     pub fn run(&self) -> Result<()> {
         metis::check()?;
-        let python = (!self.no_kaffpa)
-            .then(peers::prepare)
-            .transpose()
-            .unwrap_or_else(|missing| {
-                eprintln!("No KaFFPa: {missing:#}.");
-                None
-            });
+        let python = (!self.no_kaffpa).then(peers::prepare).and_then(|python| {
+            let python = python.inspect_err(|missing| eprintln!("No KaFFPa: {missing:#}."));
+            python.ok()
+        });
         let rounds = self.rounds.max(1);
         let mut all = Vec::new();
         for problem in problem::problems(&self.graphs, &self.meshes)? {

@@ -32,9 +32,6 @@ struct LoneReport {
 
 impl LoneDivision {
     /// Divides at default effort on one thread and prints the most memory held after the file was read, in bytes, as JSON.
-    ///
-    /// # Errors
-    /// When the file can't be read or is no graph, or the options are not sound.
     pub fn run(&self) -> Result<()> {
         let graph = read_graph(&self.file)?;
         machine::forget_peak_memory();

@@ -35,9 +35,7 @@ pub(crate) fn write(all: &[ComparedDivision], rounds: usize) -> Result<()> {
 fn summary(all: &[ComparedDivision]) -> String {
     let ratios = || all.iter().map(ComparedDivision::ratio);
     let to_kaffpa = || all.iter().filter_map(ComparedDivision::ratio_to_kaffpa);
-    let metis_to_kaffpa = all
-        .iter()
-        .filter_map(|case| Some(case.metis.cut as f64 / case.kaffpa? as f64));
+    let metis_to_kaffpa = |case: &ComparedDivision| Some(case.metis.cut as f64 / case.kaffpa? as f64);
     let timed = || all.iter().filter(|case| case.metis_seconds >= LEAST_SECONDS);
     let mut text = format!(
         "- cut / METIS' cut: {:.3} (geometric mean of {}), worst {:.3}\n\
@@ -51,15 +49,11 @@ fn summary(all: &[ComparedDivision]) -> String {
         geometric_mean(all.iter().map(ComparedDivision::high_ratio)),
         geometric_mean(timed().map(|case| case.high_seconds / case.metis_seconds)),
     );
-    let memory = all
-        .iter()
-        .filter_map(|case| Some(case.our_memory? as f64 / case.metis_memory? as f64));
-    if memory.clone().next().is_some() {
-        text += &format!(
-            "- memory / METIS': {:.2} (geometric mean), worst {:.2}\n",
-            geometric_mean(memory.clone()),
-            greatest(memory)
-        );
+    let memory = |case: &ComparedDivision| Some(case.our_memory? as f64 / case.metis_memory? as f64);
+    let memory: Vec<f64> = all.iter().filter_map(memory).collect();
+    if !memory.is_empty() {
+        let (mean, worst) = (geometric_mean(memory.iter().copied()), greatest(memory));
+        text += &format!("- memory / METIS': {mean:.2} (geometric mean), worst {worst:.2}\n");
     }
     if to_kaffpa().next().is_some() {
         text += &format!(
@@ -67,7 +61,7 @@ fn summary(all: &[ComparedDivision]) -> String {
             geometric_mean(to_kaffpa()),
             to_kaffpa().count(),
             greatest(to_kaffpa()),
-            geometric_mean(metis_to_kaffpa),
+            geometric_mean(all.iter().filter_map(metis_to_kaffpa)),
         );
     }
     text
@@ -75,28 +69,8 @@ fn summary(all: &[ComparedDivision]) -> String {
 
 /// A line a case.
 fn cut_table(all: &[ComparedDivision]) -> Table {
-    let header = [
-        "graph",
-        "k",
-        "METIS cut",
-        "our cut",
-        "ratio",
-        "high effort",
-        "KaFFPa-strong",
-        "METIS imbalance",
-        "our imbalance",
-        "METIS volume",
-        "our volume",
-        "METIS pieces",
-        "our pieces",
-        "METIS (s)",
-        "ours, 1 thread (s)",
-        "ours, 2 threads (s)",
-        "high effort (s)",
-        "METIS (MB)",
-        "ours (MB)",
-    ];
-    let mut table = Table::new("Divisions", &header);
+    let header = "graph | k | METIS cut | our cut | ratio | high effort | KaFFPa-strong | METIS imbalance | our imbalance | METIS volume | our volume | METIS pieces | our pieces | METIS (s) | ours, 1 thread (s) | ours, 2 threads (s) | high effort (s) | METIS (MB) | ours (MB)";
+    let mut table = Table::new("Divisions", header.split(" | "));
     for case in all {
         let pieces = |partition: &Partition| partition.components.iter().sum::<usize>().to_string();
         table.row([

@@ -3,12 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Result, ensure};
-use evaluation::inputs::{edge_graph, graph_files, mesh_files, name_of, read_graph};
+use evaluation::inputs::{edge_graph, graph_files, mesh_files, name_of, named, read_graph};
 use job::Job;
 use mesh_io::Asset;
 use partition::{Effort, Graph, Options, Partition, write_metis};
 
-use crate::{kept, results, selection::named};
+use crate::{kept, results};
 
 /// METIS' default, and the bound of all divisions here.
 pub(crate) const IMBALANCE: f64 = 0.03;
@@ -37,17 +37,10 @@ pub(crate) struct GraphProblem {
 impl GraphProblem {
     /// A division by its list of parts, judged by our code, whoever made it.
     pub(crate) fn judged(&self, part_of: &str, parts: usize) -> Result<Partition> {
-        let part_of = part_of
-            .split_ascii_whitespace()
-            .map(str::parse)
-            .collect::<Result<Vec<u32>, _>>()?;
-        let options = options(parts, Effort::Default);
-        Ok(Partition::evaluate(
-            &self.graph,
-            part_of,
-            &options,
-            &Job::default(),
-        )?)
+        let part_of = part_of.split_ascii_whitespace().map(str::parse);
+        let part_of: Vec<u32> = part_of.collect::<Result<_, _>>()?;
+        let (options, job) = (options(parts, Effort::Default), Job::default());
+        Ok(Partition::evaluate(&self.graph, part_of, &options, &job)?)
     }
 }
 
@@ -83,7 +76,6 @@ pub(crate) fn problems(graphs: &Path, meshes: &Path) -> Result<Vec<GraphProblem>
     let mesh_files = mesh_files(meshes)?;
     for (name, parts) in MESH_PARTS {
         let Some(path) = named(&mesh_files, name) else {
-            eprintln!("{}: no file {name}, left out", meshes.display());
             continue;
         };
         add(name.into(), edge_graph(Asset::open(path)?.mesh())?, parts, true)?;

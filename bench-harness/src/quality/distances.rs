@@ -1,18 +1,15 @@
 //! Distances between surfaces (eq. 21) by ours and by MeshLab's filter.
 
-use std::ffi::OsString;
+use std::ffi::OsStr;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use evaluation::{python::Python, table::Table};
 use job::Job;
 use quality::{DistanceOptions, SurfaceDistance, surface_distance};
 use serde::{Deserialize, Serialize};
 
 use super::inputs::SharedMesh;
-use crate::{
-    kept,
-    measure::{greatest, median, timed},
-};
+use crate::measure::{greatest, median, timed_in_rounds};
 
 /// One pair of meshes, measured by both.
 pub(crate) struct ComparedDistance {
@@ -43,13 +40,11 @@ impl ComparedDistance {
     ) -> Result<Self> {
         let (options, job) = (DistanceOptions::default(), Job::default());
         let measure = || surface_distance(&distorted.mesh, &original.mesh, &options, &job);
-        let (ours, first) = timed(measure);
-        let more = (1..rounds).map(|_| timed(measure).1);
-        let ours = ours?;
+        let (ours, cpu) = timed_in_rounds(rounds, measure)?;
         Ok(Self {
             name: distorted.name.clone(),
             diagonal: original.mesh.bounding_box().diagonal(),
-            cpu: median([first].into_iter().chain(more).map(|cost| cost.cpu)),
+            cpu,
             theirs: python
                 .map(|python| filter(python, distorted, original, &ours, rounds))
                 .transpose()?,
@@ -70,9 +65,8 @@ impl ComparedDistance {
             (theirs.mean, ours.mean),
             (theirs.max, ours.maximum),
         ];
-        Some(greatest(
-            figures.map(|(theirs, ours)| (theirs / ours - 1.0).abs()),
-        ))
+        let differences = figures.map(|(theirs, ours)| (theirs / ours - 1.0).abs());
+        Some(greatest(differences))
     }
 
     /// A line of progress.
@@ -100,16 +94,10 @@ fn filter(
 ) -> Result<FilterReport> {
     let samples = (ours.area / ours.interval.powi(2)).round();
     let round = |round: usize| {
-        kept::figures(&from.folder, &format!("hausdorff-{round}"), || {
-            let arguments: [OsString; 4] = [
-                "hausdorff".into(),
-                from.folder.clone().into(),
-                to.folder.clone().into(),
-                samples.to_string().into(),
-            ];
-            let report = python.run("quality.py", arguments)?;
-            serde_json::from_str(&report).context("the report of quality.py")
-        })
+        let samples = samples.to_string();
+        let [from_folder, to_folder] = [from, to].map(|mesh| mesh.folder.as_os_str());
+        let arguments = [OsStr::new("hausdorff"), from_folder, to_folder, samples.as_ref()];
+        from.asked(python, &format!("hausdorff-{round}"), &arguments)
     };
     let reports: Vec<FilterReport> = (0..rounds).map(round).collect::<Result<_>>()?;
     let figure = |of: fn(&FilterReport) -> f64| median(reports.iter().map(of));
@@ -124,18 +112,8 @@ fn filter(
 
 /// Two lines a pair: ours, and MeshLab's.
 pub(crate) fn table(pairs: &[ComparedDistance]) -> Table {
-    let header = [
-        "pair",
-        "who",
-        "samples",
-        "d_rmse (%)",
-        "mean (%)",
-        "Hausdorff, forward (%)",
-        "largest difference (%)",
-        "CPU (s)",
-        "CPU / theirs",
-    ];
-    let mut table = Table::new("Distances", &header);
+    let header = "pair | who | samples | d_rmse (%) | mean (%) | Hausdorff, forward (%) | largest difference (%) | CPU (s) | CPU / theirs";
+    let mut table = Table::new("Distances", header.split(" | "));
     for pair in pairs {
         let cent = |length: f64| format!("{:.6}", 100.0 * length / pair.diagonal);
         let shown = |figure: Option<f64>| figure.map_or_else(String::new, |x| format!("{x:.3}"));

@@ -1,14 +1,17 @@
 //! The meshes that are measured, where the peers read them.
 
 use std::{
+    ffi::OsStr,
     fs,
     path::{Path, PathBuf},
 };
 
 use anyhow::{Context, Result};
+use evaluation::python::Python;
 use mesh::{TriMesh, shapes};
+use serde::{Serialize, de::DeserializeOwned};
 
-use crate::results;
+use crate::{kept, results};
 
 /// A mesh that lies in a folder for the peers, too: `positions.f64`, `triangles.u32`, little-endian, without headers.
 pub(crate) struct SharedMesh {
@@ -39,6 +42,19 @@ impl SharedMesh {
         results::write(&folder.join("positions.f64"), positions)?;
         results::write(&folder.join("triangles.u32"), triangles)?;
         Ok(Self { name, mesh, folder })
+    }
+
+    /// What `peers/quality.py` says, once: kept under this name.
+    pub(crate) fn asked<T: Serialize + DeserializeOwned>(
+        &self,
+        python: &Python,
+        name: &str,
+        arguments: &[&OsStr],
+    ) -> Result<T> {
+        kept::figures(&self.folder, name, || {
+            let report = python.run("quality.py", arguments)?;
+            serde_json::from_str(&report).context("the report of quality.py")
+        })
     }
 
     /// The distorted copies.

@@ -11,11 +11,11 @@ use std::path::PathBuf;
 
 use anyhow::{Result, ensure};
 use clap::Args;
-use evaluation::inputs::{mesh_files, name_of};
+use evaluation::inputs::{is_chosen, mesh_files, name_of};
 use mesh_io::Asset;
 
 use self::{distances::ComparedDistance, inputs::SharedMesh, shape_dna::ComparedSpectra};
-use crate::{kept, peers, selection::is_chosen};
+use crate::{kept, peers};
 
 /// The peers need minutes for larger meshes.
 const LARGEST: usize = 140_000;
@@ -36,16 +36,12 @@ pub struct QualityBench {
 
 impl QualityBench {
     /// Measures, and writes `results/quality.md`, `quality_distances.csv` and `quality_shape_dna.csv`.
-    ///
-    /// # Errors
-    /// When no mesh has a name that is asked for, a file can't be read or written, or a peer fails. Without Python there are no peers, which
-    /// is said.
+    /// Without Python there are no peers, which is said.
     pub fn run(&self) -> Result<()> {
         let folder = kept::folder("quality")?;
         let rounds = self.rounds.max(1);
-        let python = peers::prepare()
-            .inspect_err(|missing| eprintln!("No peers: {missing:#}."))
-            .ok();
+        let python = peers::prepare().inspect_err(|missing| eprintln!("No peers: {missing:#}."));
+        let python = python.ok();
         let (mut distances, mut spectra) = (Vec::new(), Vec::new());
         for path in mesh_files(&self.meshes)? {
             let name = name_of(&path);
@@ -68,10 +64,10 @@ impl QualityBench {
             println!("{}", compared.words());
             spectra.push(compared);
         }
+        let shown = self.meshes.display();
         ensure!(
             !spectra.is_empty(),
-            "{}: no mesh file there has a name that was asked for",
-            self.meshes.display()
+            "{shown}: no mesh file there has a name that was asked for"
         );
         page::write(&distances, &spectra, rounds, python.as_ref())
     }

@@ -1,18 +1,15 @@
 //! Shape-DNA, the lowest eigenvalues with the full mass matrix (eqs. 22–24), by ours and by the peers.
 
-use std::ffi::OsString;
+use std::ffi::OsStr;
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Result, ensure};
 use evaluation::{python::Python, table::Table};
 use job::Job;
 use quality::{ShapeDna, ShapeDnaOptions};
 use serde::{Deserialize, Serialize};
 
 use super::inputs::SharedMesh;
-use crate::{
-    kept,
-    measure::{median, timed},
-};
+use crate::measure::timed_in_rounds;
 
 /// Eigenvalues of a Shape-DNA: those of d_{2,50}.
 pub(crate) const COUNT: usize = 50;
@@ -53,14 +50,13 @@ impl ComparedSpectra {
             count: COUNT,
             ..Default::default()
         };
-        let measure = || timed(|| ShapeDna::of(&mesh.mesh, &options, &Job::default()));
-        let (ours, first) = measure();
-        let more = (1..rounds).map(|_| measure().1);
-        let cpu = median([first].into_iter().chain(more).map(|cost| cost.cpu));
-        let ours = ours?;
+        let measure = || ShapeDna::of(&mesh.mesh, &options, &Job::default());
+        let (ours, cpu) = timed_in_rounds(rounds, measure)?;
+        let count = COUNT.to_string();
         let beside = |python| {
             PEERS.map(|(name, script)| {
-                let report = asked(python, script, mesh)?;
+                let arguments = [OsStr::new(script), mesh.folder.as_os_str(), count.as_ref()];
+                let report = mesh.asked(python, script, &arguments)?;
                 ComparedPeer::of(name, &report, ours.eigenvalues(), cpu)
             })
         };
@@ -75,16 +71,14 @@ impl ComparedSpectra {
 
     /// A line of progress.
     pub(crate) fn words(&self) -> String {
-        let peers: String = self
-            .peers
-            .iter()
-            .map(|peer| {
-                format!(
-                    "; {} {:.2} s, off by {:.1e}",
-                    peer.name, peer.cpu, peer.difference
-                )
-            })
-            .collect();
+        let peers = self.peers.iter();
+        let words = |peer: &ComparedPeer| {
+            format!(
+                "; {} {:.2} s, off by {:.1e}",
+                peer.name, peer.cpu, peer.difference
+            )
+        };
+        let peers: String = peers.map(words).collect();
         format!("{}: Shape-DNA CPU {:.2} s{peers}", self.name, self.cpu)
     }
 }
@@ -92,23 +86,14 @@ impl ComparedSpectra {
 impl ComparedPeer {
     fn of(name: &'static str, report: &SpectrumReport, ours: &[f64], our_cpu: f64) -> Result<Self> {
         let theirs = &report.eigenvalues;
-        ensure!(
-            theirs.len() == ours.len(),
-            "{name}: {} eigenvalues instead of {}",
-            theirs.len(),
-            ours.len()
-        );
-        let differences = theirs
-            .iter()
-            .zip(ours)
-            .map(|(theirs, ours)| (theirs / ours - 1.0).abs());
+        let (count, wanted) = (theirs.len(), ours.len());
+        ensure!(count == wanted, "{name}: {count} eigenvalues instead of {wanted}");
+        let pairs = theirs.iter().zip(ours);
+        let differences = pairs.map(|(theirs, ours)| (theirs / ours - 1.0).abs());
         // What is no number must show, so it may not be lost in a maximum.
-        let worst = |most: f64, difference: f64| {
-            if difference.is_nan() {
-                f64::INFINITY
-            } else {
-                most.max(difference)
-            }
+        let worst = |most: f64, difference: f64| match difference.is_nan() {
+            true => f64::INFINITY,
+            false => most.max(difference),
         };
         Ok(Self {
             name,
@@ -119,30 +104,10 @@ impl ComparedPeer {
     }
 }
 
-/// What a peer says, once.
-fn asked(python: &Python, script: &str, mesh: &SharedMesh) -> Result<SpectrumReport> {
-    kept::figures(&mesh.folder, script, || {
-        let arguments: [OsString; 3] = [
-            script.into(),
-            mesh.folder.clone().into(),
-            COUNT.to_string().into(),
-        ];
-        let report = python.run("quality.py", arguments)?;
-        serde_json::from_str(&report).context("the report of quality.py")
-    })
-}
-
 /// A line for everyone on each mesh.
 pub(crate) fn table(spectra: &[ComparedSpectra]) -> Table {
-    let header = [
-        "mesh",
-        "n",
-        "who",
-        "CPU (s)",
-        "CPU / ours",
-        "largest difference of an eigenvalue",
-    ];
-    let mut table = Table::new("Shape-DNA", &header);
+    let header = "mesh | n | who | CPU (s) | CPU / ours | largest difference of an eigenvalue";
+    let mut table = Table::new("Shape-DNA", header.split(" | "));
     for mesh in spectra {
         let mut row = |who: &str, cpu: f64, beside: [String; 2]| {
             let first = [mesh.name.clone(), mesh.vertices.to_string()];

@@ -48,9 +48,8 @@ impl PoseDraw {
         if trial.is_stranger() {
             return !self.aligned;
         }
-        let reads = self
-            .rates(rule)
-            .is_some_and(|[found, truth]| found >= truth - LOST_RATE - 1e-12);
+        let as_good = |[found, truth]: [f64; 2]| found >= truth - LOST_RATE - 1e-12;
+        let reads = self.rates(rule).is_some_and(as_good);
         let exact = self.exact_error.is_none_or(|error| error <= EXACT);
         self.aligned && self.hand_recognised && self.error < RIGHT_POSE && reads && exact
     }

@@ -5,6 +5,7 @@ use std::{path::PathBuf, thread};
 use anyhow::Result;
 use evaluation::{
     attacks::{Attack, random_similarity},
+    inputs::named,
     machine::{forget_peak_memory, peak_memory},
     python::Python,
     table::Table,
@@ -15,7 +16,7 @@ use mesh_io::Asset;
 use registration::{AlignOptions, ResampleOptions, align, resample};
 
 use super::{suspects::attacked, trial};
-use crate::{measure::timed, selection};
+use crate::measure::timed;
 
 const MESH: &str = "ct_skull_1081k_closed";
 
@@ -24,26 +25,15 @@ const SUSPECTS: [&str; 5] = ["crop:100", "crop:50", "noise:0.5", "simplify:5", "
 
 /// A table, and what it says; nothing where the mesh is not there.
 pub(crate) fn run(files: &[PathBuf], attacks: &Python) -> Result<String> {
-    let Some(path) = selection::named(files, MESH) else {
+    let Some(path) = named(files, MESH) else {
         return Ok(String::new());
     };
     let original = Asset::open(path)?.mesh().clone();
     let threads = thread::available_parallelism().map_or(1, usize::from);
-    let mut table = Table::new(
-        "A million vertices",
-        &[
-            "attack",
-            "vertices",
-            "alignment (s)",
-            "resampling (s)",
-            "both (s)",
-            "peak memory (MiB)",
-        ],
-    );
-    for attack in trial::attacks()
-        .iter()
-        .filter(|attack| SUSPECTS.contains(&attack.spec.as_str()))
-    {
+    let header = "attack | vertices | alignment (s) | resampling (s) | both (s) | peak memory (MiB)";
+    let mut table = Table::new("A million vertices", header.split(" | "));
+    let attacked = trial::attacks().iter();
+    for attack in attacked.filter(|attack| SUSPECTS.contains(&attack.spec.as_str())) {
         table.row(row(&original, attack, attacks, threads)?);
     }
     Ok(format!(

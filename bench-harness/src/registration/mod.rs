@@ -23,14 +23,14 @@ use std::{
 use anyhow::{Context, Result, bail};
 use clap::Args;
 use evaluation::{
-    inputs::{mesh_files, name_of},
+    inputs::{is_chosen, mesh_files, name_of},
     python::Python,
     sources,
 };
 use mesh_io::Asset;
 
 use self::{runs::MeshRuns, trial::PoseTrial};
-use crate::{kept, selection::is_chosen};
+use crate::kept;
 
 /// What to measure, and on what.
 #[derive(Args)]
@@ -60,22 +60,16 @@ pub struct RegistrationBench {
 
 impl RegistrationBench {
     /// Draws from the smallest mesh to the largest, and writes `results/registration.md` and `registration.csv`.
-    ///
-    /// # Errors
-    /// When there is no Python for the attacks, a file can't be read or written, or there are no draws.
     pub fn run(&self) -> Result<()> {
         let attacks = Python::prepare()?;
         let begin = Instant::now();
-        let may_begin = || {
-            self.minutes
-                .is_none_or(|minutes| begin.elapsed().as_secs_f64() < 60.0 * minutes)
-        };
+        let seconds = self.minutes.map_or(f64::INFINITY, |minutes| 60.0 * minutes);
+        let may_begin = || begin.elapsed().as_secs_f64() < seconds;
         let code = sources::digest_of_all_but(&NO_PART_IN_DRAWS)?;
         let folder = kept::folder(&format!("registration/{code}"))?;
         let files = by_size(mesh_files(&self.meshes)?)?;
-        let trials: Vec<PoseTrial> = PoseTrial::all()
-            .filter(|trial| is_chosen(trial.name(), &self.attack))
-            .collect();
+        let trials = PoseTrial::all().filter(|trial| is_chosen(trial.name(), &self.attack));
+        let trials: Vec<PoseTrial> = trials.collect();
         let mut draws = Vec::new();
         for (i, path) in files.iter().enumerate() {
             if !is_chosen(&name_of(path), &self.only) {

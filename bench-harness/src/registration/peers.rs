@@ -6,7 +6,11 @@ use std::{
 };
 
 use anyhow::{Context, Result};
-use evaluation::{inputs::name_of, python::Python, table::Table};
+use evaluation::{
+    inputs::{name_of, named},
+    python::Python,
+    table::Table,
+};
 use job::Job;
 use mesh::{Similarity, Surface, TriMesh, Vec3, shapes};
 use mesh_io::{Asset, Format, Precision, write_mesh};
@@ -14,7 +18,7 @@ use registration::{AlignOptions, PointPair, PreparedMesh, ResampleOptions, align
 use serde::{Deserialize, de::DeserializeOwned};
 
 use super::suspects::{attacked, misfit};
-use crate::{kept, measure::timed, peers, results, selection};
+use crate::{kept, measure::timed, peers, results};
 
 /// Meshes of the comparison: small, middling, large.
 const MESHES: [&str; 3] = ["rocker_arm_10k", "stanford_bunny_closed_35k", "igea_134k"];
@@ -39,18 +43,12 @@ pub(crate) fn run(files: &[PathBuf], attacks: &Python) -> Result<String> {
         eprintln!("No peers of registration: {missing:#}.");
         return Ok(String::new());
     }
-    let mut fine = Table::new(
-        "Fine alignment from the same start beside peers",
-        &["mesh", "program", "error", "CPU (s)"],
-    );
-    let mut queries = Table::new(
-        "Queries beside peers",
-        &["mesh", "query", "program", "CPU (µs a query)"],
-    );
+    let title = "Fine alignment from the same start beside peers";
+    let mut fine = Table::new(title, ["mesh", "program", "error", "CPU (s)"]);
+    let header = ["mesh", "query", "program", "CPU (µs a query)"];
+    let mut queries = Table::new("Queries beside peers", header);
     for name in MESHES {
-        let Some(path) = selection::named(files, name) else {
-            continue;
-        };
+        let Some(path) = named(files, name) else { continue };
         let pair = NearPair::of(path, attacks)?;
         pair.align(&python, &mut fine)?;
         pair.query(&python, &mut queries)?;

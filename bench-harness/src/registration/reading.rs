@@ -113,9 +113,7 @@ impl MarkedMesh {
         }
         best.context("no pose")
     }
-}
 
-impl MarkedMesh {
     /// Extraction rates of a suspect in the pose before it was moved: as the verifier reads it in a pose that is nearly right, and as
     /// detectors read it in the true one, if these rates are not `known`.
     fn read(
@@ -127,7 +125,7 @@ impl MarkedMesh {
     ) -> Result<BitRates> {
         let job = &Job::default();
         let suspect = PreparedMesh::from(suspect);
-        let bits = self.signed.signature().bits();
+        let bits = self.signed.certificate().bits();
         let rate = |soft: &SoftBits| extraction_rate(&bits, &soft.hard());
         let seen = self.reader.suspect(&suspect, found);
         let read = self.methods().map(|method| match found.matched_by {

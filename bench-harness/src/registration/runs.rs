@@ -31,28 +31,20 @@ pub(crate) struct MeshRuns<'a> {
     /// Where finished draws are kept.
     pub(crate) folder: PathBuf,
     /// Made by the first draw that is not finished.
-    pub(crate) prepared: Option<PreparedRuns>,
+    pub(crate) prepared: Option<(Aligner, MarkedMesh)>,
     pub(crate) may_begin: &'a dyn Fn() -> bool,
-}
-
-/// What all draws of a mesh share.
-pub(crate) struct PreparedRuns {
-    aligner: Aligner,
-    marked: MarkedMesh,
 }
 
 impl MeshRuns<'_> {
     /// The draws of all trials, in rounds.
     pub(crate) fn all(&mut self, trials: &[PoseTrial], draws: u64) -> Result<Vec<TrialDraws>> {
-        let mut all: Vec<TrialDraws> = trials
-            .iter()
-            .map(|&trial| TrialDraws {
-                mesh: self.name.clone(),
-                vertices: self.original.vertex_count(),
-                trial,
-                draws: Vec::new(),
-            })
-            .collect();
+        let none = |&trial: &PoseTrial| TrialDraws {
+            mesh: self.name.clone(),
+            vertices: self.original.vertex_count(),
+            trial,
+            draws: Vec::new(),
+        };
+        let mut all: Vec<TrialDraws> = trials.iter().map(none).collect();
         for first in (0..draws).step_by(ROUND as usize) {
             for of_trial in &mut all {
                 self.round(of_trial, first..(first + ROUND).min(of_trial.trial.draws(draws)))?;
@@ -94,12 +86,10 @@ impl MeshRuns<'_> {
         kept::figures(&folder, &name, || self.draw(trial, number)).map(Some)
     }
 
-    fn prepared(&mut self) -> Result<&mut PreparedRuns> {
+    fn prepared(&mut self) -> Result<&mut (Aligner, MarkedMesh)> {
         if self.prepared.is_none() {
-            self.prepared = Some(PreparedRuns {
-                aligner: Aligner::new(self.original, &AlignOptions::default())?,
-                marked: MarkedMesh::new(self.original)?,
-            });
+            let aligner = Aligner::new(self.original, &AlignOptions::default())?;
+            self.prepared = Some((aligner, MarkedMesh::new(self.original)?));
         }
         self.prepared.as_mut().context("just prepared")
     }
@@ -113,18 +103,17 @@ impl MeshRuns<'_> {
             Some((attack, seed)) => {
                 let marked_name = format!("{}-marked", self.name);
                 let attacks = self.attacks;
-                let marked = self.prepared()?.marked.mesh();
+                let marked = self.prepared()?.1.mesh();
                 let suspect = attacked(attacks, marked, &marked_name, &attack.spec, seed)?;
                 (format!("{}-{seed}", attack.spec), suspect)
             }
             None => (String::new(), Asset::open(self.stranger)?.mesh().clone()),
         };
         let there = shapes::moved(&suspect, &moved);
-        let aligner = &self.prepared()?.aligner;
+        let (aligner, marked) = self.prepared()?;
         let (found, cost) = timed(|| aligner.align(&there, &Job::default()));
         let found = found?;
         let rates = if found.aligned && !trial.is_stranger() {
-            let marked = &mut self.prepared()?.marked;
             Some(marked.rates(&name, &suspect, &moved, &found)?)
         } else {
             None
@@ -155,7 +144,7 @@ impl MeshRuns<'_> {
         };
         let suspect = attacked(self.attacks, self.original, &self.name, &attack.spec, seed)?;
         let there = shapes::moved(&suspect, moved);
-        let found = self.prepared()?.aligner.align(&there, &Job::default())?;
+        let found = self.prepared()?.0.align(&there, &Job::default())?;
         Ok(Some(self.error(&suspect, &moved.then(&found.transform))))
     }
 

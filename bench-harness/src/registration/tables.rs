@@ -10,19 +10,11 @@ use super::{
 use crate::measure::{greatest, least, median};
 
 /// The columns of [`figures`].
-const FIGURES: [&str; 11] = [
-    "median error",
-    "worst error",
-    "unmarked: worst error",
-    "least ER with the true transform",
-    "median ER",
-    "most that the found one reads less",
-    "paper's rule: least ER",
-    "median ER",
-    "most less",
-    "median (s)",
-    "worst (s)",
-];
+fn figure_names() -> impl Iterator<Item = &'static str> {
+    let names = "median error | worst error | unmarked: worst error | least ER with the true transform | median ER | \
+        most that the found one reads less | paper's rule: least ER | median ER | most less | median (s) | worst (s)";
+    names.split(" | ")
+}
 
 /// What several draws of a trial say, empty where they say nothing.
 fn figures(trial: PoseTrial, draws: &[&PoseDraw]) -> [String; 11] {
@@ -68,17 +60,11 @@ fn shares(all: &[&TrialDraws]) -> [String; 3] {
 
 /// A line a trial, over all meshes; trials without draws are left out.
 pub(crate) fn by_attack(all: &[TrialDraws]) -> Table {
-    let header: Vec<&str> = ["attack", "right"]
-        .into_iter()
-        .chain(SHARES)
-        .chain(FIGURES)
-        .collect();
-    let mut table = Table::new("By attack", &header);
+    let header = ["attack", "right"].into_iter().chain(SHARES);
+    let mut table = Table::new("By attack", header.chain(figure_names()));
     for trial in PoseTrial::all() {
-        let of_trial: Vec<&TrialDraws> = all
-            .iter()
-            .filter(|draws| draws.trial.name() == trial.name())
-            .collect();
+        let of_trial = all.iter().filter(|draws| draws.trial.name() == trial.name());
+        let of_trial: Vec<&TrialDraws> = of_trial.collect();
         if of_trial.is_empty() {
             continue;
         }
@@ -87,7 +73,7 @@ pub(crate) fn by_attack(all: &[TrialDraws]) -> Table {
         table.row(first.chain(figures(trial, &draws)));
     }
     let total = shares(&all.iter().collect::<Vec<_>>());
-    let empty = FIGURES.map(|_| String::new());
+    let empty = figure_names().map(|_| String::new());
     table.row(["all".to_string()].into_iter().chain(total).chain(empty));
     table
 }
@@ -95,13 +81,9 @@ pub(crate) fn by_attack(all: &[TrialDraws]) -> Table {
 /// A line a mesh, a column a trial.
 pub(crate) fn by_mesh(all: &[TrialDraws]) -> Table {
     let names = PoseTrial::all().map(PoseTrial::name);
-    let header: Vec<&str> = ["mesh", "vertices"]
-        .into_iter()
-        .chain(names)
-        .chain(["all"])
-        .chain(SHARES)
-        .collect();
-    let mut table = Table::new("By mesh: draws that came out right", &header);
+    let header = ["mesh", "vertices"].into_iter().chain(names);
+    let header = header.chain(["all"]).chain(SHARES);
+    let mut table = Table::new("By mesh: draws that came out right", header);
     for of_mesh in all.chunk_by(|a, b| a.mesh == b.mesh) {
         let right = |trial: PoseTrial| {
             let draws = of_mesh.iter().find(|draws| draws.trial.name() == trial.name());
@@ -118,17 +100,8 @@ pub(crate) fn by_mesh(all: &[TrialDraws]) -> Table {
 
 /// A line for each mesh and trial.
 pub(crate) fn by_mesh_and_attack(all: &[TrialDraws]) -> Table {
-    let first = [
-        "mesh",
-        "vertices",
-        "attack",
-        "draws",
-        "right",
-        "right by the paper's rule",
-        "least overlap",
-    ];
-    let header: Vec<&str> = first.into_iter().chain(FIGURES).collect();
-    let mut table = Table::new("Alignments", &header);
+    let first = "mesh | vertices | attack | draws | right | right by the paper's rule | least overlap";
+    let mut table = Table::new("Alignments", first.split(" | ").chain(figure_names()));
     for of_trial in all {
         let draws: Vec<&PoseDraw> = of_trial.draws.iter().collect();
         let first = [

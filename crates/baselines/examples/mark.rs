@@ -73,7 +73,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let (rms, normal) = displacement(mesh, &marked);
         let rate = |positions: Vec<[f64; 3]>| -> Result<f64, baselines::BaselineError> {
             let suspect = Registered::by_vertices(positions.into_iter().map(Some).collect());
-            let soft = prepared.extract(&suspect, *alpha, job)?.swap_remove(0).1;
+            let soft = prepared.extract(&suspect, *alpha, job)?;
             Ok(100.0 * extraction_rate(&signature, &soft.hard()))
         };
         let read = rate(marked.clone())?;

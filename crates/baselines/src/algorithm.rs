@@ -2,7 +2,7 @@ use std::fmt::Debug;
 
 use job::Job;
 use mesh::TriMesh;
-use sigmark::mark::{Detector, JointEstimator, Patches, Registered, SoftBits};
+use sigmark::mark::{JointEstimator, Patches, ReadingMethod, Registered, SoftBits};
 
 use crate::{Adapted, AlgorithmId, BaselineError, DetectorId, Lbf, Mhb, Rbf};
 
@@ -53,9 +53,6 @@ pub trait Algorithm: Debug + Send + Sync {
     fn prepare(&self, subject: &Subject<'_>, job: &Job) -> Result<Box<dyn Prepared>, BaselineError>;
 }
 
-/// A detector, by the id that tables know it by.
-pub type IdentifiedDetector<'a> = (DetectorId, Box<dyn Detector + 'a>);
-
 /// A mesh that signatures can be written into and read from.
 pub trait Prepared: Debug + Send + Sync {
     /// n_p, how many patches carry the signature.
@@ -70,26 +67,18 @@ pub trait Prepared: Debug + Send + Sync {
     /// When there are not l bits, or α is negative or no number.
     fn embed(&self, bits: &[bool], alpha: f64, job: &Job) -> Result<Vec<[f64; 3]>, BaselineError>;
 
-    /// The algorithm's detectors for marks of strength α, by their ids. The first is the paper's.
-    ///
-    /// # Errors
-    /// When α is negative or no number.
-    fn detectors(&self, alpha: f64) -> Result<Vec<IdentifiedDetector<'_>>, BaselineError>;
-
-    /// The bits of a suspect, marked with strength α if it is, as each of the [`detectors`](Self::detectors) reads them.
+    /// The bits of a suspect, marked with strength α if it is, by the paper's rule.
     ///
     /// # Errors
     /// When there is not one observation a vertex of the original, or α is negative or no number; [`BaselineError::Job`].
-    fn extract(
-        &self,
-        suspect: &Registered,
-        alpha: f64,
-        job: &Job,
-    ) -> Result<Vec<(DetectorId, SoftBits)>, BaselineError> {
-        let detectors = self.detectors(alpha)?.into_iter();
-        detectors
-            .map(|(id, detector)| Ok((id, detector.detect(suspect, job)?)))
-            .collect()
+    fn extract(&self, suspect: &Registered, alpha: f64, job: &Job) -> Result<SoftBits, BaselineError>;
+
+    /// What else reads marks of strength α, by ids: from a suspect that was found, as `sigmark verify` does it.
+    ///
+    /// # Errors
+    /// When α is negative or no number.
+    fn methods(&self, _alpha: f64) -> Result<Vec<(DetectorId, ReadingMethod)>, BaselineError> {
+        Ok(Vec::new())
     }
 }
 
@@ -97,8 +86,8 @@ pub trait Prepared: Debug + Send + Sync {
 /// `functions` is m for [`Lbf`].
 pub fn entries(functions: usize) -> Vec<Box<dyn Algorithm>> {
     vec![
-        Box::new(Mhb::default().detector(DetectorId::LEAST_SQUARES, |layout| {
-            Box::new(JointEstimator::new(layout))
+        Box::new(Mhb::default().method(DetectorId::LEAST_SQUARES, |layout| {
+            ReadingMethod::joint(JointEstimator::new(layout).into())
         })),
         Box::new(Lbf::new(functions)),
         Box::new(Rbf::default()),

@@ -2,10 +2,10 @@
 
 use faer::{Accum, Mat, MatMut, MatRef, Par, linalg::matmul::matmul};
 use job::Job;
-use sigmark::mark::{ChipLayout, Detector, MarkError, Registered, SoftBits};
+use sigmark::mark::{ChipLayout, Registered, SoftBits};
 
 use crate::{
-    BaselineError, DetectorId, IdentifiedDetector, Prepared,
+    BaselineError, Prepared,
     algorithm::{check_alpha, check_bits},
 };
 
@@ -99,15 +99,9 @@ impl Prepared for PreparedCarriers {
         Ok(positions)
     }
 
-    fn detectors(&self, alpha: f64) -> Result<Vec<IdentifiedDetector<'_>>, BaselineError> {
-        check_alpha(alpha)?;
-        Ok(vec![(DetectorId::PAPER, Box::new(self))])
-    }
-}
-
-impl Detector for PreparedCarriers {
     /// Where the suspect was not seen, the original's vertex takes its place, as in section 4.4.1.
-    fn detect(&self, suspect: &Registered, _job: &Job) -> Result<SoftBits, MarkError> {
+    fn extract(&self, suspect: &Registered, alpha: f64, _job: &Job) -> Result<SoftBits, BaselineError> {
+        check_alpha(alpha)?;
         suspect.check(self.original.len())?;
         let pairs = suspect.positions.iter().zip(&self.original);
         let difference: Vec<[f64; 3]> = pairs

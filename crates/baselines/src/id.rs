@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 #[serde(transparent)]
 pub struct AlgorithmId(Cow<'static, str>);
 
-/// What a detector is known by among those of an algorithm.
+/// What a way to read an algorithm's marks is known by.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct DetectorId(Cow<'static, str>);
@@ -28,7 +28,7 @@ impl AlgorithmId {
 }
 
 impl DetectorId {
-    /// The paper's extraction (eqs. 15–17), which comes first among an algorithm's detectors.
+    /// The paper's extraction (eqs. 15–17), or the algorithm's own.
     pub const PAPER: Self = Self::new("paper");
     /// Bits, misalignment and what else disturbs the surface estimated together, by least squares.
     pub const LEAST_SQUARES: Self = Self::new("least-squares");

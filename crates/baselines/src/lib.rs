@@ -27,8 +27,7 @@
 //! let marked = prepared.embed(&signature, Rbf::PAPER_ALPHA, &job)?;
 //!
 //! let suspect = Registered::by_vertices(marked.into_iter().map(Some).collect());
-//! let readings = prepared.extract(&suspect, Rbf::PAPER_ALPHA, &job)?;
-//! assert_eq!(readings[0].1.hard(), signature);
+//! assert_eq!(prepared.extract(&suspect, Rbf::PAPER_ALPHA, &job)?.hard(), signature);
 //! # Ok::<(), baselines::BaselineError>(())
 //! ```
 //!
@@ -58,11 +57,11 @@ mod radial;
 mod rbf;
 
 pub use adapted::{Adapted, Basis};
-pub use algorithm::{Algorithm, IdentifiedDetector, Prepared, Reference, Subject, entries};
+pub use algorithm::{Algorithm, Prepared, Reference, Subject, entries};
 pub use error::BaselineError;
 pub use id::{AlgorithmId, DetectorId};
 pub use kirchhoff::kirchhoff;
 pub use lbf::Lbf;
-pub use mhb::{MakeDetector, Mhb};
+pub use mhb::{MakeMethod, Mhb};
 pub use radial::{Kernel, farthest_points, radial_basis};
 pub use rbf::Rbf;

@@ -1,42 +1,42 @@
 use std::sync::Arc;
 
 use job::Job;
-use sigmark::mark::{ChipLayout, CoefficientDetector, Detector, MarkLayout, Original};
+use sigmark::mark::{
+    ChipLayout, CoefficientDetector, Detector, MarkLayout, Original, ReadingMethod, Registered, SoftBits,
+};
 
 use crate::{
-    Algorithm, AlgorithmId, BaselineError, DetectorId, IdentifiedDetector, Prepared, Reference, Subject,
+    Algorithm, AlgorithmId, BaselineError, DetectorId, Prepared, Reference, Subject,
     algorithm::{check_alpha, check_bits, check_vertices},
 };
 
-/// Manifold harmonics, sigmark's own algorithm, read by the paper's detector and by any others. α is the one that the paper prints, in
+/// Manifold harmonics, sigmark's own algorithm, read by the paper's rule and by any other methods. α is the one that the paper prints, in
 /// the mesh's unit of length.
 #[derive(Clone, Debug)]
 pub struct Mhb {
     chip_rate: usize,
-    detectors: Detectors,
+    methods: Methods,
 }
 
-/// Makes a detector for marks of a layout.
-pub type MakeDetector = fn(&Arc<MarkLayout>) -> Box<dyn Detector>;
+/// Makes a method for marks of a layout.
+pub type MakeMethod = fn(&Arc<MarkLayout>) -> ReadingMethod;
 
-type Detectors = Vec<(DetectorId, MakeDetector)>;
+type Methods = Vec<(DetectorId, MakeMethod)>;
 
 impl Default for Mhb {
     /// The paper's.
     fn default() -> Self {
         Self {
             chip_rate: 3,
-            detectors: vec![(DetectorId::PAPER, |layout| {
-                Box::new(CoefficientDetector::new(layout))
-            })],
+            methods: Vec::new(),
         }
     }
 }
 
 impl Mhb {
-    /// Lets another detector read the marks too.
-    pub fn detector(mut self, id: DetectorId, detector: MakeDetector) -> Self {
-        self.detectors.push((id, detector));
+    /// Lets another method read the marks too.
+    pub fn method(mut self, id: DetectorId, method: MakeMethod) -> Self {
+        self.methods.push((id, method));
         self
     }
 
@@ -55,10 +55,10 @@ impl Algorithm for Mhb {
     }
 
     fn parameters(&self) -> Vec<(&'static str, String)> {
-        let detectors: Vec<String> = self.detectors.iter().map(|(id, _)| id.to_string()).collect();
+        let methods: Vec<String> = self.methods.iter().map(|(id, _)| id.to_string()).collect();
         vec![
             ("chip rate", self.chip_rate.to_string()),
-            ("detectors", detectors.join(", ")),
+            ("methods", methods.join(", ")),
         ]
     }
 
@@ -77,7 +77,7 @@ impl Algorithm for Mhb {
         original.keep_bases(job)?;
         Ok(Box::new(PreparedMhb {
             original: Arc::new(original),
-            detectors: self.detectors.clone(),
+            methods: self.methods.clone(),
         }))
     }
 }
@@ -85,12 +85,13 @@ impl Algorithm for Mhb {
 #[derive(Debug)]
 struct PreparedMhb {
     original: Arc<Original>,
-    detectors: Detectors,
+    methods: Methods,
 }
 
 impl PreparedMhb {
     /// Marks of the paper's α, which is over unit area for each patch.
     fn layout(&self, alpha: f64) -> Result<Arc<MarkLayout>, BaselineError> {
+        check_alpha(alpha)?;
         let patches = self.original.patches().iter();
         let alphas = patches.map(|patch| alpha / patch.mesh().area().sqrt());
         let layout = MarkLayout::new(Arc::clone(&self.original), alphas.collect())?;
@@ -109,15 +110,18 @@ impl Prepared for PreparedMhb {
 
     fn embed(&self, bits: &[bool], alpha: f64, job: &Job) -> Result<Vec<[f64; 3]>, BaselineError> {
         check_bits(bits.len(), self.original.layout().bits())?;
-        check_alpha(alpha)?;
         let written = self.layout(alpha)?.write(bits, job)?;
         Ok(written.positions(&self.original))
     }
 
-    fn detectors(&self, alpha: f64) -> Result<Vec<IdentifiedDetector<'_>>, BaselineError> {
-        check_alpha(alpha)?;
+    fn extract(&self, suspect: &Registered, alpha: f64, job: &Job) -> Result<SoftBits, BaselineError> {
+        let detector = CoefficientDetector::new(&self.layout(alpha)?);
+        Ok(detector.detect(suspect, job)?)
+    }
+
+    fn methods(&self, alpha: f64) -> Result<Vec<(DetectorId, ReadingMethod)>, BaselineError> {
         let layout = self.layout(alpha)?;
-        let detectors = self.detectors.iter();
-        Ok(detectors.map(|(id, make)| (id.clone(), make(&layout))).collect())
+        let methods = self.methods.iter();
+        Ok(methods.map(|(id, make)| (id.clone(), make(&layout))).collect())
     }
 }

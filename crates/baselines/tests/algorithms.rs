@@ -50,11 +50,7 @@ fn registered(positions: impl IntoIterator<Item = Option<[f64; 3]>>) -> Register
 }
 
 fn rate(prepared: &dyn Prepared, suspect: &Registered, alpha: f64) -> f64 {
-    let soft = prepared
-        .extract(suspect, alpha, &Job::default())
-        .unwrap()
-        .swap_remove(0)
-        .1;
+    let soft = prepared.extract(suspect, alpha, &Job::default()).unwrap();
     extraction_rate(&signature(), &soft.hard())
 }
 

@@ -18,6 +18,7 @@ pub(crate) enum Text {
     PrivateKey,
     PublicKey,
     Certificate,
+    Claim,
     Graph,
     Points,
 }
@@ -28,6 +29,7 @@ impl Text {
             Self::PrivateKey => "a private key",
             Self::PublicKey => "a public key",
             Self::Certificate => CERTIFICATE,
+            Self::Claim => "a claim",
             Self::Graph => "a graph",
             Self::Points => "a list of points",
         }
@@ -46,6 +48,7 @@ impl Text {
             Self::PrivateKey => "give the .pem file that `sigmark keygen` wrote",
             Self::PublicKey => "give the .pub.pem file that `sigmark keygen` wrote",
             Self::Certificate => "give the .cert.json file that `sigmark embed` wrote",
+            Self::Claim => "give a JSON file that names original, certificate and public_key",
             Self::Graph => "give a .graph file in METIS format",
             Self::Points => {
                 "give a text file with a pair of points in each line, as `sigmark align --help` says"
@@ -57,7 +60,8 @@ impl Text {
     fn largest(self) -> u64 {
         match self {
             Self::Graph => 4 << 30,
-            _ => 64 << 20,
+            Self::Points => 64 << 20,
+            _ => sigmark::claim::LARGEST as u64,
         }
     }
 }
@@ -172,7 +176,7 @@ fn resolved(path: &Path) -> PathBuf {
         .unwrap_or_else(|| path.into())
 }
 
-fn folder_of(path: &Path) -> &Path {
+pub(crate) fn folder_of(path: &Path) -> &Path {
     match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),

@@ -8,6 +8,7 @@ use std::{
 
 use anyhow::{Context, Result, bail};
 use sigmark::{KeyError, PublicKey, SigningKey};
+use zeroize::Zeroizing;
 
 use crate::files::{self, Text};
 
@@ -16,7 +17,7 @@ const PASSPHRASE: &str = "SIGMARK_PASSPHRASE";
 
 /// Reads a private key, asking for the passphrase if it is locked.
 pub(crate) fn read_private(path: &Path) -> Result<SigningKey> {
-    let pem = files::read_text(path, Text::PrivateKey)?;
+    let pem = Zeroizing::new(files::read_text(path, Text::PrivateKey)?);
     let key = match SigningKey::from_pem(&pem) {
         Err(KeyError::PassphraseNeeded) => SigningKey::from_encrypted_pem(&pem, &existing_passphrase(path)?),
         other => other,
@@ -35,7 +36,7 @@ pub(crate) fn public_path(private: &Path) -> PathBuf {
     private.with_extension("pub.pem")
 }
 
-fn existing_passphrase(path: &Path) -> Result<String> {
+fn existing_passphrase(path: &Path) -> Result<Zeroizing<String>> {
     if let Some(passphrase) = passphrase_of_environment()? {
         return Ok(passphrase);
     }
@@ -45,12 +46,13 @@ fn existing_passphrase(path: &Path) -> Result<String> {
             path.display()
         );
     }
-    rpassword::prompt_password(format!("Passphrase of {}: ", path.display()))
-        .with_context(|| format!("{}: no passphrase was read", path.display()))
+    let passphrase = rpassword::prompt_password(format!("Passphrase of {}: ", path.display()))
+        .with_context(|| format!("{}: no passphrase was read", path.display()))?;
+    Ok(Zeroizing::new(passphrase))
 }
 
 /// A passphrase for a new key, typed twice.
-pub(crate) fn new_passphrase(path: &Path) -> Result<String> {
+pub(crate) fn new_passphrase(path: &Path) -> Result<Zeroizing<String>> {
     let shown = path.display();
     let asked = || format!("{shown}: no passphrase was read");
     let passphrase = match passphrase_of_environment()? {
@@ -59,9 +61,13 @@ pub(crate) fn new_passphrase(path: &Path) -> Result<String> {
             bail!("{shown}: a passphrase is needed to lock this key; run in a terminal, or set {PASSPHRASE}")
         }
         None => {
-            let first =
-                rpassword::prompt_password(format!("New passphrase of {shown}: ")).with_context(asked)?;
-            if rpassword::prompt_password("The same again: ").with_context(asked)? != first {
+            let asking = |text: String| {
+                rpassword::prompt_password(text)
+                    .map(Zeroizing::new)
+                    .with_context(asked)
+            };
+            let first = asking(format!("New passphrase of {shown}: "))?;
+            if asking("The same again: ".into())? != first {
                 bail!("{shown}: the two passphrases differ, so nothing was written; try again");
             }
             first
@@ -73,9 +79,9 @@ pub(crate) fn new_passphrase(path: &Path) -> Result<String> {
     Ok(passphrase)
 }
 
-fn passphrase_of_environment() -> Result<Option<String>> {
+fn passphrase_of_environment() -> Result<Option<Zeroizing<String>>> {
     match env::var(PASSPHRASE) {
-        Ok(passphrase) => Ok(Some(passphrase)),
+        Ok(passphrase) => Ok(Some(Zeroizing::new(passphrase))),
         Err(env::VarError::NotPresent) => Ok(None),
         Err(env::VarError::NotUnicode(_)) => {
             bail!(

@@ -4,6 +4,7 @@
 //! and what to do goes to standard error; results go to standard output.
 
 mod args;
+mod claims;
 mod commands;
 mod files;
 mod keys;
@@ -16,7 +17,7 @@ mod usage;
 use std::process::ExitCode;
 
 use args::Command;
-use commands::{align, compare, embed, inspect, keygen, partition, spectrum, verify};
+use commands::{align, compare, dispute, embed, inspect, keygen, partition, spectrum, verify};
 
 /// What a command that was carried out has to say.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,6 +37,7 @@ fn main() -> ExitCode {
         Command::Keygen(arguments) => keygen::run(arguments),
         Command::Embed(arguments) => embed::run(arguments),
         Command::Verify(arguments) => verify::run(arguments),
+        Command::Dispute(arguments) => dispute::run(arguments),
         Command::Align(arguments) => align::run(arguments),
         Command::Compare(arguments) => compare::run(arguments),
         Command::Inspect(arguments) => inspect::run(arguments),

@@ -6,7 +6,7 @@ use baselines::DetectorId;
 use crate::{
     plan,
     results::{Column, Outcome, Results, Trial},
-    study::Rated,
+    study::{Mark, Rated},
 };
 
 /// How far the agreement with a signature that is not in a mesh may lie from a half: more than five standard deviations of 324 coins.
@@ -41,10 +41,9 @@ fn faults_of(outcome: &Outcome, column: &Column, signatures: usize) -> Vec<Strin
         faults.push(format!("{finished} cells of {expected} are finished"));
     }
     if column.strength.is_some_and(|strength| strength.reached) {
-        let far = |d_rmse: f64| (d_rmse / column.distortion - 1.0).abs() > DISTORTION;
-        let marks = column.marks.iter().filter(|mark| far(mark.d_rmse));
-        faults
-            .extend(marks.map(|mark| format!("d_rmse is {:.4} %, not {} %", mark.d_rmse, column.distortion)));
+        let near = |d_rmse: &f64| (d_rmse / column.distortion - 1.0).abs() <= DISTORTION;
+        let far = column.marks.iter().map(Mark::d_rmse).filter(|d| !near(d));
+        faults.extend(far.map(|d_rmse| format!("d_rmse is {d_rmse:.4} %, not {} %", column.distortion)));
     }
     let rated = || {
         let trials = column.trials.iter();
@@ -71,12 +70,12 @@ fn faults_of_reading(trial: &Trial, rated: &Rated, is_printed: bool) -> Vec<Stri
             "after {attack}, {detector} reads {strange:.1} % of a signature that is not there"
         ));
     }
-    if !trial.is_marked() && (rated.rate - 0.5).abs() > CHANCE {
+    if !trial.target.is_marked && (rated.rate - 0.5).abs() > CHANCE {
         faults.push(format!(
             "after {attack}, {detector} reads {rate:.1} % from an unmarked mesh"
         ));
     }
-    let moved = trial.attack.moves() && trial.is_marked();
+    let moved = trial.attack.moves() && trial.target.is_marked;
     if moved && is_printed && rated.detector == DetectorId::PAPER && rated.rate < 1.0 {
         faults.push(format!("{rate:.1} % are read from a mesh that was only moved"));
     }
@@ -92,7 +91,7 @@ mod tests {
     use crate::{
         attacks::Attack,
         paper::{Model, ModelId},
-        study::{Cell, Mark, Strength, Target},
+        study::{Cell, Strength, Target, metrics::D_RMSE},
     };
     use baselines::AlgorithmId;
 
@@ -100,6 +99,7 @@ mod tests {
         let rated = Rated {
             detector: DetectorId::PAPER,
             rate,
+            tries: 1,
             rate_in_true_pose: None,
             strangers: vec![0.52, 0.47],
             verified: rate >= 1.0,
@@ -131,17 +131,14 @@ mod tests {
         let marked = (0..2).flat_map(|number| {
             let rate = |spec: &str| if spec == "similarity" { 1.0 } else { 0.9 };
             plan::all_attacks(bunny)
-                .map(move |attack| trial(Target::Marked(number), attack, rate(&attack.spec)))
+                .map(move |attack| trial(Target::marked(number, 1.0), attack, rate(&attack.spec)))
         });
         let unmarked = bunny
             .attacks()
-            .map(|attack| trial(Target::Unmarked, attack, 0.53));
+            .map(|attack| trial(Target::unmarked(1.0), attack, 0.53));
         let mark = Mark {
             alpha: 1.0,
-            d_rmse: 0.0205,
-            hausdorff: 0.1,
-            d_2_50: 0.2,
-            msdm2: Some(0.05),
+            figures: [(D_RMSE.into(), 0.0205)].into(),
             measuring_seconds: 0.0,
             seconds: 0.1,
         };
@@ -207,7 +204,11 @@ mod tests {
 
     #[test]
     fn robustness_is_not_bought_with_distortion() {
-        assert!(said(|column| column.marks[1].d_rmse = 0.03).contains("d_rmse is 0.0300 %"));
+        let spoil = |column: &mut Column| {
+            column.marks[1].figures.insert(D_RMSE.into(), 0.03);
+        };
+        assert!(said(spoil).contains("d_rmse is 0.0300 %"));
+        assert!(said(|column| column.marks[1].figures.clear()).contains("d_rmse is NaN %"));
     }
 
     #[test]

@@ -1,10 +1,6 @@
 //! What is planned for a model, run: marks are measured while meshes are attacked side by side. What fails is told, and the rest goes on.
 
-use std::{
-    fs, panic,
-    sync::{Mutex, PoisonError},
-    thread,
-};
+use std::{fs, panic, thread};
 
 use anyhow::{Context, Result};
 use baselines::AlgorithmId;
@@ -26,6 +22,7 @@ pub(crate) struct Campaign<'a> {
     pub(crate) setup: &'a Setup<'a>,
     pub(crate) options: &'a Options,
     pub(crate) standin: &'a Standin,
+    pub(crate) failures: &'a mut Failures,
 }
 
 /// What could not be done, in words; told when it is met.
@@ -41,37 +38,42 @@ impl Failures {
 
 impl Campaign<'_> {
     /// What came out.
-    pub(crate) fn run(&self, failures: &mut Failures, pictures: &mut Vec<Illustration>) -> Result<Outcome> {
-        let standin = self.standin;
+    pub(crate) fn run(&mut self, pictures: &mut Vec<Illustration>) -> Result<Outcome> {
+        let Standin {
+            model,
+            file,
+            digest,
+            mesh,
+            ..
+        } = self.standin;
+        let (name, vertices) = (&model.name, mesh.vertex_count());
         println!(
-            "{}: {}, {} vertices in {} patch(es)",
-            standin.model.name,
-            standin.file,
-            standin.mesh.vertex_count(),
-            standin.model.patches
+            "{name}: {file}, {vertices} vertices in {} patch(es)",
+            model.patches
         );
-        let scene = Scene::new(self.setup, standin)?;
+        let scene = Scene::new(self.setup, self.standin)?;
         let mut columns = Vec::new();
-        let mut heat = Heat::new(standin);
-        for algorithm in plan::algorithms(&standin.model, self.options) {
-            let printed = standin.model.printed(&algorithm.id());
+        let mut heat = Heat::new(self.standin);
+        for algorithm in plan::algorithms(model, self.options) {
             // What the paper did not try is compared with MHBs, and so distorts as much.
-            let distortion = printed.or_else(|| standin.model.printed(&AlgorithmId::MHB));
-            let distortion = distortion.context("MHBs are in every table")?.d_rmse;
+            let printed = model
+                .printed(&algorithm.id())
+                .or_else(|| model.printed(&AlgorithmId::MHB));
+            let distortion = printed.context("MHBs are in every table")?.d_rmse;
             let study = Study::new(&scene, algorithm.as_ref(), distortion);
-            columns.push(self.column(&study, failures, &mut heat));
+            columns.push(self.column(&study, &mut heat));
         }
         pictures.extend(heat.painted()?);
         Ok(Outcome {
-            model: standin.model.clone(),
-            file: standin.file.clone(),
-            digest: standin.digest.clone(),
-            vertices: standin.mesh.vertex_count(),
+            model: model.clone(),
+            file: file.clone(),
+            digest: digest.clone(),
+            vertices,
             columns,
         })
     }
 
-    fn column(&self, study: &Study<'_>, failures: &mut Failures, heat: &mut Heat<'_>) -> Column {
+    fn column(&mut self, study: &Study<'_>, heat: &mut Heat<'_>) -> Column {
         let mut column = Column {
             algorithm: study.algorithm.id(),
             name: study.algorithm.name(),
@@ -82,49 +84,40 @@ impl Campaign<'_> {
             trials: Vec::new(),
             sweep: Vec::new(),
         };
-        if let Err(error) = self.fill(study, &mut column, failures, heat) {
-            let why = if self.setup.progress.is_over() {
-                "no time was left".into()
-            } else {
-                format!("{error:#}")
+        if let Err(error) = self.fill(study, &mut column, heat) {
+            let why = match self.setup.progress.is_over() {
+                true => "no time was left".into(),
+                false => format!("{error:#}"),
             };
-            failures.tell(format!("{}, {}: {why}", self.standin.model.name, column.name));
+            let model = &self.standin.model.name;
+            self.failures.tell(format!("{model}, {}: {why}", column.name));
         }
         column
     }
 
-    fn fill(
-        &self,
-        study: &Study<'_>,
-        column: &mut Column,
-        failures: &mut Failures,
-        heat: &mut Heat<'_>,
-    ) -> Result<()> {
+    fn fill(&mut self, study: &Study<'_>, column: &mut Column, heat: &mut Heat<'_>) -> Result<()> {
         column.preparation = Some(study.preparation()?);
         let strength = study.strength()?;
         column.strength = Some(strength);
-        let model = &self.standin.model;
+        let (model, alpha) = (&self.standin.model, strength.alpha);
         let attacks: Vec<&Attack> = plan::all_attacks(model).collect();
-        let numbers = 0..self.setup.signatures.len();
-        let marked: Vec<_> = numbers.map(|number| (number, strength.alpha)).collect();
-        let (marks, trials) = self.measured(study, &marked, &attacks, failures);
+        let signatures = 0..self.setup.signatures.len();
+        let marked: Vec<_> = signatures.map(|number| Target::marked(number, alpha)).collect();
+        let (marks, trials) = self.measured(study, &marked, &attacks);
         column.trials = trials?.into_iter().flatten().collect();
-        for mark in marks {
-            column.marks.push(mark?);
-        }
+        column.marks = marks.into_iter().collect::<Result<_>>()?;
         if heat.wants(&column.algorithm) {
-            heat.add(&column.name, study.distances(0, strength.alpha)?);
+            heat.add(&column.name, study.distances(0, alpha)?);
         }
         if plan::reads_unmarked(&column.algorithm, model) {
             let attacks: Vec<&Attack> = model.attacks().collect();
-            column
-                .trials
-                .extend(self.trials(study, Target::Unmarked, strength.alpha, &attacks, failures)?);
+            let unmarked = self.trials(study, Target::unmarked(alpha), &attacks)?;
+            column.trials.extend(unmarked);
         }
         if plan::is_swept(&column.algorithm, model, self.options) {
             let attacks: Vec<&Attack> = plan::swept_attacks().collect();
-            let swept = plan::SWEEP.map(|factor| (0, factor * strength.alpha));
-            let (marks, trials) = self.measured(study, &swept, &attacks, failures);
+            let swept = plan::SWEEP.map(|factor| Target::marked(0, factor * alpha));
+            let (marks, trials) = self.measured(study, &swept, &attacks);
             for (mark, trials) in marks.into_iter().zip(trials?) {
                 column.sweep.push((mark?, trials));
             }
@@ -132,32 +125,25 @@ impl Campaign<'_> {
         Ok(())
     }
 
-    /// Marks, by signature and α, and their meshes under attacks. Marks are measured while meshes are attacked: measuring keeps one
-    /// core busy at most.
+    /// Marks, and their meshes under attacks. Marks are measured while meshes are attacked: measuring keeps one core busy at most.
     fn measured(
-        &self,
+        &mut self,
         study: &Study<'_>,
-        marked: &[(usize, f64)],
+        marked: &[Target],
         attacks: &[&'static Attack],
-        failures: &mut Failures,
     ) -> (Vec<Result<Mark>>, Result<Vec<Vec<Trial>>>) {
-        let is_finished = |&(number, alpha): &(usize, f64)| {
-            let target = Target::Marked(number);
-            attacks
-                .iter()
-                .all(|attack| study.kept(target, alpha, attack).is_some())
-        };
-        if !marked.iter().all(is_finished) {
+        let is_missing = |target, attack: &&_| study.kept(target, attack).is_none();
+        if marked
+            .iter()
+            .any(|&target| attacks.iter().any(|attack| is_missing(target, attack)))
+        {
             // Both threads need it, and one would not wait for the other. A failure is met again, and told, below.
             let _ = study.prepare();
         }
         thread::scope(|scope| {
-            let measure = || marked.iter().map(|&(number, alpha)| study.mark(number, alpha));
-            let marks = scope.spawn(move || measure().collect::<Vec<_>>());
-            let trials = marked
-                .iter()
-                .map(|&(number, alpha)| self.trials(study, Target::Marked(number), alpha, attacks, failures))
-                .collect();
+            let marks = scope.spawn(|| marked.iter().map(|&target| study.mark(target)).collect());
+            let trials = marked.iter().map(|&target| self.trials(study, target, attacks));
+            let trials = trials.collect();
             let marks = marks.join().unwrap_or_else(|panic| panic::resume_unwind(panic));
             (marks, trials)
         })
@@ -165,34 +151,25 @@ impl Campaign<'_> {
 
     /// One mesh under several attacks: finished cells, and those that are finished now.
     fn trials(
-        &self,
+        &mut self,
         study: &Study<'_>,
         target: Target,
-        alpha: f64,
         attacks: &[&'static Attack],
-        failures: &mut Failures,
     ) -> Result<Vec<Trial>> {
         let progress = self.setup.progress;
-        let mut done: Vec<Option<Cell>> = attacks
-            .iter()
-            .map(|attack| study.kept(target, alpha, attack))
-            .collect();
+        let mut done: Vec<Option<Cell>> = attacks.iter().map(|attack| study.kept(target, attack)).collect();
         let missing: Vec<usize> = (0..attacks.len()).filter(|&i| done[i].is_none()).collect();
         for _ in missing.len()..attacks.len() {
             progress.done(self.standin.model.size, None);
         }
         if !missing.is_empty() && !progress.is_over() {
             let wanted: Vec<&Attack> = missing.iter().map(|&i| attacks[i]).collect();
-            for (cell, &i) in self
-                .computed(study, target, alpha, &wanted)?
-                .into_iter()
-                .zip(&missing)
-            {
+            for (cell, i) in self.computed(study, target, &wanted)?.into_iter().zip(missing) {
                 match cell.transpose() {
                     Ok(cell) => done[i] = cell,
                     Err(error) => {
                         let name = self.name(study, target, &attacks[i].name);
-                        failures.0.push(format!("{name}: {error:#}"));
+                        self.failures.0.push(format!("{name}: {error:#}"));
                     }
                 }
             }
@@ -200,19 +177,17 @@ impl Campaign<'_> {
         let late = done.iter().filter(|cell| cell.is_none()).count();
         if late > 0 && progress.is_over() {
             let name = self.name(study, target, "no time was left");
-            failures.tell(format!("{name} for {late} cells"));
+            self.failures.tell(format!("{name} for {late} cells"));
         }
-        let finished = attacks.iter().zip(done);
-        Ok(finished
-            .filter_map(|(&attack, cell)| {
-                Some(Trial {
-                    target,
-                    attack,
-                    cell: cell?,
-                    picture: study.picture(target, alpha, attack),
-                })
+        let trial = |(&attack, cell): (&&'static Attack, Option<Cell>)| {
+            Some(Trial {
+                target,
+                attack,
+                cell: cell?,
+                picture: study.picture(target, attack),
             })
-            .collect())
+        };
+        Ok(attacks.iter().zip(done).filter_map(trial).collect())
     }
 
     /// Computes cells side by side, and says so; none where the time was over before it could begin.
@@ -220,43 +195,36 @@ impl Campaign<'_> {
         &self,
         study: &Study<'_>,
         target: Target,
-        alpha: f64,
         attacks: &[&Attack],
     ) -> Result<Vec<Option<Result<Cell>>>> {
         let (progress, vertices) = (self.setup.progress, self.standin.model.size);
         // All threads need it; computed by one of them it would keep the others waiting.
         study.prepare()?;
         let file = self.setup.work.join("marked.ply");
-        study.write(target, alpha, &file)?;
-        let reference = study.reference(target, alpha)?;
+        study.write(target, &file)?;
+        let reference = study.reference(target)?;
         let finder = Finder::new(&reference)?;
-        let cells: Vec<Mutex<Option<Result<Cell>>>> = attacks.iter().map(|_| Mutex::new(None)).collect();
-        let work = |&i: &usize| {
+        let algorithm = study.algorithm.id();
+        let work = |&attack: &&Attack| {
             if progress.is_over() {
-                return;
+                return None;
             }
-            let algorithm = study.algorithm.id();
-            let size = plan::picture_size(&self.standin.model, &algorithm, target, attacks[i]);
-            let cell = study.cell(target, alpha, attacks[i], &finder, &file, size);
-            let words = self.words(study, target, attacks[i], cell.as_ref());
-            progress.done(vertices, Some(&words));
-            *cells[i].lock().unwrap_or_else(PoisonError::into_inner) = Some(cell);
+            let size = plan::picture_size(&self.standin.model, &algorithm, target, attack);
+            let cell = study.cell(target, attack, &finder, &file, size);
+            progress.done(vertices, Some(&self.words(study, target, attack, cell.as_ref())));
+            Some(cell)
         };
-        let order: Vec<usize> = (0..attacks.len()).collect();
-        let bytes = |&i: &usize| plan::bytes_of(vertices, attacks[i]);
-        jobs::run(&order, self.setup.threads, jobs::free_memory(), bytes, work);
+        let bytes = |attack: &&Attack| plan::bytes_of(vertices, attack);
+        let cells = jobs::run(attacks, self.setup.threads, jobs::free_memory(), bytes, work);
         let _ = fs::remove_file(&file);
-        let cells = cells.into_iter();
-        Ok(cells
-            .map(|cell| cell.into_inner().unwrap_or_else(PoisonError::into_inner))
-            .collect())
+        Ok(cells)
     }
 
     /// What is called `what` of a mesh: an attack, mostly.
     fn name(&self, study: &Study<'_>, target: Target, what: &str) -> String {
-        let mesh = match target {
-            Target::Marked(number) => format!("signature {}", number + 1),
-            Target::Unmarked => "unmarked".into(),
+        let mesh = match target.is_marked {
+            true => format!("signature {}", target.signature + 1),
+            false => "unmarked".into(),
         };
         let model = &self.standin.model.name;
         format!("{model}, {}, {mesh}, {what}", study.algorithm.name())
@@ -276,10 +244,8 @@ impl Campaign<'_> {
             Err(error) => return format!("{name}: {error:#}"),
         };
         let printed = self.standin.model.printed_rate(&study.algorithm.id(), attack);
-        let printed = match (target, printed) {
-            (Target::Marked(_), Some(printed)) => format!(", printed {printed}"),
-            _ => String::new(),
-        };
+        let printed = printed.filter(|_| target.is_marked);
+        let printed = printed.map_or(String::new(), |printed| format!(", printed {printed}"));
         let seconds = cell.attack_seconds + cell.registration_seconds + cell.reading_seconds;
         format!("{name}: {}{printed}; {seconds:.1} s", cell.rates_in_words())
     }

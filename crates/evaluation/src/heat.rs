@@ -48,24 +48,20 @@ impl<'a> Heat<'a> {
         let diagonal = self.standin.mesh.bounding_box().diagonal();
         let all = self.fields.iter().flat_map(|(_, field)| field);
         let greatest = all.copied().fold(0.0, f64::max) / diagonal;
-        self.fields
-            .iter()
-            .map(|(algorithm, field)| {
-                let shares: Vec<f64> = field.iter().map(|distance| distance / diagonal).collect();
-                let own = shares.iter().copied().fold(0.0, f64::max);
-                let title = format!("{figure}: {}, {algorithm}", self.standin.file);
-                let scale = Scale::up_to(greatest);
-                let picture = heatmap(&self.standin.mesh, &shares, scale, 300, "% of the diagonal", 100.0);
-                Ok(Illustration {
-                    file: format!("heat_{}_{}.png", self.standin.file, algorithm.to_lowercase()),
-                    title,
-                    caption: format!(
-                        "Distance from the original's surface, at most {:.4} % of the diagonal. The algorithms' pictures share one scale.",
-                        100.0 * own
-                    ),
-                    bytes: picture.to_png()?,
-                })
+        let painted = |(algorithm, field): &(String, Vec<f64>)| {
+            let shares: Vec<f64> = field.iter().map(|distance| distance / diagonal).collect();
+            let own = 100.0 * shares.iter().copied().fold(0.0, f64::max);
+            let Standin { file, mesh, .. } = self.standin;
+            let scale = Scale::up_to(greatest);
+            Ok(Illustration {
+                file: format!("heat_{file}_{}.png", algorithm.to_lowercase()),
+                title: format!("{figure}: {file}, {algorithm}"),
+                caption: format!(
+                    "Distance from the original's surface, at most {own:.4} % of the diagonal. The algorithms' pictures share one scale."
+                ),
+                bytes: heatmap(mesh, &shares, scale, 300, "% of the diagonal", 100.0).to_png()?,
             })
-            .collect()
+        };
+        self.fields.iter().map(painted).collect()
     }
 }

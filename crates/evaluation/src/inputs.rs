@@ -21,17 +21,11 @@ pub fn surface(vertices: usize) -> TriMesh {
 }
 
 /// The mesh files of a folder, by name. Folders in it are not searched.
-///
-/// # Errors
-/// When the folder can't be read.
 pub fn mesh_files(folder: &Path) -> Result<Vec<PathBuf>> {
     files(folder, |path| Format::of_path(path).is_some())
 }
 
 /// The METIS graph files of a folder, `.graph` or `.graph.gz`, by name.
-///
-/// # Errors
-/// When the folder can't be read.
 pub fn graph_files(folder: &Path) -> Result<Vec<PathBuf>> {
     files(folder, |path| {
         let name = path.to_string_lossy();
@@ -57,10 +51,21 @@ pub fn name_of(path: &Path) -> String {
     name.split('.').next().unwrap_or_default().to_string()
 }
 
+/// Whether a name begins as one of these; any name does where none is asked for.
+pub fn is_chosen(name: &str, beginnings: &[String]) -> bool {
+    beginnings.is_empty() || beginnings.iter().any(|wanted| name.starts_with(wanted.as_str()))
+}
+
+/// The file that has this name, of its end apart. Where there is none, that is said.
+pub fn named<'a>(files: &'a [PathBuf], name: &str) -> Option<&'a PathBuf> {
+    let found = files.iter().find(|path| name_of(path) == name);
+    if found.is_none() {
+        eprintln!("no file {name}, left out");
+    }
+    found
+}
+
 /// Reads a METIS graph file, gzipped or not.
-///
-/// # Errors
-/// When the file can't be read or is no graph.
 pub fn read_graph(path: &Path) -> Result<Graph> {
     let shown = || path.display().to_string();
     let bytes = fs::read(path).with_context(shown)?;
@@ -75,9 +80,6 @@ pub fn read_graph(path: &Path) -> Result<Graph> {
 }
 
 /// The graph of a mesh's vertices and edges, all weights 1.
-///
-/// # Errors
-/// When the mesh has more edges than a graph can have.
 pub fn edge_graph(mesh: &TriMesh) -> Result<Graph> {
     let neighbours = mesh.neighbours();
     Ok(Graph::new(

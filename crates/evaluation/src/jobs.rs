@@ -15,29 +15,32 @@ pub(crate) fn free_memory() -> u64 {
     available_memory().map_or(0, |bytes| bytes.saturating_sub(RESERVE))
 }
 
-/// Runs every job on one of `threads` threads. A job begins when its `bytes` fit beside those that run; one that never fits runs
-/// alone. Jobs begin in their order.
-pub(crate) fn run<J: Sync>(
+/// Runs every job on one of `threads` threads, and gives what came out of each. A job begins when its `bytes` fit beside those that run;
+/// one that never fits runs alone. Jobs begin in their order.
+pub(crate) fn run<J: Sync, T: Send>(
     jobs: &[J],
     threads: usize,
     memory: u64,
     bytes: impl Fn(&J) -> u64 + Sync,
-    work: impl Fn(&J) + Sync,
-) {
-    struct State {
+    work: impl Fn(&J) -> T + Sync,
+) -> Vec<T> {
+    struct State<T> {
         next: usize,
         running: usize,
         held: u64,
+        done: Vec<Option<T>>,
     }
     let state = Mutex::new(State {
         next: 0,
         running: 0,
         held: 0,
+        done: jobs.iter().map(|_| None).collect(),
     });
     let ended = Condvar::new();
     let worker = || {
         let mut now = state.lock().unwrap_or_else(PoisonError::into_inner);
         while let Some(job) = jobs.get(now.next) {
+            let index = now.next;
             let needed = bytes(job);
             if now.running > 0 && now.held + needed > memory {
                 now = ended.wait(now).unwrap_or_else(PoisonError::into_inner);
@@ -47,8 +50,9 @@ pub(crate) fn run<J: Sync>(
             now.running += 1;
             now.held += needed;
             drop(now);
-            work(job);
+            let result = work(job);
             now = state.lock().unwrap_or_else(PoisonError::into_inner);
+            now.done[index] = Some(result);
             now.running -= 1;
             now.held -= needed;
             ended.notify_all();
@@ -59,6 +63,8 @@ pub(crate) fn run<J: Sync>(
             scope.spawn(worker);
         }
     });
+    let state = state.into_inner().unwrap_or_else(PoisonError::into_inner);
+    state.done.into_iter().flatten().collect()
 }
 
 #[cfg(test)]
@@ -71,19 +77,15 @@ mod tests {
         let jobs: Vec<u64> = (0..40).map(|i| 1 + i % 7).collect();
         for memory in [0, 7, 12] {
             let (held, runs) = (AtomicU64::new(0), AtomicUsize::new(0));
-            run(
-                &jobs,
-                3,
-                memory,
-                |&job| job,
-                |&job| {
-                    let now = held.fetch_add(job, SeqCst) + job;
-                    assert!(now <= memory.max(job), "{now} of {memory}");
-                    thread::yield_now();
-                    held.fetch_sub(job, SeqCst);
-                    runs.fetch_add(1, SeqCst);
-                },
-            );
+            let work = |&job: &u64| {
+                let now = held.fetch_add(job, SeqCst) + job;
+                assert!(now <= memory.max(job), "{now} of {memory}");
+                thread::yield_now();
+                held.fetch_sub(job, SeqCst);
+                runs.fetch_add(1, SeqCst);
+                job
+            };
+            assert_eq!(run(&jobs, 3, memory, |&job| job, work), jobs);
             assert_eq!(runs.load(SeqCst), jobs.len());
         }
     }

@@ -6,7 +6,7 @@ use std::{
     time::Instant,
 };
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, ensure};
 use job::Job;
 use mesh::{TriMesh, shapes};
 use mesh_io::{Asset, Format, Precision, write_mesh};
@@ -16,46 +16,46 @@ use sigmark::{Curve, Embedder, Outcome, SigningKey, Verdict, Verifier};
 use crate::attacks::random_similarity;
 
 /// Signs every mesh file below a folder, and says what was not as it should be. Larger meshes are passed over.
-///
-/// # Errors
-/// When the folder can't be read, or a check failed.
 pub fn run(folder: &Path, most_vertices: usize) -> Result<()> {
-    let mut failures = 0;
     let mut previous: Option<TriMesh> = None;
+    check_files(folder, |asset| {
+        ensure!(asset.mesh().vertex_count() <= most_vertices, "passed over");
+        let failed = check(asset, previous.as_ref()).context("not signed");
+        previous = Some(asset.mesh().clone());
+        Ok((String::new(), failed?))
+    })
+}
+
+/// Checks every mesh file below a folder, and says of each in words what it is and what was not as it should be; or why it was not
+/// checked. Fails if anything was not as it should be.
+pub(crate) fn check_files(
+    folder: &Path,
+    mut check: impl FnMut(&Asset) -> Result<(String, Vec<String>)>,
+) -> Result<()> {
+    let mut failures = 0;
     for path in files(folder)? {
         let Ok(asset) = Asset::open(&path) else { continue };
-        let vertices = asset.mesh().vertex_count();
-        let name = path.strip_prefix(folder).unwrap_or(&path).display();
-        if vertices > most_vertices {
-            println!("{name}: {vertices} vertices, passed over");
-            continue;
-        }
         let begun = Instant::now();
-        match check(&asset, previous.as_ref()) {
-            Ok(failed) => {
+        let said = match check(&asset) {
+            Ok((what, failed)) => {
                 failures += failed.len();
-                let verdict = if failed.is_empty() {
-                    "all as it should be".into()
-                } else {
-                    failed.join("; ")
+                let verdict = match failed.is_empty() {
+                    true => "all as it should be".into(),
+                    false => failed.join("; "),
                 };
-                println!(
-                    "{name}: {vertices} vertices, {verdict} ({:.1} s)",
-                    begun.elapsed().as_secs_f64()
-                );
+                format!("{what}{verdict} ({:.1} s)", begun.elapsed().as_secs_f64())
             }
-            Err(refused) => println!("{name}: {vertices} vertices, not signed: {refused:#}"),
-        }
-        previous = Some(asset.mesh().clone());
+            Err(refused) => format!("{refused:#}"),
+        };
+        let name = path.strip_prefix(folder).unwrap_or(&path).display();
+        println!("{name}: {} vertices, {said}", asset.mesh().vertex_count());
     }
-    if failures > 0 {
-        bail!("{failures} checks failed");
-    }
+    ensure!(failures == 0, "{failures} checks failed");
     Ok(())
 }
 
 /// Mesh files below a folder, by name.
-pub(crate) fn files(folder: &Path) -> Result<Vec<PathBuf>> {
+fn files(folder: &Path) -> Result<Vec<PathBuf>> {
     let mut found = Vec::new();
     for entry in fs::read_dir(folder).with_context(|| folder.display().to_string())? {
         let path = entry?.path();
@@ -119,16 +119,11 @@ fn check(asset: &Asset, other_model: Option<&TriMesh>) -> Result<Vec<String>> {
 }
 
 fn shown(verdict: &Verdict) -> String {
-    let remark = verdict
-        .mismatch
-        .map_or(String::new(), |mismatch| format!(", {mismatch:?}"));
+    let remark = verdict.mismatch.map_or(String::new(), |why| format!(", {why:?}"));
     format!("{:?}, ER {:?}{remark}", verdict.outcome, verdict.extraction_rate)
 }
 
 fn converted(mesh: &TriMesh, format: Format) -> Result<TriMesh> {
-    Ok(
-        Asset::from_bytes(write_mesh(mesh, format, Precision::Single), format)?
-            .mesh()
-            .clone(),
-    )
+    let asset = Asset::from_bytes(write_mesh(mesh, format, Precision::Single), format)?;
+    Ok(asset.mesh().clone())
 }

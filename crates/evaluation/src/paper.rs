@@ -89,9 +89,8 @@ impl Model {
 
     /// What is printed of an algorithm; none of those that the paper did not try.
     pub(crate) fn printed(&self, algorithm: &AlgorithmId) -> Option<&Printed> {
-        self.printed
-            .iter()
-            .find(|printed| printed.algorithm == *algorithm)
+        let mut printed = self.printed.iter();
+        printed.find(|printed| printed.algorithm == *algorithm)
     }
 
     /// The printed rate of an algorithm under an attack, or under the one that it stands for.
@@ -114,11 +113,7 @@ impl Printed {
         let name = attack.instead_of.as_ref().unwrap_or(&attack.name);
         let at = |table: &[Attack]| table.iter().position(|known| known.name == *name);
         let single = at(&tables.table4).and_then(|column| self.rates.get(column));
-        let combined = || {
-            at(&tables.table5)
-                .zip(self.combined.as_ref())
-                .and_then(|(column, rates)| rates.get(column))
-        };
+        let combined = || self.combined.as_ref()?.get(at(&tables.table5)?);
         single.or_else(combined).copied()
     }
 }

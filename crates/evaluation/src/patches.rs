@@ -1,12 +1,13 @@
 //! What a patch of a real mesh has to be: small enough, in one piece, and whole up to its border.
 
-use std::{path::Path, time::Instant};
+use std::path::Path;
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result};
 use job::Job;
 use mesh::{Components, Edges, TriMesh, components};
-use mesh_io::Asset;
 use sigmark::mark::{Patch, PatchCount, Patches};
+
+use crate::meshes::check_files;
 
 /// The paper's number of manifold harmonics.
 const FUNCTIONS: usize = 325;
@@ -18,40 +19,17 @@ const LEAST: usize = 2 * FUNCTIONS;
 const LIMIT: usize = 30_000;
 
 /// Cuts every mesh file below a folder into patches, and says what is not as it should be.
-///
-/// # Errors
-/// When the folder can't be read, or a check failed.
 pub fn run(folder: &Path) -> Result<()> {
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
-    let mut failures = 0;
-    for path in crate::meshes::files(folder)? {
-        let Ok(asset) = Asset::open(&path) else { continue };
-        let (mesh, begun) = (asset.mesh(), Instant::now());
-        let name = path.strip_prefix(folder).unwrap_or(&path).display();
+    check_files(folder, |asset| {
+        let mesh = asset.mesh();
         let parts = components(mesh);
-        let counted = format!(
-            "{name}: {} vertices, components {}",
-            mesh.vertex_count(),
-            parts.count
-        );
-        match Patches::cut(mesh, FUNCTIONS, PatchCount::Auto, &Job::new(threads)) {
-            Ok(patches) => {
-                let failed = check(mesh, &parts, &patches)?;
-                failures += failed.len();
-                println!(
-                    "{counted}, {}; {} ({:.1} s)",
-                    described(&patches),
-                    verdict(&failed),
-                    begun.elapsed().as_secs_f64()
-                );
-            }
-            Err(refused) => println!("{counted}, not cut: {refused}"),
-        }
-    }
-    if failures > 0 {
-        bail!("{failures} checks failed");
-    }
-    Ok(())
+        let counted = format!("components {}, ", parts.count);
+        let patches = Patches::cut(mesh, FUNCTIONS, PatchCount::Auto, &Job::new(threads))
+            .with_context(|| format!("{counted}not cut"))?;
+        let failed = check(mesh, &parts, &patches).unwrap_or_else(|error| vec![format!("{error:#}")]);
+        Ok((format!("{counted}{}; ", described(&patches)), failed))
+    })
 }
 
 fn described(patches: &Patches) -> String {
@@ -63,14 +41,6 @@ fn described(patches: &Patches) -> String {
         sizes().max().unwrap_or(0),
         patches.unmarked_vertices()
     )
-}
-
-fn verdict(failed: &[String]) -> String {
-    if failed.is_empty() {
-        "all as it should be".into()
-    } else {
-        failed.join("; ")
-    }
 }
 
 /// What is not as it should be.
@@ -106,8 +76,9 @@ fn check(mesh: &TriMesh, parts: &Components, patches: &Patches) -> Result<Vec<St
     for (&label, &component) in labels.iter().zip(&parts.of_vertex) {
         marked[component as usize] |= label > 0;
     }
-    let wrongly = (0..parts.count).filter(|&c| marked[c] != (parts.sizes[c] >= LEAST));
-    let wrongly = wrongly.count();
+    let wrongly = (0..parts.count)
+        .filter(|&c| marked[c] != (parts.sizes[c] >= LEAST))
+        .count();
     if wrongly > 0 {
         failed.push(format!(
             "{wrongly} components are marked and too small, or neither"

@@ -1,9 +1,6 @@
 //! Meshes in the colours of their patches, and a cropped suspect beside what it tells of the original.
 
-use std::{
-    fs,
-    path::{Path, PathBuf},
-};
+use std::{fs, path::Path};
 
 use anyhow::{Context, Result, ensure};
 use job::Job;
@@ -16,7 +13,8 @@ use registration::{align, resample};
 use sigmark::{Curve, Embedder, SigningKey};
 
 use crate::{
-    inputs::{edge_graph, mesh_files, name_of},
+    inputs::{edge_graph, mesh_files, named},
+    models::{up_y, up_z},
     process::root,
 };
 
@@ -31,64 +29,45 @@ const PALETTE: [u32; 10] = [
     0x4e79a7, 0xf28e2b, 0x59a14f, 0xe15759, 0xb07aa1, 0xedc948, 0x76b7b2, 0xff9da7, 0x9c755f, 0xbab0ac,
 ];
 
-struct Subject {
-    file: &'static str,
-    parts: usize,
-    view: View,
-    picture: &'static str,
-}
-
-const SUBJECTS: [Subject; 2] = [
-    Subject {
-        file: "igea_134k",
-        parts: 5,
-        view: View {
-            eye: [0.3, 0.0, 1.0],
-            up: [0.0, 1.0, 0.0],
-        },
-        picture: "igea_5_patches.png",
-    },
-    Subject {
-        file: "ct_skull_1081k_closed",
-        parts: 33,
-        view: View {
-            eye: [0.55, 1.0, 0.3],
-            up: [0.0, 0.0, 1.0],
-        },
-        picture: "skull_33_patches.png",
-    },
+/// Which files are painted in how many patches, how they are looked at, and what the picture is called.
+const SUBJECTS: [(&str, usize, View, &str); 2] = [
+    ("igea_134k", 5, up_y([0.3, 0.0, 1.0]), "igea_5_patches.png"),
+    (
+        "ct_skull_1081k_closed",
+        33,
+        up_z([0.55, 1.0, 0.3]),
+        "skull_33_patches.png",
+    ),
 ];
 
 /// Writes the pictures of the meshes that are there into results/.
-///
-/// # Errors
-/// When a mesh can't be read or partitioned, or a picture not written.
 pub fn run(meshes: &Path) -> Result<()> {
     let results = root().join("results");
     fs::create_dir_all(&results).with_context(|| results.display().to_string())?;
     let files = mesh_files(meshes)?;
-    for subject in &SUBJECTS {
-        let Some(file) = files.iter().find(|path| name_of(path) == subject.file) else {
-            eprintln!("{}: no file {}, left out", meshes.display(), subject.file);
-            continue;
-        };
+    for (name, parts, view, picture) in SUBJECTS {
+        let Some(file) = named(&files, name) else { continue };
         let asset = Asset::open(file)?;
-        let colours = colours(asset.mesh(), subject.parts)?;
-        let path = results.join(subject.picture);
-        let picture = Picture::of(asset.mesh(), Paint::Triangles(&colours), subject.view, SIZE);
-        fs::write(&path, picture.to_png()?).with_context(|| path.display().to_string())?;
-        println!("written: {}", path.display());
+        let colours = colours(asset.mesh(), parts)?;
+        let painted = Picture::of(asset.mesh(), Paint::Triangles(&colours), view, SIZE);
+        save(&painted, &results.join(picture))?;
     }
-    cropped(&files, meshes, &results.join("armadillo_cropped.png"))
+    match named(&files, CROPPED) {
+        Some(file) => save(&cropped(file)?, &results.join("armadillo_cropped.png")),
+        None => Ok(()),
+    }
+}
+
+fn save(picture: &Picture, path: &Path) -> Result<()> {
+    fs::write(path, picture.to_png()?).with_context(|| path.display().to_string())?;
+    println!("written: {}", path.display());
+    Ok(())
 }
 
 /// The model of Fig. 3, at a quarter of its vertices.
 const CROPPED: &str = "armadillo_43k";
 
-const FROM_THE_FRONT: View = View {
-    eye: [0.25, 0.1, 1.0],
-    up: [0.0, 1.0, 0.0],
-};
+const FROM_THE_FRONT: View = up_y([0.25, 0.1, 1.0]);
 
 /// sRGB: the suspect's surface, and vertices of the original that the suspect does not have.
 const SEEN: u32 = 0x8fb0cf;
@@ -96,24 +75,17 @@ const MISSING: u32 = 0xe8a15c;
 
 /// Fig. 3: a signed model cropped, turned and scaled; and, aligned and resampled, what it shows of the original. Vertices
 /// that were not seen are the original's, in another colour.
-fn cropped(files: &[PathBuf], meshes: &Path, picture: &Path) -> Result<()> {
-    let Some(file) = files.iter().find(|path| name_of(path) == CROPPED) else {
-        eprintln!("{}: no file {CROPPED}, left out", meshes.display());
-        return Ok(());
-    };
-    let asset = Asset::open(file)?;
+fn cropped(file: &Path) -> Result<Picture> {
+    let (asset, job) = (Asset::open(file)?, Job::default());
     let original = asset.mesh();
     let key = SigningKey::generate(Curve::P256, &mut ChaCha20Rng::seed_from_u64(2012));
-    let signed = Embedder::new(&key)
-        .chip_rate(1)
-        .embed(original, &job::Job::default())?;
+    let signed = Embedder::new(&key).chip_rate(1).embed(original, &job)?;
     let away = Similarity {
         scale: 0.1,
         ..Similarity::from_quaternion([1.0, 0.08, 0.2, -0.14])
     };
     let suspect = shapes::moved(&lower_part(signed.mesh())?, &away);
 
-    let job = job::Job::default();
     let found = align(original, &suspect, &Default::default(), &job)?;
     ensure!(found.aligned, "the cropped model does not align");
     let seen = resample(original, &suspect, &found.transform, &Default::default(), &job)?;
@@ -127,10 +99,7 @@ fn cropped(files: &[PathBuf], meshes: &Path, picture: &Path) -> Result<()> {
     let left = vec![linear(SEEN); suspect.triangle_count()];
     let [left, right] = [(&suspect, &left), (&resampled, &colours)]
         .map(|(mesh, colours)| Picture::of(mesh, Paint::Triangles(colours), FROM_THE_FRONT, 2 * SIZE / 3));
-    let both = Picture::beside(&left, &right);
-    fs::write(picture, both.to_png()?).with_context(|| picture.display().to_string())?;
-    println!("written: {}", picture.display());
-    Ok(())
+    Ok(Picture::beside(&left, &right))
 }
 
 /// The half of the vertices that lies lowest, and the triangles between them.
@@ -154,11 +123,8 @@ fn colours(mesh: &TriMesh, parts: usize) -> Result<Vec<Colour>> {
         ..Default::default()
     };
     let part_of = partition(&edge_graph(mesh)?, &options, &Job::default())?.part_of;
-    let corners = || {
-        mesh.triangles()
-            .iter()
-            .map(|t| t.map(|v| part_of[v as usize] as usize))
-    };
+    let triangles = mesh.triangles().iter();
+    let corners = || triangles.clone().map(|t| t.map(|v| part_of[v as usize] as usize));
     let mut touch = vec![vec![false; parts]; parts];
     for [a, b, c] in corners() {
         for (p, q) in [(a, b), (b, c), (c, a)] {

@@ -48,9 +48,9 @@ pub(crate) const SERIES: [(&str, ModelId, &[&str]); 5] = [
 /// The algorithms of a model: the paper's three, and on small models those that the paper did not try; MHBs alone on a model that is
 /// there again.
 pub(crate) fn algorithms(model: &Model, options: &Options) -> Vec<Box<dyn Algorithm>> {
-    let beyond = options.is_full() && model.patches <= MOST_PATCHES_BEYOND;
+    let beyond = options.full && model.patches <= MOST_PATCHES_BEYOND;
     let wanted = |id: AlgorithmId| {
-        let asked = options.algorithms.is_empty() || options.algorithms.contains(&id.to_string());
+        let asked = options.algorithm.is_empty() || options.algorithm.contains(&id.to_string());
         let usual = (beyond || model.printed(&id).is_some()) && !model.again;
         asked && (usual || id == AlgorithmId::MHB)
     };
@@ -60,10 +60,8 @@ pub(crate) fn algorithms(model: &Model, options: &Options) -> Vec<Box<dyn Algori
 
 /// Fails if an algorithm was asked for by an id that none has.
 pub(crate) fn check_algorithms(asked: &[String]) -> Result<()> {
-    let known: Vec<String> = entries(1)
-        .iter()
-        .map(|algorithm| algorithm.id().to_string())
-        .collect();
+    let known = entries(1);
+    let known: Vec<String> = known.iter().map(|algorithm| algorithm.id().to_string()).collect();
     match asked.iter().find(|id| !known.contains(id)) {
         Some(id) => bail!(
             "--algorithm {id}: there is none of that name; there are {}",
@@ -89,10 +87,9 @@ pub(crate) fn reads_unmarked(algorithm: &AlgorithmId, model: &Model) -> bool {
 
 /// The model whose α is swept: the paper's eros, or the bunny where it is alone.
 pub(crate) fn is_swept(algorithm: &AlgorithmId, model: &Model, options: &Options) -> bool {
-    let swept = if options.is_full() {
-        ModelId::Eros
-    } else {
-        ModelId::Bunny
+    let swept = match options.full {
+        true => ModelId::Eros,
+        false => ModelId::Bunny,
     };
     *algorithm == AlgorithmId::MHB && model.id == swept
 }
@@ -111,11 +108,9 @@ pub(crate) fn picture_size(
     target: Target,
     attack: &Attack,
 ) -> Option<usize> {
-    let shown = !model.again
-        && SERIES
-            .iter()
-            .any(|(_, id, attacks)| *id == model.id && attacks.contains(&attack.spec.as_str()));
-    (shown && *algorithm == AlgorithmId::MHB && matches!(target, Target::Marked(0))).then_some(PICTURE)
+    let mut series = SERIES.iter().filter(|(_, id, _)| *id == model.id && !model.again);
+    let shown = series.any(|(_, _, attacks)| attacks.contains(&attack.spec.as_str()));
+    (shown && *algorithm == AlgorithmId::MHB && target.is_first()).then_some(PICTURE)
 }
 
 /// The pieces of work that a run has, before it is known which are finished.
@@ -136,7 +131,7 @@ pub(crate) fn progress(candidates: &[Candidate], options: &Options) -> Progress 
             vertices += cells as f64 * model.size;
         }
     }
-    Progress::new(pieces, vertices, options.closing)
+    Progress::new(pieces, vertices, options.closing())
 }
 
 /// The memory that a cell needs at most, in bytes: MeshLab's structures, and ours.

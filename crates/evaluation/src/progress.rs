@@ -46,12 +46,8 @@ impl Progress {
         state.computed += vertices;
         let passed = self.begun.elapsed().as_secs_f64();
         let rest = passed * state.left.max(0.0) / state.computed.max(1.0);
-        println!(
-            "[{:>3}/{}] {words}; about {} left",
-            state.pieces,
-            self.total,
-            duration(rest)
-        );
+        let (done, all, rest) = (state.pieces, self.total, duration(rest));
+        println!("[{done:>3}/{all}] {words}; about {rest} left");
     }
 
     /// Whether it is too late to begin something.

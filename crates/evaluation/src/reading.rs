@@ -1,4 +1,7 @@
 //! From an attacked mesh to bits: the same way for every algorithm, which sees neither the signature nor the true pose.
+//!
+//! The paper's rule reads in the one pose that the surfaces agree on best, as the paper prints it. An algorithm's other methods read as
+//! `sigmark verify` does, by the same code: in all the poses that there are, which they better.
 
 use std::time::Instant;
 
@@ -7,7 +10,7 @@ use baselines::{DetectorId, Prepared};
 use job::Job;
 use mesh::{Similarity, TriMesh};
 use registration::{Alignment, PreparedMesh};
-use sigmark::mark::{Reader, SoftBits, Suspect};
+use sigmark::mark::{self, Reader, Suspect};
 
 /// What suspects are brought onto.
 pub(crate) struct Finder {
@@ -16,19 +19,32 @@ pub(crate) struct Finder {
     pub(crate) seconds: f64,
 }
 
-/// A suspect that was brought onto the reference, ready to be read in any pose.
+/// A suspect that was brought onto the reference.
 pub(crate) struct Found {
+    /// For the paper's rule.
     pub(crate) alignment: Alignment,
+    /// For the other methods.
+    poses: mark::Found,
+    /// In any pose.
     suspect: Suspect,
     pub(crate) seconds: f64,
 }
 
-/// What the detectors read, and in how many seconds.
+/// What was read, and in how many seconds.
 pub(crate) struct Read {
-    pub(crate) readings: Vec<(DetectorId, SoftBits)>,
+    /// The paper's rule first.
+    pub(crate) readings: Vec<Reading>,
     /// The share of the reference's vertices that were not seen.
     pub(crate) missing: f64,
     pub(crate) seconds: f64,
+}
+
+/// The bits that one way to read gave.
+pub(crate) struct Reading {
+    pub(crate) detector: DetectorId,
+    pub(crate) bits: Vec<bool>,
+    /// Of how many readings they could have been chosen.
+    pub(crate) tries: usize,
 }
 
 impl Finder {
@@ -42,10 +58,16 @@ impl Finder {
 
     /// Brings the suspect onto the reference (section 4.4.1).
     pub(crate) fn find(&self, suspect: &TriMesh) -> Result<Found> {
-        let begun = Instant::now();
+        let (begun, job) = (Instant::now(), Job::default());
         let suspect = PreparedMesh::from(suspect);
-        let alignment = self.reader.align(&suspect, &Job::default())?;
+        let poses = self.reader.find(&suspect, &job)?;
+        // Found by its vertices, it may have many poses, none of which the surfaces have judged.
+        let alignment = match poses.alignment() {
+            Some(alignment) => alignment.clone(),
+            None => self.reader.align(&suspect, &job)?,
+        };
         Ok(Found {
+            poses,
             suspect: self.reader.suspect(&suspect, &alignment),
             alignment,
             seconds: begun.elapsed().as_secs_f64(),
@@ -54,16 +76,44 @@ impl Finder {
 }
 
 impl Found {
-    /// Samples the suspect at the reference's vertices under a transform, and reads it with each detector of the algorithm. As in the
-    /// paper, the pose is not bettered by what is read.
-    pub(crate) fn read(&self, prepared: &dyn Prepared, alpha: f64, transform: &Similarity) -> Result<Read> {
-        let begun = Instant::now();
-        let registered = self.suspect.sample(transform, &Job::default())?;
-        let readings = prepared.extract(&registered, alpha, &Job::default())?;
+    /// Reads the suspect with the algorithm's rule and by each of its methods. Of several poses, a method takes the one in which it agrees
+    /// best with the bits that are `expected`.
+    pub(crate) fn read(&self, prepared: &dyn Prepared, alpha: f64, expected: &[bool]) -> Result<Read> {
+        let (begun, job) = (Instant::now(), Job::default());
+        let registered = self.suspect.sample(&self.alignment.transform, &job)?;
+        let mut readings = vec![Reading {
+            detector: DetectorId::PAPER,
+            bits: prepared.extract(&registered, alpha, &job)?.hard(),
+            tries: 1,
+        }];
+        for (detector, method) in prepared.methods(alpha)? {
+            let reading = self.poses.read(&method, expected, &job)?;
+            readings.push(Reading {
+                detector,
+                bits: reading.soft.hard(),
+                tries: reading.tries,
+            });
+        }
         Ok(Read {
             readings,
             missing: registered.missing(),
             seconds: begun.elapsed().as_secs_f64(),
         })
+    }
+
+    /// The bits of the same readings in a known pose, which the methods better all the same.
+    pub(crate) fn read_in(
+        &self,
+        pose: &Similarity,
+        prepared: &dyn Prepared,
+        alpha: f64,
+    ) -> Result<Vec<Vec<bool>>> {
+        let job = Job::default();
+        let registered = self.suspect.sample(pose, &job)?;
+        let mut bits = vec![prepared.extract(&registered, alpha, &job)?.hard()];
+        for (_, method) in prepared.methods(alpha)? {
+            bits.push(self.suspect.read(&method, pose, &job)?.soft.hard());
+        }
+        Ok(bits)
     }
 }

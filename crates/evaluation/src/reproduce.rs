@@ -40,7 +40,7 @@ const STRANGERS: usize = 2;
 /// When something is missing or can't be right, after the pages were written; when no work can be kept or no page written; without
 /// Python, after a made-up surface was signed in place of it all.
 pub fn run(options: &Options) -> Result<()> {
-    plan::check_algorithms(&options.algorithms)?;
+    plan::check_algorithms(&options.algorithm)?;
     let python = match Python::prepare() {
         Ok(python) => python,
         Err(missing) => return bare::run(&missing),
@@ -82,12 +82,13 @@ pub fn run(options: &Options) -> Result<()> {
                 continue;
             }
         };
-        let campaign = Campaign {
+        let mut campaign = Campaign {
             setup: &setup,
             options,
             standin: &standin,
+            failures: &mut failures,
         };
-        match campaign.run(&mut failures, &mut pictures) {
+        match campaign.run(&mut pictures) {
             Ok(outcome) => outcomes.push(outcome),
             Err(error) => failures.tell(format!("{}: {error:#}", standin.model.name)),
         }
@@ -99,8 +100,9 @@ pub fn run(options: &Options) -> Result<()> {
         pictures,
         foot: foot(&store, &python, &progress, &commit)?,
     };
-    pages::write(&results, &options.output, options.is_full())?;
-    println!("\nwritten: {}", options.output.display());
+    let output = options.folder();
+    pages::write(&results, &output, options.full)?;
+    println!("\nwritten: {}", output.display());
     audit::check(&results)
 }
 
@@ -109,12 +111,9 @@ fn locked(folder: &Path) -> Result<File> {
     fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     let path = folder.join("lock");
     let file = File::create(&path).with_context(|| path.display().to_string())?;
-    file.try_lock().with_context(|| {
-        format!(
-            "{}: another reproduction is running here; wait for its end",
-            path.display()
-        )
-    })?;
+    let shown = path.display();
+    let locked = file.try_lock();
+    locked.with_context(|| format!("{shown}: another reproduction is running here; wait for its end"))?;
     Ok(file)
 }
 
@@ -130,26 +129,26 @@ fn candidates(options: &Options, python: &Python, failures: &mut Failures) -> Re
 
 /// The marks: signatures of different messages with one key, which comes from a fixed seed and protects nothing.
 fn marks(key: &SigningKey, count: usize) -> Result<Vec<Signed>> {
-    (0..count.max(1))
-        .map(|number| {
-            let message = format!("Sigmark reproduction {}", number + 1);
-            Ok(Signed {
-                number,
-                signature: key.sign(SCHEME, message.as_bytes())?,
-                message,
-            })
+    let signed = |number| {
+        let message = format!("Sigmark reproduction {}", number + 1);
+        Ok(Signed {
+            number,
+            signature: key.sign(SCHEME, message.as_bytes())?,
+            message,
         })
-        .collect()
+    };
+    (0..count.max(1)).map(signed).collect()
 }
 
 /// Signatures of messages that no mesh bears, with the same key.
 fn strangers(key: &SigningKey) -> Result<Vec<Signature>> {
-    (1..=STRANGERS)
-        .map(|number| {
-            let message = format!("Sigmark reproduction, in no mesh {number}");
-            Ok(key.sign(SCHEME, message.as_bytes())?)
-        })
-        .collect()
+    let signed = |number| {
+        key.sign(
+            SCHEME,
+            format!("Sigmark reproduction, in no mesh {number}").as_bytes(),
+        )
+    };
+    Ok((1..=STRANGERS).map(signed).collect::<Result<_, _>>()?)
 }
 
 /// Machine, versions, seeds, duration: what stands below the tables.

@@ -94,7 +94,7 @@ impl Column {
 
     /// Those of marked meshes.
     pub(crate) fn marked(&self) -> impl Iterator<Item = &Trial> {
-        self.trials.iter().filter(|trial| trial.is_marked())
+        self.trials.iter().filter(|trial| trial.target.is_marked)
     }
 
     /// What a detector read from the marked meshes after an attack.
@@ -134,10 +134,6 @@ impl Column {
 }
 
 impl Trial {
-    pub(crate) fn is_marked(&self) -> bool {
-        matches!(self.target, Target::Marked(_))
-    }
-
     pub(crate) fn rated(&self, detector: &DetectorId) -> impl Iterator<Item = &Rated> {
         let readings = self.cell.readings.iter();
         readings.filter(move |rated| rated.detector == *detector)

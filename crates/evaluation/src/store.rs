@@ -86,10 +86,8 @@ impl Store {
             code: self.code.clone(),
             value: serde_json::to_value(value)?,
         };
-        self.write(
-            &self.path(kind, inputs, "json"),
-            serde_json::to_string(&entry)?.as_bytes(),
-        )
+        let path = self.path(kind, inputs, "json");
+        self.write(&path, serde_json::to_string(&entry)?.as_bytes())
     }
 
     /// Keeps bytes beside a finished piece.

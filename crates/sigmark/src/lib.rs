@@ -55,8 +55,8 @@ pub mod mark;
 pub mod payload;
 
 pub use claim::{
-    Certificate, CertificateError, Coverage, Embedder, MarkRecord, Mismatch, Outcome, SigmarkError, Signed,
-    Verdict, Verifier,
+    Certificate, CertificateError, Dispute, Embedder, Mismatch, Outcome, Precedence, SigmarkError, Signed,
+    Statement, Verdict, Verifier,
     keys::{KeyError, PublicKey, SigningKey},
 };
 pub use mark::{PatchCount, Strength};

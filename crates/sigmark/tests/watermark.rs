@@ -10,9 +10,8 @@ use mhb_core::{LaplacianKind, Spectrum, SpectrumOptions};
 use proptest::prelude::*;
 use rand_chacha::{ChaCha20Rng, rand_core::SeedableRng};
 use sigmark::{
-    Certificate, CertificateError, Coverage, Curve, Embedder, GeometryDigest, Mismatch, Outcome, PatchCount,
-    Scheme, SigmarkError, Signed, SigningKey, Strength, Verdict, Verifier,
-    claim::VERSION,
+    Certificate, Curve, Embedder, Mismatch, Outcome, PatchCount, Scheme, SigmarkError, Signed, SigningKey,
+    Strength, Verdict, Verifier,
     mark::{
         ChipLayout, CoefficientDetector, Detector, MarkError, MarkLayout, Original, Patch, PatchBasis,
         Registered,
@@ -35,6 +34,7 @@ fn judge(original: &TriMesh, signed: &Signed, suspect: &TriMesh) -> Verdict {
     let certificate = signed.certificate();
     Verifier::new(original, certificate, certificate.public_key())
         .unwrap()
+        .paper_profile(true)
         .verify(suspect, &Job::default())
         .unwrap()
 }
@@ -240,7 +240,7 @@ fn a_certificate_says_which_laplacian_gave_the_harmonics() {
     assert_ne!(cotangent.positions(), intrinsic.positions());
     let json = intrinsic.certificate().to_json().unwrap();
     let certificate = Certificate::from_json(&json).unwrap();
-    assert_eq!(certificate.mark().laplacian, LaplacianKind::Intrinsic);
+    assert_eq!(certificate.statement().laplacian, LaplacianKind::Intrinsic);
     let public_key = key.public_key();
     let verifier = Verifier::new(&mesh, &certificate, &public_key).unwrap();
     let verdict = verifier.verify(intrinsic.mesh(), &Job::default()).unwrap();
@@ -392,7 +392,7 @@ fn every_scheme_signs_and_verifies() {
             .embed(&mesh, &Job::default())
             .unwrap();
         assert_eq!(judge(&mesh, &signed, signed.mesh()).outcome, Outcome::Verified);
-        assert_eq!(signed.certificate().mark().signature.bits().len(), scheme.bits());
+        assert_eq!(signed.certificate().bits().len(), scheme.bits());
     }
 }
 
@@ -443,12 +443,12 @@ fn every_patch_carries_the_whole_signature() {
         .patches(PatchCount::Exactly(5))
         .embed(&mesh, &Job::default())
         .unwrap();
-    assert_eq!(signed.certificate().mark().patches.len(), 5);
+    assert_eq!(signed.certificate().statement().alphas.len(), 5);
     let turned = shapes::shuffled(&shapes::scaled(signed.mesh(), 3.0), 1);
     assert_eq!(judge(&mesh, &signed, &turned).outcome, Outcome::Verified);
 
     // One patch alone, the others as they were.
-    let bits = signed.signature().bits();
+    let bits = signed.certificate().bits();
     for patch in signed.original().patches().iter() {
         let mut positions: Vec<_> = mesh.positions().iter().copied().map(Some).collect();
         for &v in patch.vertices() {
@@ -489,56 +489,6 @@ fn small_pieces_ride_along_unmarked() {
 }
 
 #[test]
-fn a_certificate_reads_back_and_every_edit_is_noticed() {
-    let mesh = shapes::bumpy_sphere(4, 9);
-    let json = sign(&mesh, 1).certificate().to_json().unwrap();
-    let certificate = Certificate::from_json(&json).unwrap();
-    assert_eq!(certificate.to_json().unwrap(), json);
-    assert_eq!(certificate.message(), "order 4711");
-    assert_eq!(certificate.original().digest, GeometryDigest::of(&mesh));
-
-    let foreign = key(Curve::P256, 9).public_key().to_pem();
-    let mut value: serde_json::Value = serde_json::from_str(&json).unwrap();
-    let edits: [(&str, serde_json::Value); 9] = [
-        ("/message", "order 4712".into()),
-        ("/public_key", foreign.into()),
-        ("/original/vertices", 7.into()),
-        (
-            "/original/digest",
-            GeometryDigest::of(&shapes::tetrahedron()).to_string().into(),
-        ),
-        ("/mark/signature", "0".repeat(128).into()),
-        ("/mark/chip_rate", 2.into()),
-        ("/mark/laplacian", "intrinsic".into()),
-        ("/mark/coverage", "message".into()),
-        ("/mark/patches/0/alpha", 0.5.into()),
-    ];
-    for (pointer, edited) in edits {
-        let old = std::mem::replace(value.pointer_mut(pointer).unwrap(), edited);
-        let error = Certificate::from_json(&value.to_string()).unwrap_err();
-        assert!(matches!(error, CertificateError::Seal), "{pointer}: {error}");
-        *value.pointer_mut(pointer).unwrap() = old;
-    }
-    value["version"] = 1.into();
-    assert!(matches!(
-        Certificate::from_json(&value.to_string()),
-        Err(CertificateError::Version { found: 1 })
-    ));
-    value["version"] = VERSION.into();
-    value["extra"] = true.into();
-    assert!(matches!(
-        Certificate::from_json(&value.to_string()),
-        Err(CertificateError::Malformed(_))
-    ));
-    for cut in (0..json.len() - 2)
-        .step_by(97)
-        .filter(|&cut| json.is_char_boundary(cut))
-    {
-        assert!(Certificate::from_json(&json[..cut]).is_err());
-    }
-}
-
-#[test]
 fn original_certificate_and_key_must_belong_together() {
     let mesh = shapes::bumpy_sphere(4, 9);
     let signed = sign(&mesh, 1);
@@ -550,30 +500,6 @@ fn original_certificate_and_key_must_belong_together() {
     ));
     let error = Verifier::new(signed.mesh(), certificate, certificate.public_key()).unwrap_err();
     assert!(matches!(error, SigmarkError::AnotherOriginal { .. }));
-}
-
-#[test]
-fn a_forger_cannot_call_a_mesh_with_his_mark_taken_off_the_original() {
-    // Mallory has the signed mesh. He writes a mark of his own into it, and calls the mesh less that mark the original, so that the
-    // signed mesh is what he would have signed. The certificate that he issues for that original is a valid one.
-    let signed = sign(&shapes::bumpy_sphere(4, 9), 1);
-    let forge = |coverage| {
-        let his = key(Curve::P256, 2);
-        let his = Embedder::new(&his).chip_rate(1).coverage(coverage);
-        let mark = his.embed(signed.mesh(), &Job::default()).unwrap();
-        let pairs = signed.positions().iter().zip(mark.positions());
-        let forged = pairs.map(|(s, m)| std::array::from_fn(|i| s[i] - (m[i] - s[i])));
-        let forged = signed.mesh().with_positions(forged.collect()).unwrap();
-        let claim = his.embed(&forged, &Job::default()).unwrap();
-        judge(&forged, &claim, signed.mesh())
-    };
-    // A signature of the message alone is the same for every original.
-    assert_eq!(forge(Coverage::Message).outcome, Outcome::Verified);
-    let verdict = forge(Coverage::MessageAndGeometry);
-    assert!(
-        !verdict.outcome.is_found() && verdict.p_value > 1e-4,
-        "{verdict:?}"
-    );
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 mod analysing;
 mod comparing;
+mod disputing;
 mod numbers;
 mod shared;
 mod signing;
@@ -11,6 +12,7 @@ use clap::{Parser, Subcommand};
 pub(crate) use self::{
     analysing::{Inspect, Laplacian, Partition, Spectrum},
     comparing::{Align, Compare, Heat, MetricName},
+    disputing::Dispute,
     shared::{Common, TimeLimit},
     signing::{Embed, Keygen, Profile, Verify},
 };
@@ -46,6 +48,8 @@ pub(crate) enum Command {
     Embed(Embed),
     /// Ask whether a suspect mesh carries a signature
     Verify(Verify),
+    /// Ask which of two claims on a model came first
+    Dispute(Dispute),
     /// Move a suspect onto its original
     Align(Align),
     /// Measure how far two meshes differ

@@ -3,14 +3,14 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use sigmark::{Coverage, Curve, PatchCount, Scheme, Strength};
+use sigmark::{Curve, PatchCount, Scheme, Strength};
 
 use super::{Common, Laplacian, TimeLimit, numbers};
 
 /// A curve, a hash function, and what is signed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Profile {
-    /// ECDSA on P-256 with SHA-256, 512 bits, over the message and the original's geometry
+    /// ECDSA on P-256 with SHA-256, 512 bits, over all that the claim rests on: key, original, mark, message
     #[default]
     Standard,
     /// The paper's: ECDSA on a binary curve (B-163) with SHA-1, 324 bits, over the message alone. For reproduction only
@@ -26,13 +26,6 @@ impl Profile {
         match self {
             Self::Standard => Scheme::EcdsaP256Sha256,
             Self::Paper => Scheme::EcdsaB163Sha1,
-        }
-    }
-
-    pub(crate) fn coverage(self) -> Coverage {
-        match self {
-            Self::Standard => Coverage::MessageAndGeometry,
-            Self::Paper => Coverage::Message,
         }
     }
 }
@@ -95,6 +88,9 @@ pub(crate) struct Embed {
         hide_default_value = true
     )]
     pub(crate) message: String,
+    /// Whom this copy is for: a text that stands in the certificate and is signed [default: none]
+    #[arg(long, value_name = "TEXT", default_value = "", hide_default_value = true)]
+    pub(crate) recipient: String,
     /// Where to write the certificate [default: the output's name and .cert.json]
     #[arg(long, value_name = "FILE")]
     pub(crate) certificate: Option<PathBuf>,
@@ -143,35 +139,52 @@ impl Embed {
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
-Example:
-  sigmark verify found.obj --original model.obj --certificate signed.obj.cert.json \\
-      --public-key owner.pub.pem
+Examples:
+  sigmark verify found.obj --certificate signed.obj.cert.json
+  sigmark verify found.obj --certificate signed.obj.cert.json --original model.obj \\
+      --public-key owner.pub.pem --dispute
+
+The first is for the owner: the original is looked for beside the certificate, by its name, then by its digest, and the key is the \
+certificate's own. The second is for a third party, who has the key from its owner.
 
 Exit code 0 if the signature was read back (verified) or its presence is beyond doubt (detected), 1 if it was not found.
+
+Two levels. Detected: a model without the mark comes so far with a probability of 1e-6 at most (--p-bound). That holds for a claim that was \
+there before the suspect: your own, or one with a time stamp. Who could make a claim after he saw the suspect can try many, and needs \
+to be below 2^-120, which 2^80 tries do not reach with a probability of 2^-40: evidence against a stranger. --dispute asks for that, \
+and exits with 1 below it.
 
 The suspect may be in any format, moved, turned, scaled, mirrored, its vertices and faces in any order. Where it lost the \
 original's triangles, because it was cropped, decimated, subdivided or re-meshed, it is laid onto the original by its \
 surface; at least 80 % of that must lie there.
 
---json prints: outcome (verified, detected or not_found), extraction_rate (0 to 1), p_value, correlation, bits, \
+--json prints: outcome (verified, detected or not_found), evidence (whether p_value is at most 2^-120 for a mark that binds the \
+original), scheme, signed (what the signature in the shape covers: statement or message), own_key (whether the key is the \
+certificate's), original (file name), extraction_rate (0 to 1), p_value, p_dispute (2^80 p_value, at most 1), correlation, bits, \
 bit_errors, registration (connectivity, surroundings or surface), poses (how many were tried), overlap (share of the \
 suspect's surface that lies on the original, 0 to 1), coverage (share of the original's that lies on the suspect), missing \
 (share of the original's vertices that were not seen), residual (fraction of the diagonal), transform (4 × 4, suspect to \
 original), mirrored, attack_model (of what moved the suspect, the shares of squared displacements that mark, misalignment, \
-smoothing, tessellation_bias and noise explain; null where the paper's rule alone read it), remark (why it is another shape), message, public_key (fingerprint), seconds (of each stage). What can't be said \
+smoothing, tessellation_bias and noise explain; null where the paper's rule alone read it), remark (why it is another shape), message, recipient, public_key (fingerprint), seconds (of each stage). What can't be said \
 is null.")]
 pub(crate) struct Verify {
     /// The mesh in question
     pub(crate) suspect: PathBuf,
-    /// The very file that was signed
-    #[arg(long, value_name = "FILE")]
-    pub(crate) original: PathBuf,
     /// The certificate that embed wrote
     #[arg(long, value_name = "FILE")]
     pub(crate) certificate: PathBuf,
-    /// The signer's public key
-    #[arg(long, value_name = "PEM")]
-    pub(crate) public_key: PathBuf,
+    /// The very file that was signed [default: looked for beside the certificate]
+    #[arg(long, value_name = "FILE", required_if_eq("dispute", "true"))]
+    pub(crate) original: Option<PathBuf>,
+    /// The signer's public key [default: the certificate's own]
+    #[arg(long, value_name = "PEM", required_if_eq("dispute", "true"))]
+    pub(crate) public_key: Option<PathBuf>,
+    /// Ask for evidence that holds against a stranger, who may have made his claim after he saw the suspect
+    #[arg(long)]
+    pub(crate) dispute: bool,
+    /// Read marks of the paper's profile, too, which do not say whose the model is
+    #[arg(long, value_enum)]
+    pub(crate) profile: Option<Profile>,
     /// The largest probability of being wrong that counts as detected
     #[arg(long, value_name = "P", default_value = "1e-6", allow_negative_numbers = true, value_parser = numbers::between_0_and_1)]
     pub(crate) p_bound: f64,

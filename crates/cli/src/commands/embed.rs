@@ -57,13 +57,17 @@ fn write(arguments: &Embed, certificate: &Path, asset: &Asset, signed: &Signed, 
         );
     }
     let (mesh, json) = (marked.to_bytes(), signed.certificate().to_json()?);
-    let outputs = [(&*arguments.output, &*mesh), (certificate, json.as_bytes())];
-    files::write_together(&outputs.map(Output::public), arguments.force)
+    let outputs = [
+        (&*arguments.output, &*mesh, false),
+        (certificate, json.as_bytes(), true),
+    ];
+    let outputs = outputs.map(|(path, bytes, private)| Output { path, bytes, private });
+    files::write_together(&outputs, arguments.force)
 }
 
 /// What `--json` prints.
 fn object(arguments: &Embed, signed: &Signed, certificate: &Path, seconds: &Seconds) -> Value {
-    let scheme = signed.signature().scheme();
+    let scheme = signed.certificate().statement().scheme;
     json!({
         "output": arguments.output,
         "certificate": certificate,
@@ -99,6 +103,8 @@ fn check_outputs(arguments: &Embed, certificate: &Path) -> Result<()> {
 fn embedder(arguments: &Embed, key: &SigningKey) -> Result<Embedder> {
     let mut embedder = Embedder::new(key)
         .message(&arguments.message)
+        .recipient(&arguments.recipient)
+        .original_name(file_name(&arguments.model))
         .chip_rate(arguments.chip_rate)
         .strength(arguments.strength())
         .patches(arguments.patches)
@@ -117,7 +123,7 @@ fn embedder(arguments: &Embed, key: &SigningKey) -> Result<Embedder> {
                 profile.curve()
             );
         }
-        embedder = embedder.scheme(profile.scheme()).coverage(profile.coverage());
+        embedder = embedder.scheme(profile.scheme());
     }
     // On the paper's curve the scheme hashes with SHA-1 anyway.
     if arguments.sha1 && key.curve() == Curve::P256 {
@@ -126,8 +132,15 @@ fn embedder(arguments: &Embed, key: &SigningKey) -> Result<Embedder> {
     Ok(embedder)
 }
 
+/// What of a path is in its folder; nothing of what is no text.
+fn file_name(path: &Path) -> &str {
+    path.file_name()
+        .and_then(|name| name.to_str())
+        .unwrap_or_default()
+}
+
 fn summary(arguments: &Embed, signed: &Signed, certificate: &Path, seconds: &Seconds) -> Lines {
-    let scheme = signed.signature().scheme();
+    let scheme = signed.certificate().statement().scheme;
     let original = signed.original();
     let model = arguments.model.display();
     let mut lines = Lines::new(format!("Signed {model}"));

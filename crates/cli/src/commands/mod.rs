@@ -2,6 +2,7 @@
 
 pub(crate) mod align;
 pub(crate) mod compare;
+pub(crate) mod dispute;
 pub(crate) mod embed;
 pub(crate) mod inspect;
 pub(crate) mod keygen;

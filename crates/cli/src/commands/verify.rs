@@ -1,18 +1,16 @@
 use std::{path::Path, sync::Arc};
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use job::JobError;
 use registration::MatchedBy;
-use serde_json::{Value, json};
-use sigmark::{
-    Certificate, GeometryDigest, Mismatch, Outcome, SigmarkError, Verdict, Verifier, mark::MarkError,
-};
+use serde_json::{Map, Value, json};
+use sigmark::{GeometryDigest, Mismatch, Outcome, SigmarkError, Verdict, mark::MarkError};
 
 use crate::{
     Answer,
-    args::Verify,
-    files::{self, Text},
-    keys,
+    args::{Profile, Verify},
+    claims::{Claim, ClaimFiles},
+    files,
     progress::Progress,
     report::{self, Lines, Seconds},
 };
@@ -20,45 +18,50 @@ use crate::{
 pub(crate) fn run(arguments: &Verify) -> Result<Answer> {
     let progress = Arc::new(Progress::within(arguments.time_limit.duration()));
     progress.begin("reading", "reading");
-    let text = files::read_text(&arguments.certificate, Text::Certificate)?;
-    let certificate =
-        Certificate::from_json(&text).with_context(|| arguments.certificate.display().to_string())?;
-    let public_key = keys::read_public(&arguments.public_key)?;
-    let original = files::open_mesh(&arguments.original)?;
+    let files = ClaimFiles {
+        certificate: arguments.certificate.clone(),
+        original: arguments.original.clone(),
+        public_key: arguments.public_key.clone(),
+    };
+    let claim = files.read()?;
     let suspect = files::open_mesh(&arguments.suspect)?;
-    let verifier = Verifier::new(original.mesh(), &certificate, &public_key).map_err(|error| {
+    let verifier = claim.verifier().map_err(|error| {
         let swapped = matches!(error, SigmarkError::AnotherOriginal { .. })
-            && GeometryDigest::of(suspect.mesh()) == certificate.original().digest;
-        if swapped {
-            the_wrong_way_round(arguments)
-        } else {
-            blame(error, arguments)
+            && GeometryDigest::of(suspect.mesh()) == claim.certificate.statement().original.digest;
+        match swapped {
+            true => the_wrong_way_round(&arguments.suspect, &claim.original_path),
+            false => blame(error, arguments, &claim),
         }
     })?;
     let verdict = verifier
         .p_bound(arguments.p_bound)
+        .paper_profile(arguments.profile == Some(Profile::Paper))
         .verify(suspect.mesh(), &progress.job(arguments.common.threads()))
-        .map_err(|error| blame(error, arguments))?;
+        .map_err(|error| blame(error, arguments, &claim))?;
     let seconds = progress.finish();
 
-    let lines = summary(arguments, &verdict, &certificate, &seconds);
-    report::print(
-        arguments.common.json,
-        &object(&verdict, &certificate, &seconds),
-        &lines,
-    )?;
-    Ok(match verdict.outcome.is_found() {
-        true => Answer::Yes,
-        false => Answer::No,
-    })
+    let mut object = described(&verdict, &claim);
+    object.insert("seconds".into(), report::seconds_json(&seconds));
+    let lines = summary(arguments, &verdict, &claim, &seconds);
+    report::print(arguments.common.json, &object.into(), &lines)?;
+    let wanted = match arguments.dispute {
+        true => verdict.is_evidence(),
+        false => verdict.outcome.is_found(),
+    };
+    Ok(if wanted { Answer::Yes } else { Answer::No })
 }
 
-/// What `--json` prints.
-fn object(verdict: &Verdict, certificate: &Certificate, seconds: &Seconds) -> Value {
-    json!({
+/// A verdict as `--json` prints it, but for the time that it took.
+pub(crate) fn described(verdict: &Verdict, claim: &Claim) -> Map<String, Value> {
+    let statement = claim.certificate.statement();
+    let object = json!({
         "outcome": verdict.outcome.name(),
+        "evidence": verdict.is_evidence(),
+        "scheme": statement.scheme,
+        "signed": if verdict.binds_original { "statement" } else { "message" },
         "extraction_rate": verdict.extraction_rate,
         "p_value": verdict.p_value,
+        "p_dispute": verdict.p_dispute(),
         "correlation": verdict.correlation,
         "bits": verdict.bits,
         "bit_errors": verdict.bit_errors,
@@ -72,72 +75,72 @@ fn object(verdict: &Verdict, certificate: &Certificate, seconds: &Seconds) -> Va
         "mirrored": verdict.transform.map(|transform| transform.mirrors()),
         "attack_model": verdict.attack_model,
         "remark": verdict.mismatch.map(remark),
-        "message": certificate.message(),
-        "public_key": certificate.public_key().fingerprint(),
-        "seconds": report::seconds_json(seconds),
-    })
+        "original": claim.original_path,
+        "message": statement.message,
+        "recipient": statement.recipient,
+        "public_key": statement.public_key.fingerprint(),
+        "own_key": claim.own_key,
+    });
+    match object {
+        Value::Object(members) => members,
+        _ => Map::new(),
+    }
 }
 
 /// The error with the name of the file that it is about.
-fn blame(error: SigmarkError, arguments: &Verify) -> anyhow::Error {
+fn blame(error: SigmarkError, arguments: &Verify, claim: &Claim) -> anyhow::Error {
     let file: &Path = match error {
         SigmarkError::Job(JobError::Cancelled) => return arguments.time_limit.exceeded(),
-        SigmarkError::AnotherKey { .. } => &arguments.public_key,
-        SigmarkError::Certificate(_) | SigmarkError::Mark(MarkError::EmptyLayout { .. }) => {
-            &arguments.certificate
-        }
+        SigmarkError::AnotherKey { .. } => arguments.public_key.as_deref().unwrap_or(&arguments.certificate),
+        SigmarkError::Certificate(_)
+        | SigmarkError::PaperProfile
+        | SigmarkError::Mark(MarkError::EmptyLayout { .. }) => &arguments.certificate,
         SigmarkError::Mark(MarkError::Registration(_) | MarkError::Mesh(_)) => &arguments.suspect,
-        _ => &arguments.original,
+        _ => &claim.original_path,
     };
     anyhow::Error::new(error).context(file.display().to_string())
 }
 
-fn the_wrong_way_round(arguments: &Verify) -> anyhow::Error {
+fn the_wrong_way_round(suspect: &Path, original: &Path) -> anyhow::Error {
+    let (suspect, original) = (suspect.display(), original.display());
     anyhow::anyhow!(
         "{suspect}: is the original, and {original} is not: the two are the wrong way round; \
-         try `sigmark verify {original} --original {suspect} …`",
-        suspect = arguments.suspect.display(),
-        original = arguments.original.display()
+         try `sigmark verify {original} --original {suspect} …`"
     )
 }
 
-fn summary(arguments: &Verify, verdict: &Verdict, certificate: &Certificate, seconds: &Seconds) -> Lines {
-    let (suspect, original) = (arguments.suspect.display(), arguments.original.display());
+fn summary(arguments: &Verify, verdict: &Verdict, claim: &Claim, seconds: &Seconds) -> Lines {
+    let (suspect, original) = (arguments.suspect.display(), claim.original_path.display());
     let headline = match verdict.outcome {
+        Outcome::Verified if !verdict.binds_original => {
+            format!(
+                "VERIFIED, paper's profile: {suspect} carries a signature of a message, which is over no model"
+            )
+        }
         Outcome::Verified => {
             format!("VERIFIED: {suspect} carries the signature that was written into {original}")
         }
+        Outcome::Detected { .. } if arguments.dispute && !verdict.is_evidence() => format!(
+            "NO EVIDENCE: {suspect} agrees with the mark of {original}, but not so well that a stranger's claim is ruled out"
+        ),
         Outcome::Detected { p } => format!(
-            "DETECTED: {suspect} carries the mark of {original}; the chance of being wrong is below {}",
+            "DETECTED: {suspect} carries the mark of {original}; for its owner the chance of being wrong is below {}",
             probability(p)
         ),
         _ if verdict.mismatch.is_some() => {
             format!("NOT FOUND: {suspect} is not {original}, nor a part of it")
         }
-        _ => {
-            format!("NOT FOUND: {suspect} has the shape of {original}, but nothing of its mark")
-        }
+        _ => format!("NOT FOUND: {suspect} has the shape of {original}, but nothing of its mark"),
     };
     let mut lines = Lines::new(headline);
     if let Some(mismatch) = verdict.mismatch {
         lines.field("reason", remark(mismatch));
     }
-    let fingerprint = certificate.public_key().fingerprint();
-    let whose = if verdict.outcome.is_found() {
-        "signed by"
-    } else {
-        "looked for"
-    };
-    lines.field(whose, format!("key {fingerprint}"));
-    if !certificate.message().is_empty() {
-        lines.field("message", certificate.message());
-    }
+    tell_who(&mut lines, verdict, claim);
     if let (Some(rate), Some(errors)) = (verdict.extraction_rate, verdict.bit_errors) {
         let (bits, rate) = (verdict.bits, 100.0 * rate);
         lines.field("bits", format!("{} of {bits} agree ({rate:.2} %)", bits - errors));
-        let p = probability(verdict.p_value);
-        let chance = format!("an unmarked mesh agrees this well with probability {p} at most");
-        lines.field("chance", chance);
+        tell_how_sure(&mut lines, verdict);
     }
     if let (Some(transform), Some(residual)) = (verdict.transform, verdict.residual) {
         lines.field("registered", registered(verdict));
@@ -150,8 +153,62 @@ fn summary(arguments: &Verify, verdict: &Verdict, certificate: &Certificate, sec
     lines
 }
 
+/// Whose key, which scheme, what was signed, for whom.
+fn tell_who(lines: &mut Lines, verdict: &Verdict, claim: &Claim) {
+    let statement = claim.certificate.statement();
+    let whose = match verdict.outcome.is_found() {
+        true => "signed by",
+        false => "looked for",
+    };
+    let fingerprint = statement.public_key.fingerprint();
+    let key = match claim.own_key {
+        true => format!("key {fingerprint}, the certificate's own: whose it is, it can't say"),
+        false => format!("key {fingerprint}"),
+    };
+    let signed = match verdict.binds_original {
+        true => "over key, original, mark and message",
+        false => {
+            "over the message alone: whoever has this model could subtract a mark of his own and call the rest his original, \
+             so it does not say whose the model is"
+        }
+    };
+    lines.field(whose, key);
+    lines.field("signature", format!("{}, {signed}", statement.scheme));
+    for (name, text) in [
+        ("message", &statement.message),
+        ("recipient", &statement.recipient),
+    ] {
+        if !text.is_empty() {
+            lines.field(name, text);
+        }
+    }
+}
+
+/// What the probability says, and to whom.
+fn tell_how_sure(lines: &mut Lines, verdict: &Verdict) {
+    let p = probability(verdict.p_value);
+    let owner = format!(
+        "a model without this mark agrees this well with probability {p} at most; \
+         that holds for a claim that was there before the suspect"
+    );
+    let stranger = match (verdict.binds_original, verdict.is_evidence()) {
+        (false, _) => "no evidence: claims of this profile can be made up afterwards".to_string(),
+        (_, true) => format!(
+            "evidence: who made up 2^80 claims after seeing the suspect would come this far with probability {} at most",
+            probability(verdict.p_dispute())
+        ),
+        (_, false) => {
+            "no evidence against one: a claim that was made up after seeing the suspect is not ruled out \
+                       (that takes a probability of 2^-120)"
+                .to_string()
+        }
+    };
+    lines.field("owner", owner);
+    lines.field("stranger", stranger);
+}
+
 /// Why the suspect is another shape.
-fn remark(mismatch: Mismatch) -> String {
+pub(crate) fn remark(mismatch: Mismatch) -> String {
     match mismatch {
         Mismatch::Surface { overlap, least } => format!(
             "does not align: in the best position, {:.1} % of the suspect's surface lies on the original; {:.0} % are needed",
@@ -185,7 +242,7 @@ fn registered(verdict: &Verdict) -> String {
 }
 
 /// A probability as people read it; tiny ones as a power of ten.
-fn probability(p: f64) -> String {
+pub(crate) fn probability(p: f64) -> String {
     if p >= 1e-3 {
         format!("{p:.3}")
     } else if p > 0.0 {

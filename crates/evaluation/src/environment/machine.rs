@@ -7,11 +7,8 @@ pub fn description() -> String {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let rustc = Command::new("rustc").arg("--version").output();
     let rustc = rustc.map(|said| String::from_utf8_lossy(&said.stdout).into_owned());
-    format!(
-        "{}, {cores} cores; {}",
-        processor(),
-        rustc.unwrap_or_default().trim()
-    )
+    let rustc = rustc.unwrap_or_default();
+    format!("{}, {cores} cores; {}", processor(), rustc.trim())
 }
 
 fn processor() -> String {
@@ -26,16 +23,12 @@ fn processor() -> String {
 /// The most memory that this process held at a time since it began or [`forget_peak_memory`] was called, in bytes; `None`
 /// where the system does not say.
 pub fn peak_memory() -> Option<u64> {
-    peak_memory_in("/proc/self/status")
+    bytes("/proc/self/status", "VmHWM:")
 }
 
 /// As [`peak_memory`], of another process that runs.
 pub fn peak_memory_of(process: u32) -> Option<u64> {
-    peak_memory_in(&format!("/proc/{process}/status"))
-}
-
-fn peak_memory_in(status: &str) -> Option<u64> {
-    bytes(status, "VmHWM:")
+    bytes(&format!("/proc/{process}/status"), "VmHWM:")
 }
 
 /// The memory that programs can still have, in bytes; `None` where the system does not say.
@@ -59,16 +52,12 @@ pub fn forget_peak_memory() {
 
 /// How much other work the machine had: timings on a busy machine mean less.
 pub fn load() -> String {
-    let linux = std::fs::read_to_string("/proc/loadavg").ok();
-    let words: Option<Vec<String>> =
-        linux.map(|text| text.split_whitespace().take(3).map(String::from).collect());
-    words.map_or_else(
-        || "load not known".into(),
-        |words| {
-            format!(
-                "load average over 1, 5 and 15 minutes at the end: {}",
-                words.join(", ")
-            )
-        },
+    let Ok(text) = std::fs::read_to_string("/proc/loadavg") else {
+        return "load not known".into();
+    };
+    let averages: Vec<&str> = text.split_whitespace().take(3).collect();
+    format!(
+        "load average over 1, 5 and 15 minutes at the end: {}",
+        averages.join(", ")
     )
 }

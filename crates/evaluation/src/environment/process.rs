@@ -2,7 +2,7 @@
 
 use std::{
     path::{Path, PathBuf},
-    process::{Command, ExitStatus, Stdio},
+    process::{Command, ExitStatus, Output, Stdio},
     thread,
     time::Duration,
 };
@@ -12,60 +12,54 @@ use anyhow::{Context, Result, bail};
 use crate::machine;
 
 /// Runs a program to its end and gives what it printed. Its standard error is shown only if it fails.
-///
-/// # Errors
-/// When it can't be started, or fails.
 pub fn output(command: &mut Command) -> Result<String> {
-    let shown = format!("{command:?}");
-    let result = command
-        .stdin(Stdio::null())
-        .output()
-        .with_context(|| format!("{shown}: can't be started"))?;
-    if !result.status.success() {
-        bail!(
-            "{shown}: {}\n{}",
-            result.status,
-            String::from_utf8_lossy(&result.stderr).trim_end()
-        );
-    }
-    Ok(String::from_utf8_lossy(&result.stdout).into_owned())
+    let ended = ended(command)?;
+    printed(command, ended)
 }
 
 /// As [`output`], but `None` of a program that was stopped because it had taken `seconds` of CPU time. Without a Unix shell there is
 /// no limit.
-///
-/// # Errors
-/// As [`output`].
 pub fn output_within(seconds: u64, program: &Command) -> Result<Option<String>> {
     let limited = format!("ulimit -S -t {seconds} && exec \"$@\"");
     let mut command = Command::new("sh");
     command.arg("-c").arg(limited).arg("sh");
     command.arg(program.get_program()).args(program.get_args());
-    for (name, value) in program.get_envs() {
-        if let Some(value) = value {
-            command.env(name, value);
-        }
-    }
-    let shown = format!("{program:?}");
-    let result = command
-        .stdin(Stdio::null())
-        .output()
-        .with_context(|| format!("{shown}: can't be started"))?;
-    if ran_out(result.status) {
+    command.envs(
+        program
+            .get_envs()
+            .filter_map(|(name, value)| Some((name, value?))),
+    );
+    let ended = ended(&mut command)?;
+    if ran_out(ended.status) {
         return Ok(None);
     }
-    if !result.status.success() {
-        let said = String::from_utf8_lossy(&result.stderr);
-        bail!("{shown}: {}\n{}", result.status, said.trim_end());
+    printed(program, ended).map(Some)
+}
+
+fn ended(command: &mut Command) -> Result<Output> {
+    let ended = command.stdin(Stdio::null()).output();
+    ended.with_context(|| format!("{command:?}: can't be started"))
+}
+
+fn printed(
+    command: &Command,
+    Output {
+        status,
+        stdout,
+        stderr,
+    }: Output,
+) -> Result<String> {
+    if !status.success() {
+        bail!(
+            "{command:?}: {status}\n{}",
+            String::from_utf8_lossy(&stderr).trim_end()
+        );
     }
-    Ok(Some(String::from_utf8_lossy(&result.stdout).into_owned()))
+    Ok(String::from_utf8_lossy(&stdout).into_owned())
 }
 
 /// Runs a program, whatever it prints, and watches how much memory it holds: the most, in bytes; `None` where the system does
 /// not say.
-///
-/// # Errors
-/// As [`output`].
 pub fn peak_memory(command: &mut Command) -> Result<Option<u64>> {
     const INTERVAL: Duration = Duration::from_micros(200);
     let shown = format!("{command:?}");

@@ -1,6 +1,7 @@
 //! Python environments: of the attacks, and of the peers of the benchmarks.
 
 use std::{
+    ffi::OsStr,
     fs,
     path::{Path, PathBuf},
     process::Command,
@@ -32,14 +33,10 @@ impl Python {
     }
 
     /// Makes the environment, or takes it as it is if it was made from the same requirements.
-    ///
-    /// # Errors
-    /// As [`prepare`](Self::prepare).
     pub fn prepare_in(scripts: PathBuf, environment: PathBuf) -> Result<Self> {
-        let interpreter = environment.join(if cfg!(windows) {
-            "Scripts/python.exe"
-        } else {
-            "bin/python"
+        let interpreter = environment.join(match cfg!(windows) {
+            true => "Scripts/python.exe",
+            false => "bin/python",
         });
         let requirements = scripts.join("requirements.txt");
         let wanted = fs::read_to_string(&requirements).with_context(|| requirements.display().to_string())?;
@@ -54,12 +51,8 @@ impl Python {
         }
         println!("making the Python environment {} (once)", environment.display());
         let system = find_system_python()?;
-        output(
-            Command::new(system)
-                .args(["-m", "venv", "--clear"])
-                .arg(&environment),
-        )
-        .context(REMEDY)?;
+        let mut venv = Command::new(system);
+        output(venv.args(["-m", "venv", "--clear"]).arg(&environment)).context(REMEDY)?;
         python.install(&requirements).context(
             "the packages can't be installed; a network and a package index are needed the first time",
         )?;
@@ -68,18 +61,8 @@ impl Python {
     }
 
     /// Installs what a file of requirements asks for.
-    ///
-    /// # Errors
-    /// When pip fails.
     pub fn install(&self, requirements: &Path) -> Result<()> {
-        let install = [
-            "-m",
-            "pip",
-            "install",
-            "--quiet",
-            "--disable-pip-version-check",
-            "--requirement",
-        ];
+        let install = "-m pip install --quiet --disable-pip-version-check --requirement".split(' ');
         output(Command::new(&self.interpreter).args(install).arg(requirements)).map(drop)
     }
 
@@ -94,35 +77,19 @@ impl Python {
     }
 
     /// Runs a script and gives what it printed.
-    ///
-    /// # Errors
-    /// When it fails, with what it said.
-    pub fn run<I: AsRef<std::ffi::OsStr>>(
-        &self,
-        script: &str,
-        arguments: impl IntoIterator<Item = I>,
-    ) -> Result<String> {
+    pub fn run(&self, script: &str, arguments: impl IntoIterator<Item: AsRef<OsStr>>) -> Result<String> {
         output(&mut self.command(script, arguments))
     }
 
     /// What runs a script.
-    pub fn command<I: AsRef<std::ffi::OsStr>>(
-        &self,
-        script: &str,
-        arguments: impl IntoIterator<Item = I>,
-    ) -> Command {
+    pub fn command(&self, script: &str, arguments: impl IntoIterator<Item: AsRef<OsStr>>) -> Command {
         let mut command = Command::new(&self.interpreter);
-        command
-            .arg(self.scripts.join(script))
-            .args(arguments)
-            .envs(self.variables.iter().copied());
+        command.arg(self.scripts.join(script)).args(arguments);
+        command.envs(self.variables.iter().copied());
         command
     }
 
     /// The bunny that comes with pymeshlab.
-    ///
-    /// # Errors
-    /// When it is not there.
     pub fn bunny(&self) -> Result<PathBuf> {
         let path = PathBuf::from(self.run("bunny.py", [""; 0])?.trim());
         if !path.is_file() {
@@ -135,20 +102,13 @@ impl Python {
     }
 
     /// Python and packages, as they stand in the tables.
-    ///
-    /// # Errors
-    /// When the interpreter does not answer.
     pub fn versions(&self) -> Result<String> {
         let python = output(Command::new(&self.interpreter).arg("--version"))?;
         let requirements = fs::read_to_string(self.scripts.join("requirements.txt"))?;
-        let packages = requirements
-            .lines()
-            .filter(|line| line.contains("=="))
-            .map(|line| line.replace("==", " "));
-        Ok(std::iter::once(python.trim().to_string())
-            .chain(packages)
-            .collect::<Vec<_>>()
-            .join(", "))
+        let packages = requirements.lines().filter(|line| line.contains("=="));
+        let mut versions = vec![python.trim().to_string()];
+        versions.extend(packages.map(|line| line.replace("==", " ")));
+        Ok(versions.join(", "))
     }
 }
 

@@ -18,18 +18,12 @@ pub fn digest(bytes: &[u8]) -> String {
 }
 
 /// Of the attacks' scripts and the versions of all packages.
-///
-/// # Errors
-/// When they can't be read.
 pub fn digest_of_attacks() -> Result<String> {
     digest_with_attacks(Vec::new())
 }
 
 /// Of all Rust sources of the crates and the benchmarks, and of the attacks, but without these files and folders: what is new is in it
 /// unless somebody leaves it out. Paths begin at the repository's root.
-///
-/// # Errors
-/// When the sources can't be read.
 pub fn digest_of_all_but(left_out: &[&str]) -> Result<String> {
     digest_with_attacks(all_but(left_out)?)
 }
@@ -82,22 +76,11 @@ fn collect(folder: &Path, extension: &str, into: &mut Vec<PathBuf>) -> Result<()
 
 /// The commit that is checked out, and whether files differ from it.
 pub fn commit() -> String {
-    let git = |words: &[&str]| {
-        let mut command = Command::new("git");
-        output(command.current_dir(root()).args(words)).ok()
-    };
-    let Some(head) = git(&["rev-parse", "--short", "HEAD"]) else {
+    let git = |words: &str| output(Command::new("git").current_dir(root()).args(words.split(' '))).ok();
+    let Some(head) = git("rev-parse --short HEAD") else {
         return "of an unknown commit".into();
     };
-    let changed = git(&[
-        "status",
-        "--porcelain",
-        "--",
-        "crates",
-        "attacks",
-        "bench-harness",
-        "xtask",
-    ]);
+    let changed = git("status --porcelain -- crates attacks bench-harness xtask");
     let changed = changed.is_some_and(|files| !files.trim().is_empty());
     format!("{}{}", head.trim(), if changed { " with changes" } else { "" })
 }

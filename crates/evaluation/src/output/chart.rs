@@ -42,31 +42,25 @@ const END: &str = "text-anchor=\"end\"";
 
 /// A panel with axes. Places in it run from 0 to 1, from left to right and upwards.
 pub struct Panel {
-    left: f64,
-    top: f64,
-    width: f64,
-    height: f64,
+    /// Left, top, width, height.
+    room: [f64; 4],
     drawn: String,
 }
 
 impl Panel {
     /// Axes with their names; left, top, width and height of the room between them in pixels.
-    pub fn new([left, top, width, height]: [f64; 4], x: &str, y: &str) -> Self {
+    pub fn new(room: [f64; 4], x: &str, y: &str) -> Self {
+        let [left, top, width, height] = room;
         let (right, foot) = (left + width, top + height);
         let drawn = line(&format!("M{left} {top}V{foot}H{right}"), PALE_INK, 1.0)
             + &words((left + 0.5 * width, foot + 38.0), INK, MIDDLE, x)
             + &words((left - 44.0, top - 22.0), INK, "", y);
-        Self {
-            left,
-            top,
-            width,
-            height,
-            drawn,
-        }
+        Self { room, drawn }
     }
 
     fn place(&self, (x, y): (f64, f64)) -> (f64, f64) {
-        (self.left + x * self.width, self.top + (1.0 - y) * self.height)
+        let [left, top, width, height] = self.room;
+        (left + x * width, top + (1.0 - y) * height)
     }
 
     /// A mark on the x axis, with its number.
@@ -96,7 +90,7 @@ impl Panel {
 
     /// A column of a histogram, its foot on the x axis.
     pub fn column(&mut self, x: f64, width: f64, height: f64, colour: &str) {
-        let size = (width * self.width - 1.0, height * self.height);
+        let size = (width * self.room[2] - 1.0, height * self.room[3]);
         let paint = format!("fill=\"{colour}\" fill-opacity=\"0.65\"");
         self.drawn += &rectangle(self.place((x, height)), size, &paint);
     }
@@ -113,7 +107,8 @@ impl Panel {
 
     /// A line of the legend, which begins at this share of the width.
     pub fn legend(&mut self, at: f64, row: usize, name: &str, colour: &str) {
-        let (x, y) = (self.left + at * self.width, self.top + 8.0 + 18.0 * row as f64);
+        let (x, y) = self.place((at, 1.0));
+        let y = y + 8.0 + 18.0 * row as f64;
         let paint = format!("rx=\"2\" fill=\"{colour}\"");
         self.drawn += &rectangle((x, y - 10.0), (12.0, 12.0), &paint);
         self.drawn += &words((x + 18.0, y), INK, "", name);
@@ -160,17 +155,9 @@ impl Chart {
         }
     }
 
-    /// A bar of this length, with words behind it. The first bar is ours and stands out.
-    pub fn bar(&mut self, label: &str, length: f64, words: &str) {
-        self.push(label, length, words, false);
-    }
-
-    /// A bar that is drawn as an outline: what it stands for did not reach its end.
-    pub fn open_bar(&mut self, label: &str, length: f64, words: &str) {
-        self.push(label, length, words, true);
-    }
-
-    fn push(&mut self, label: &str, length: f64, words: &str, open: bool) {
+    /// A bar of this length, with words behind it. The first bar is ours and stands out. What an `open` one, drawn as an outline,
+    /// stands for did not reach its end.
+    pub fn bar(&mut self, label: &str, length: f64, words: &str, open: bool) {
         self.bars.push(Bar {
             label: label.into(),
             length,
@@ -212,12 +199,9 @@ impl Bar {
             format!("rx=\"2\" fill=\"{colour}\"")
         };
         let behind = if ours { INK } else { PALE_INK };
-        words(
-            (LABELS - 12.0, text),
-            INK,
-            &format!("{END} {weight}"),
-            &self.label,
-        ) + &rectangle((LABELS, y), (length, BAR), &paint)
+        let label = format!("{END} {weight}");
+        words((LABELS - 12.0, text), INK, &label, &self.label)
+            + &rectangle((LABELS, y), (length, BAR), &paint)
             + &words((LABELS + length + 8.0, text), behind, &weight, &self.words)
     }
 }
@@ -238,8 +222,8 @@ mod tests {
     #[test]
     fn the_longest_bar_fills_its_room_and_the_others_are_in_proportion() {
         let mut chart = Chart::new("a < b", "s");
-        chart.bar("ours", 1.0, "1 s");
-        chart.open_bar("theirs", 4.0, "4 s");
+        chart.bar("ours", 1.0, "1 s", false);
+        chart.bar("theirs", 4.0, "4 s", true);
         let svg = chart.svg();
         let room = WIDTH - LABELS - WORDS;
         for width in [room / 4.0, room] {

@@ -172,10 +172,10 @@ impl PartialEq<&str> for Entry {
 
 impl Table {
     /// A table without rows. The first column is text, the others are numbers.
-    pub fn new(title: &str, header: &[&str]) -> Self {
+    pub fn new(title: &str, header: impl IntoIterator<Item: AsRef<str>>) -> Self {
         Self {
             title: title.into(),
-            header: header.iter().map(|&name| name.into()).collect(),
+            header: header.into_iter().map(|name| name.as_ref().into()).collect(),
             rows: Vec::new(),
             note: String::new(),
             text_columns: 1,
@@ -207,12 +207,8 @@ impl Table {
     pub fn markdown(&self) -> String {
         let line = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
         let rule = (0..self.header.len()).map(|i| if i < self.text_columns { "---" } else { "--:" }.into());
-        let mut page = format!(
-            "## {}\n\n{}{}",
-            self.title,
-            line(self.header.clone()),
-            line(rule.collect())
-        );
+        let head = line(self.header.clone()) + &line(rule.collect());
+        let mut page = format!("## {}\n\n{head}", self.title);
         for row in &self.rows {
             page += &line(row.iter().map(Entry::markdown).collect());
         }
@@ -226,11 +222,9 @@ impl Table {
     pub fn html(&self) -> String {
         let names = self.header.iter();
         let header: String = names.map(|name| format!("<th>{}</th>", escaped(name))).collect();
-        let rows: String = self
-            .rows
-            .iter()
-            .map(|row| format!("<tr>{}</tr>\n", row.iter().map(Entry::html).collect::<String>()))
-            .collect();
+        let row =
+            |row: &Vec<Entry>| format!("<tr>{}</tr>\n", row.iter().map(Entry::html).collect::<String>());
+        let rows: String = self.rows.iter().map(row).collect();
         format!(
             "<section><h2>{}</h2>\n<div class=\"wide\"><table>\n<thead><tr>{header}</tr></thead>\n<tbody>\n{rows}</tbody></table></div>\n<p>{}</p></section>\n",
             escaped(&self.title),
@@ -240,13 +234,12 @@ impl Table {
 
     /// RFC 4180. A column of figures takes three fields: mean, spread, printed.
     pub fn csv(&self) -> String {
-        let figures: Vec<bool> = (0..self.header.len())
-            .map(|i| {
-                self.rows
-                    .iter()
-                    .any(|row| matches!(row.get(i), Some(Entry::Measured(_))))
-            })
-            .collect();
+        let is_figure = |i| {
+            self.rows
+                .iter()
+                .any(|row| matches!(row.get(i), Some(Entry::Measured(_))))
+        };
+        let figures: Vec<bool> = (0..self.header.len()).map(is_figure).collect();
         let mut lines: Vec<Vec<String>> = vec![Vec::new()];
         for (name, &figure) in self.header.iter().zip(&figures) {
             lines[0].push(name.clone());
@@ -279,9 +272,6 @@ impl Table {
     }
 
     /// Writes the table as [CSV](Self::csv).
-    ///
-    /// # Errors
-    /// When the file can't be written.
     pub fn write_csv(&self, path: &Path) -> Result<()> {
         fs::write(path, self.csv()).with_context(|| path.display().to_string())
     }

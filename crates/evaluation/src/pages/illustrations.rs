@@ -11,7 +11,7 @@ use crate::{
     },
     plan,
     results::{Column, Illustration, Outcome, Results, Trial},
-    study::{SCHEME, Target},
+    study::SCHEME,
 };
 
 /// The threshold that the paper chooses.
@@ -24,11 +24,10 @@ pub(super) fn all(results: &Results) -> Vec<Illustration> {
     shown.extend(attacked(results));
     let detectors = of_mhb(results).find(|(_, column)| !column.trials.is_empty());
     let detectors = detectors.map_or_else(|| vec![DetectorId::PAPER], |(_, column)| column.detectors());
-    shown.extend(
-        detectors
-            .iter()
-            .filter_map(|detector| error_rates(results, detector)),
-    );
+    let rates = detectors
+        .iter()
+        .filter_map(|detector| error_rates(results, detector));
+    shown.extend(rates);
     shown
 }
 
@@ -42,12 +41,9 @@ fn of_mhb(results: &Results) -> impl Iterator<Item = (&Outcome, &Column)> {
 fn strengths(results: &Results) -> Option<Illustration> {
     const COLOURS: [&str; 4] = [OURS, "#1c7ed6", "#2b8a3e", "#862e9c"];
     let (_, column) = results.columns().find(|(_, column)| !column.sweep.is_empty())?;
-    let mut panel = Panel::new(
-        [70.0, 50.0, 500.0, 270.0],
-        "d_rmse (% of the diagonal), logarithmic",
-        "extraction rate (%)",
-    );
-    let distortions: Vec<f64> = column.sweep.iter().map(|(mark, _)| mark.d_rmse).collect();
+    let x = "d_rmse (% of the diagonal), logarithmic";
+    let mut panel = Panel::new([70.0, 50.0, 500.0, 270.0], x, "extraction rate (%)");
+    let distortions: Vec<f64> = column.sweep.iter().map(|(mark, _)| mark.d_rmse()).collect();
     let (least, greatest) = (distortions.first()?.ln(), distortions.last()?.ln());
     let across = |d: f64| 0.03 + 0.94 * (d.ln() - least) / (greatest - least).max(f64::MIN_POSITIVE);
     let up = |rate: f64| (rate - 45.0) / 58.0;
@@ -61,7 +57,7 @@ fn strengths(results: &Results) -> Option<Illustration> {
         let places = column.sweep.iter().filter_map(|(mark, trials)| {
             let trial = trials.iter().find(|trial| trial.attack == attack)?;
             let rate = trial.cell.readings.first()?.rate;
-            Some((across(mark.d_rmse), up(100.0 * rate)))
+            Some((across(mark.d_rmse()), up(100.0 * rate)))
         });
         let colour = COLOURS[i % COLOURS.len()];
         panel.curve(places, colour);
@@ -79,12 +75,11 @@ fn strengths(results: &Results) -> Option<Illustration> {
 fn attacked(results: &Results) -> Vec<Illustration> {
     let mut shown = Vec::new();
     for (figure, model, attacks) in plan::SERIES {
-        let columns =
-            of_mhb(results).filter(|(outcome, _)| outcome.model.id == model && !outcome.model.again);
-        for (outcome, column) in columns {
-            let wanted = column.trials.iter().filter(|trial| {
-                attacks.contains(&trial.attack.spec.as_str()) && matches!(trial.target, Target::Marked(0))
-            });
+        let is_shown = |outcome: &Outcome| outcome.model.id == model && !outcome.model.again;
+        for (outcome, column) in of_mhb(results).filter(|(outcome, _)| is_shown(outcome)) {
+            let wanted =
+                |trial: &&Trial| attacks.contains(&trial.attack.spec.as_str()) && trial.target.is_first();
+            let wanted = column.trials.iter().filter(wanted);
             shown.extend(wanted.filter_map(|trial| suspect(figure, outcome, column, trial)));
         }
     }
@@ -151,10 +146,10 @@ fn roc(results: &Results, detector: &DetectorId) -> Roc {
         let printed = |trial: &&Trial| outcome.model.attacks().any(|attack| attack == trial.attack);
         for trial in column.trials.iter().filter(printed) {
             let rates = trial.rated(detector).map(|rated| rated.rate);
-            match trial.target {
-                Target::Marked(0) => marked.extend(rates),
-                Target::Marked(_) => {}
-                Target::Unmarked => unmarked.extend(rates),
+            if trial.target.is_first() {
+                marked.extend(rates);
+            } else if !trial.target.is_marked {
+                unmarked.extend(rates);
             }
         }
     }

@@ -33,19 +33,11 @@ pub(crate) fn write(results: &Results, folder: &Path, full: bool) -> Result<()> 
         println!("\n{}", table.markdown());
     }
     let models = models(results, full);
-    save(
-        folder,
-        "paper.md",
-        markdown(results, &models, &tables, &shown).as_bytes(),
-    )?;
-    save(
-        folder,
-        "paper.html",
-        html(results, &models, &tables, &shown).as_bytes(),
-    )
+    save(folder, "paper.md", markdown(results, &models, &tables, &shown))?;
+    save(folder, "paper.html", html(results, &models, &tables, &shown))
 }
 
-fn save(folder: &Path, name: &str, bytes: &[u8]) -> Result<()> {
+fn save(folder: &Path, name: &str, bytes: impl AsRef<[u8]>) -> Result<()> {
     let path = folder.join(name);
     fs::write(&path, bytes).with_context(|| path.display().to_string())
 }

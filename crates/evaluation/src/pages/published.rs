@@ -11,7 +11,7 @@ use crate::{
     output::table::Table,
     process::root,
     results::{Column, Outcome, Results, Trial},
-    study::{Cell, Mark, Rated, Strength, Target},
+    study::{Cell, Mark, Rated, Strength, Target, metrics},
 };
 
 /// The fields of a line of CSV.
@@ -47,10 +47,7 @@ fn results() -> Results {
     };
     let mark = |alpha| Mark {
         alpha,
-        d_rmse: 1.0,
-        hausdorff: 1.0,
-        d_2_50: 1.0,
-        msdm2: None,
+        figures: metrics::figures().map(|figure| (figure.id.into(), 1.0)).collect(),
         seconds: 1.0,
         measuring_seconds: 1.0,
     };
@@ -97,17 +94,18 @@ fn results() -> Results {
                 .find(|detector| detector.name() == line["detector"])
                 .unwrap(),
             rate: number("rate"),
+            tries: line.get("tries").map_or(1, |tries| tries.parse().unwrap()),
             rate_in_true_pose: line["rate_in_true_pose"].parse().ok(),
             strangers: vec![0.5],
             verified: line["verified"] == "true",
         };
         let target = match line["signature"].parse::<usize>() {
-            Ok(number) => Target::Marked(number - 1),
-            Err(_) => Target::Unmarked,
+            Ok(number) => Target::marked(number - 1, alpha),
+            Err(_) => Target::unmarked(alpha),
         };
         // Marked meshes come before unmarked ones, and those of the sweep behind them.
-        let first_part = column.trials.iter().all(Trial::is_marked);
-        let trials = if first_part || matches!(target, Target::Unmarked) {
+        let first_part = column.trials.iter().all(|trial| trial.target.is_marked);
+        let trials = if first_part || !target.is_marked {
             &mut column.trials
         } else {
             if column.sweep.last().is_none_or(|(mark, _)| mark.alpha != alpha) {
@@ -165,14 +163,14 @@ fn the_published_cells_make_the_published_rates() {
         let (_, table) = all.iter().find(|(own, _)| *own == name).unwrap();
         let (mut made, mut there) = (rows(table), published(&format!("{name}.csv")));
         for row in made.iter_mut().chain(&mut there) {
-            let of_marks = ["d_rmse", "d_2,50", "Hausdorff", "MSDM2"];
-            row.retain(|column, _| !of_marks.iter().any(|metric| column.starts_with(metric)));
+            row.retain(|column, _| !metrics::figures().any(|figure| column.starts_with(figure.header)));
         }
         assert_eq!(made, there, "{name}");
     }
-    let cells = fs::read_to_string(root().join("results/cells.csv")).unwrap();
-    for (made, there) in tables::cells(&results).csv().lines().zip(cells.lines()) {
-        assert_eq!(made, there);
+    for (made, there) in rows(&tables::cells(&results)).iter().zip(published("cells.csv")) {
+        for (column, figure) in there {
+            assert_eq!(made[&column], figure, "{column}");
+        }
     }
 }
 

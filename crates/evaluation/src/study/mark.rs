@@ -3,34 +3,20 @@
 use std::time::Instant;
 
 use anyhow::Result;
-use mesh::TriMesh;
-use quality::{DistanceOptions, Measurement, Metric, Msdm2Metric, surface_distance, vertex_distances};
+use quality::vertex_distances;
 use serde_json::{Value, json};
 
-use super::{Mark, Study};
-
-/// MSDM2 takes a minute and a half of a million vertices, and there are dozens of marks; the paper has none of it.
-const MOST_FOR_MSDM2: usize = 200_000;
+use super::{Mark, Study, Target, metrics};
 
 impl Study<'_> {
     fn mark_inputs(&self, signature: usize, alpha: f64) -> Value {
         self.inputs(json!({"alpha": alpha, "signature": self.signature(signature).to_hex()}))
     }
 
-    /// d_rmse, and the greatest distance: per cent of the original's diagonal.
-    pub(super) fn d_rmse(&self, marked: &TriMesh) -> Result<(f64, f64)> {
-        let distance = surface_distance(marked, self.original(), &DistanceOptions::default(), &self.job())?;
-        let per_cent = 100.0 / self.original().bounding_box().diagonal();
-        Ok((per_cent * distance.rmse, per_cent * distance.maximum))
-    }
-
-    fn measured(&self, metric: &dyn Metric, marked: &TriMesh) -> Result<Measurement> {
-        Ok(metric.measure(self.original(), marked, &self.job())?)
-    }
-
     /// A mark's distortion.
-    pub(crate) fn mark(&self, signature: usize, alpha: f64) -> Result<Mark> {
-        let inputs = self.mark_inputs(signature, alpha);
+    pub(crate) fn mark(&self, Target { signature, alpha, .. }: Target) -> Result<Mark> {
+        let mut inputs = self.mark_inputs(signature, alpha);
+        inputs["metrics"] = metrics::figures().map(|figure| figure.id).collect();
         if let Some(kept) = self.store().get("mark", &inputs) {
             return Ok(kept);
         }
@@ -39,17 +25,10 @@ impl Study<'_> {
         let marked = self.marked(signature, alpha)?;
         let seconds = begun.elapsed().as_secs_f64();
         let begun = Instant::now();
-        let (d_rmse, hausdorff) = self.d_rmse(&marked)?;
-        let msdm2 = (signature == 0 && marked.vertex_count() <= MOST_FOR_MSDM2)
-            .then(|| self.measured(&Msdm2Metric, &marked))
-            .transpose()?;
-        let d_2_50 = self.measured(self.scene.shape_dna()?, &marked)?;
+        let metrics = self.scene.metrics()?;
         let mark = Mark {
             alpha,
-            d_rmse,
-            hausdorff,
-            d_2_50: d_2_50.number("distance"),
-            msdm2: msdm2.map(|found| found.number("symmetric")),
+            figures: metrics.measured(self.original(), &marked, signature, &self.job())?,
             seconds,
             measuring_seconds: begun.elapsed().as_secs_f64(),
         };

@@ -2,10 +2,13 @@
 
 mod cell;
 mod mark;
+pub(crate) mod metrics;
 mod record;
 mod strength;
 
 pub(crate) use record::{Cell, Mark, Preparation, Rated, Strength, Target};
+
+use metrics::Metrics;
 
 use std::{path::Path, sync::OnceLock, time::Instant};
 
@@ -13,7 +16,6 @@ use anyhow::{Context, Result};
 use baselines::{Algorithm, Prepared, Subject};
 use job::{Job, JobError};
 use mesh::TriMesh;
-use quality::{ShapeDna, ShapeDnaMetric};
 use serde_json::{Map, Value, json};
 use sigmark::{PatchCount, PublicKey, Scheme, Signature, mark::Patches};
 
@@ -49,7 +51,7 @@ pub(crate) struct Scene<'a> {
     pub(crate) setup: &'a Setup<'a>,
     pub(crate) standin: &'a Standin,
     patches: Patches,
-    shape_dna: OnceLock<ShapeDnaMetric>,
+    metrics: OnceLock<Metrics>,
 }
 
 /// One algorithm on one scene. What costs much is computed when it is first needed.
@@ -70,19 +72,16 @@ impl<'a> Scene<'a> {
             setup,
             standin,
             patches: Patches::cut(&standin.mesh, functions, count, &Job::new(setup.threads))?,
-            shape_dna: OnceLock::new(),
+            metrics: OnceLock::new(),
         })
     }
 
-    /// d_2,50 from the original, whose eigenvalues are computed once for all marks.
-    fn shape_dna(&self) -> Result<&ShapeDnaMetric> {
-        if self.shape_dna.get().is_none() {
-            let mut metric = ShapeDnaMetric::default();
-            let dna = ShapeDna::of(&self.standin.mesh, &metric.options, &Job::default())?;
-            metric.reference = Some(dna);
-            let _ = self.shape_dna.set(metric);
+    /// Made once for all marks.
+    fn metrics(&self) -> Result<&Metrics> {
+        if self.metrics.get().is_none() {
+            let _ = self.metrics.set(Metrics::of(&self.standin.mesh)?);
         }
-        self.shape_dna.get().context("it was just computed")
+        self.metrics.get().context("they were just made")
     }
 }
 
@@ -196,7 +195,7 @@ mod tests {
 
     #[test]
     fn finished_work_knows_algorithms_by_id_and_parameters() {
-        let mhb = json!({"id": "mhb", "parameters": {"chip rate": "3", "detectors": "paper"}});
+        let mhb = json!({"id": "mhb", "parameters": {"chip rate": "3", "methods": ""}});
         assert_eq!(key(&Mhb::default()), mhb);
         assert_ne!(key(&Mhb::default().chip_rate(1)), mhb);
         assert_ne!(key(&Lbf::new(400)), key(&Lbf::new(500)));

@@ -1,25 +1,43 @@
 //! What a study finds, as it is kept.
 
+use std::collections::BTreeMap;
+
 use baselines::DetectorId;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
+use super::metrics::D_RMSE;
+
 /// What is attacked.
 #[derive(Clone, Copy)]
-pub(crate) enum Target {
-    /// The mesh with the signature of this number, from 0.
-    Marked(usize),
-    /// The original. It is read as if it had the first signature.
-    Unmarked,
+pub(crate) struct Target {
+    /// From 0: the signature that the mesh has. The original is read as if it had the first.
+    pub(crate) signature: usize,
+    /// Of the mark, or of the one that is looked for.
+    pub(crate) alpha: f64,
+    pub(crate) is_marked: bool,
 }
 
 impl Target {
-    /// The signature that it is read for.
-    pub(super) fn number(self) -> usize {
-        match self {
-            Self::Marked(number) => number,
-            Self::Unmarked => 0,
+    pub(crate) fn marked(signature: usize, alpha: f64) -> Self {
+        Self {
+            signature,
+            alpha,
+            is_marked: true,
         }
+    }
+
+    pub(crate) fn unmarked(alpha: f64) -> Self {
+        Self {
+            signature: 0,
+            alpha,
+            is_marked: false,
+        }
+    }
+
+    /// Whether it is the one that figures show.
+    pub(crate) fn is_first(self) -> bool {
+        self.is_marked && self.signature == 0
     }
 }
 
@@ -43,21 +61,22 @@ pub(crate) struct Preparation {
 }
 
 /// A marked mesh beside its original.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Mark {
     pub(crate) alpha: f64,
-    /// Per cent of the original's diagonal (eq. 21).
-    pub(crate) d_rmse: f64,
-    /// The greatest distance from the marked surface to the original's, in per cent of the diagonal.
-    pub(crate) hausdorff: f64,
-    /// Eq. 24.
-    pub(crate) d_2_50: f64,
-    /// None of large meshes, nor of other signatures than the first.
-    pub(crate) msdm2: Option<f64>,
+    /// What the [metrics](super::metrics) say of it, by ids.
+    pub(crate) figures: BTreeMap<String, f64>,
     /// What it took to make it.
     pub(crate) seconds: f64,
     /// What it took to compute these metrics.
     pub(crate) measuring_seconds: f64,
+}
+
+impl Mark {
+    /// In per cent of the diagonal.
+    pub(crate) fn d_rmse(&self) -> f64 {
+        self.figures.get(D_RMSE).copied().unwrap_or(f64::NAN)
+    }
 }
 
 /// What one attack left of one mark.
@@ -72,7 +91,7 @@ pub(crate) struct Cell {
     pub(crate) overlap: f64,
     /// The share of the reference's vertices that were not seen.
     pub(crate) missing: f64,
-    /// One a detector, the paper's first.
+    /// By each way to read them, the paper's first.
     pub(crate) readings: Vec<Rated>,
     pub(crate) attack_seconds: f64,
     /// The reference's search structures, which the cells of a mesh share.
@@ -99,7 +118,9 @@ pub(crate) struct Rated {
     pub(crate) detector: DetectorId,
     /// Eq. 18, from 0 to 1.
     pub(crate) rate: f64,
-    /// With the true transform in place of the one found; none where it is not known, or where the paper's detector read all bits.
+    /// Of how many readings this could have been chosen: what a p-value is to be multiplied by.
+    pub(crate) tries: usize,
+    /// With the true transform in place of the one found; none where it is not known, or where the paper's rule read all bits.
     pub(crate) rate_in_true_pose: Option<f64>,
     /// Agreement with signatures that are in no mesh.
     pub(crate) strangers: Vec<f64>,

@@ -1,6 +1,8 @@
 //! How strong a mark is: the paper's α, or the one that distorts as much as in the paper.
 
 use anyhow::{Context, Result, ensure};
+use mesh::TriMesh;
+use quality::{DistanceOptions, surface_distance};
 use serde_json::{Value, json};
 
 use super::{Signed, Strength, Study};
@@ -28,7 +30,7 @@ impl Study<'_> {
         // The mean beside the first, which is the one that is measured.
         let mean = sizes.iter().sum::<f64>() / (sizes.len() as f64 * sizes[0]);
         if let Some(alpha) = self.algorithm.paper_alpha() {
-            let (found, _) = self.d_rmse(&self.marked(0, alpha)?)?;
+            let found = self.d_rmse(&self.marked(0, alpha)?)?;
             if (found * mean / self.distortion - 1.0).abs() < NEAR_ENOUGH {
                 return Ok(Strength {
                     alpha,
@@ -42,6 +44,13 @@ impl Study<'_> {
             strength.alpha /= mean;
         }
         Ok(strength)
+    }
+
+    /// Per cent of the original's diagonal. The metric divides before it multiplies: its rounding is another, and would go into α and so
+    /// into every cell.
+    fn d_rmse(&self, marked: &TriMesh) -> Result<f64> {
+        let distance = surface_distance(marked, self.original(), &DistanceOptions::default(), &self.job())?;
+        Ok(100.0 / self.original().bounding_box().diagonal() * distance.rmse)
     }
 
     /// How far each signature moves vertices at α = 1, root mean square.
@@ -62,7 +71,7 @@ impl Study<'_> {
         let least = if base == self.original().positions() {
             0.0
         } else {
-            self.d_rmse(&self.original().with_positions(base)?)?.0
+            self.d_rmse(&self.original().with_positions(base)?)?
         };
         let wanted = self.distortion.powi(2) - least.powi(2);
         if wanted <= 0.0 {
@@ -82,7 +91,7 @@ impl Study<'_> {
             3f64.sqrt() * wanted.sqrt() / 100.0 * self.original().bounding_box().diagonal() / per_alpha;
         // Secant steps; one or two do, since d² is nearly quadratic in α.
         for _ in 0..5 {
-            let (found, _) = self.d_rmse(&self.marked(0, alpha)?)?;
+            let found = self.d_rmse(&self.marked(0, alpha)?)?;
             if (found / self.distortion - 1.0).abs() < 0.01 {
                 break;
             }

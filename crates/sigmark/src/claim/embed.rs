@@ -5,16 +5,17 @@ use mesh::TriMesh;
 use mhb_core::LaplacianKind;
 
 use super::{
-    Certificate, Coverage, SigmarkError,
-    certificate::{MarkRecord, OriginalRecord, PackedLabels, PatchRecord},
+    Certificate, PackedLabels, SigmarkError,
+    certificate::Contents,
     keys::SigningKey,
+    statement::{Carrier, OriginalRecord, Statement},
 };
 use crate::{
     mark::{
-        ChipLayout, CoefficientDetector, Detector, MarkError, MarkLayout, MarkStage, Original, Patch,
-        PatchCount, Registered, Strength, extraction_rate,
+        ChipLayout, CoefficientDetector, Detector, MarkError, MarkLayout, MarkStage, Original, PatchCount,
+        Registered, Strength, extraction_rate,
     },
-    payload::{Curve, GeometryDigest, Scheme, Signature},
+    payload::{Curve, GeometryDigest, Scheme},
 };
 
 /// Signs a message and writes the signature into the shape of meshes.
@@ -24,8 +25,9 @@ use crate::{
 pub struct Embedder {
     key: SigningKey,
     scheme: Scheme,
-    coverage: Coverage,
     message: String,
+    recipient: String,
+    original_name: String,
     chip_rate: usize,
     strength: Strength,
     patches: PatchCount,
@@ -36,16 +38,17 @@ impl Embedder {
     /// An embedder for a key, with the scheme that suits the key's curve: SHA-256 on P-256; on the paper's curve SHA-1,
     /// and the signature covers the message alone.
     pub fn new(key: &SigningKey) -> Self {
-        let (scheme, coverage) = match key.curve() {
+        let scheme = match key.curve() {
             #[cfg(feature = "paper")]
-            Curve::B163 => (Scheme::EcdsaB163Sha1, Coverage::Message),
-            Curve::P256 => (Scheme::EcdsaP256Sha256, Coverage::MessageAndGeometry),
+            Curve::B163 => Scheme::EcdsaB163Sha1,
+            Curve::P256 => Scheme::EcdsaP256Sha256,
         };
         Self {
             key: key.clone(),
             scheme,
-            coverage,
             message: String::new(),
+            recipient: String::new(),
+            original_name: String::new(),
             chip_rate: 3,
             strength: Strength::default(),
             patches: PatchCount::Auto,
@@ -65,9 +68,15 @@ impl Embedder {
         self
     }
 
-    /// What the signature covers.
-    pub fn coverage(mut self, coverage: Coverage) -> Self {
-        self.coverage = coverage;
+    /// Whom this copy is for: a text that will stand in the certificate. Empty by default.
+    pub fn recipient(mut self, recipient: impl Into<String>) -> Self {
+        self.recipient = recipient.into();
+        self
+    }
+
+    /// The original's file name, which helps to find it again; it changes no bit of the mark. Empty by default.
+    pub fn original_name(mut self, name: impl Into<String>) -> Self {
+        self.original_name = name.into();
         self
     }
 
@@ -115,39 +124,20 @@ impl Embedder {
     pub fn embed_in(&self, original: &Arc<Original>, job: &Job) -> Result<Signed, SigmarkError> {
         self.strength.checked()?;
         original.layout().check(&self.layout()?)?;
-        let mesh = original.mesh();
-        let digest = GeometryDigest::of(mesh);
-        let signature = self
-            .key
-            .sign(self.scheme, &self.coverage.signed_bytes(&self.message, &digest))?;
         let layout = MarkLayout::with_strength(Arc::clone(original), self.strength)?;
-        let written = layout.write(&signature.bits(), job)?;
+        let statement = self.statement(&layout);
+        let hash = statement.hash()?;
+        let signature = self.key.sign(self.scheme, &statement.signed_bytes(&hash))?;
+        let written = layout.write(&statement.payload(hash).bits(&signature), job)?;
         job.begin(MarkStage::Embedding)?;
-        let marked = mesh.with_positions(written.positions(original));
-        let patches = original.patches().iter().zip(layout.alphas());
-        let patches = patches.zip(&written.last_eigenvalues);
-        let record = |((patch, &alpha), &last_eigenvalue): ((&Patch, &f64), &f64)| PatchRecord {
-            vertices: patch.vertices().len(),
-            alpha,
-            last_eigenvalue,
+        let marked = original.mesh().with_positions(written.positions(original));
+        let contents = Contents {
+            statement,
+            name: self.original_name.clone(),
+            signature,
+            eigenvalues: written.last_eigenvalues,
         };
-        let certificate = Certificate::issue(
-            &self.key,
-            self.message.clone(),
-            OriginalRecord {
-                digest,
-                vertices: mesh.vertex_count(),
-                triangles: mesh.triangle_count(),
-            },
-            MarkRecord {
-                coverage: self.coverage,
-                signature,
-                chip_rate: self.chip_rate,
-                laplacian: original.laplacian(),
-                labels: PackedLabels::pack(original.patches().labels()),
-                patches: patches.map(record).collect(),
-            },
-        )?;
+        let certificate = Certificate::issue(&self.key, contents)?;
         Ok(Signed {
             marked: marked.map_err(MarkError::from)?,
             certificate,
@@ -157,6 +147,27 @@ impl Embedder {
 
     fn layout(&self) -> Result<ChipLayout, SigmarkError> {
         Ok(ChipLayout::new(self.scheme.bits(), self.chip_rate)?)
+    }
+
+    fn statement(&self, layout: &MarkLayout) -> Statement {
+        let original = layout.original();
+        let mesh = original.mesh();
+        Statement {
+            public_key: self.key.public_key(),
+            message: self.message.clone(),
+            recipient: self.recipient.clone(),
+            original: OriginalRecord {
+                digest: GeometryDigest::of(mesh),
+                vertices: mesh.vertex_count(),
+                triangles: mesh.triangle_count(),
+            },
+            scheme: self.scheme,
+            carrier: Carrier::Harmonics,
+            chip_rate: self.chip_rate,
+            laplacian: original.laplacian(),
+            labels: PackedLabels::pack(original.patches().labels()),
+            alphas: layout.alphas().to_vec(),
+        }
     }
 }
 
@@ -194,11 +205,6 @@ impl Signed {
         self.layout.original()
     }
 
-    /// The signature that was written.
-    pub fn signature(&self) -> &Signature {
-        &self.certificate.mark().signature
-    }
-
     /// Extraction rate from positions in the original's frame, such as the marked ones rounded to a file's precision.
     ///
     /// Positions so near the marked ones that no bit can be lost need no bases: by the Cauchy–Schwarz inequality an error
@@ -212,7 +218,7 @@ impl Signed {
         }
         let registered = Registered::by_vertices(positions.iter().copied().map(Some).collect());
         let soft = CoefficientDetector::new(&self.layout).detect(&registered, job)?;
-        Ok(extraction_rate(&self.signature().bits(), &soft.hard()))
+        Ok(extraction_rate(&self.certificate.bits(), &soft.hard()))
     }
 
     fn is_surely_readable(&self, positions: &[[f64; 3]]) -> bool {

@@ -30,6 +30,12 @@ pub enum SigmarkError {
         /// Fingerprint of the key that was given.
         given: String,
     },
+    /// The mark is of the paper's profile, and that was not asked for.
+    #[error(
+        "the mark is of the paper's profile: its signature is over the message alone, so that anybody who has the model could claim it; \
+         ask for --profile paper to have it read all the same"
+    )]
+    PaperProfile,
     /// A certificate can't be read.
     #[error(transparent)]
     Certificate(#[from] CertificateError),

@@ -1,6 +1,7 @@
-//! Who says what about which original: keys, statements, certificates, p-values, verdicts.
+//! Who says what about which original: keys, statements, certificates, p-values, verdicts, disputes.
 
 mod certificate;
+mod dispute;
 mod embed;
 mod error;
 pub mod keys;
@@ -9,11 +10,10 @@ pub mod statistics;
 mod verdict;
 mod verify;
 
-pub use certificate::{
-    Certificate, CertificateError, MarkRecord, OriginalRecord, PackedLabels, PatchRecord, VERSION,
-};
+pub use certificate::{Certificate, CertificateError, LARGEST, PackedLabels, VERSION};
+pub use dispute::{Dispute, Precedence, Tie};
 pub use embed::{Embedder, Signed};
 pub use error::SigmarkError;
-pub use statement::Coverage;
-pub use verdict::{Mismatch, Outcome, Verdict};
+pub use statement::{Carrier, OriginalRecord, Statement};
+pub use verdict::{EVIDENCE, Mismatch, Outcome, STRANGERS_TRIES, Verdict};
 pub use verify::Verifier;

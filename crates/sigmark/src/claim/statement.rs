@@ -1,29 +1,207 @@
+use mhb_core::LaplacianKind;
 use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
 
-use crate::payload::GeometryDigest;
+use super::{CertificateError, PackedLabels, certificate::VERSION, keys::PublicKey};
+use crate::{
+    mark::{ChipLayout, LARGEST_PATCH, VERTICES_PER_FUNCTION},
+    payload::{GeometryDigest, Payload, PayloadKind, Scheme},
+};
 
-/// What the signature in the shape is a signature of.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Coverage {
-    /// The message and the digest of the original's geometry. A forger who subtracts a mark of his own and calls the
-    /// result the original would need a signature over a mesh that contains that very signature.
-    #[default]
-    MessageAndGeometry,
-    /// The message alone, as in the paper.
-    Message,
+/// What a signer says, and what a verdict rests on: who marked which original with what, and exactly how.
+///
+/// Its [hash](Self::hash) h is what the signature in the shape signs, and what the bits in the shape are permuted by. Nothing that a
+/// reader's measurements depend on, beside the suspect, is outside it: so none of it can be chosen once the bits are known.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Statement {
+    /// Who signs.
+    pub public_key: PublicKey,
+    /// What the signer asserts; may be empty.
+    pub message: String,
+    /// Whom the copy is for; may be empty.
+    pub recipient: String,
+    /// The mesh that is signed.
+    pub original: OriginalRecord,
+    /// The scheme of the signature in the shape.
+    pub scheme: Scheme,
+    /// How bits sit in a patch.
+    pub carrier: Carrier,
+    /// c, how often each bit stands in a patch.
+    pub chip_rate: usize,
+    /// Which Laplacian gave the harmonics.
+    pub laplacian: LaplacianKind,
+    /// Which vertices make which patch.
+    pub labels: PackedLabels,
+    /// α of each patch in the scale-free convention, positive.
+    pub alphas: Vec<f64>,
 }
 
-impl Coverage {
-    /// The bytes that are signed.
-    ///
-    /// For message and geometry: the text `sigmark mark v1` and a zero byte, the 32 bytes of the digest, then the message.
-    pub fn signed_bytes(self, message: &str, original: &GeometryDigest) -> Vec<u8> {
+/// The original as the statement knows it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct OriginalRecord {
+    /// Digest of its welded geometry.
+    pub digest: GeometryDigest,
+    /// #V after welding.
+    pub vertices: usize,
+    /// #F after welding.
+    pub triangles: usize,
+}
+
+/// How bits sit in a patch.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum Carrier {
+    /// The lowest manifold harmonics of each patch, all of one strength, in the order of eq. 15.
+    Harmonics,
+}
+
+impl Carrier {
+    /// The name in certificates and statements.
+    pub fn name(self) -> &'static str {
         match self {
-            Self::Message => message.as_bytes().to_vec(),
-            Self::MessageAndGeometry => {
-                [b"sigmark mark v1\0", &original.as_bytes()[..], message.as_bytes()].concat()
-            }
+            Self::Harmonics => "harmonics",
         }
+    }
+}
+
+/// h, and how many vertices each patch has.
+pub(super) struct Checked {
+    pub(super) hash: [u8; 32],
+    pub(super) patch_sizes: Vec<usize>,
+}
+
+impl Statement {
+    /// h: SHA-256 over a domain, then every field as its length in bytes, a 64-bit integer, and its bytes. Integers and doubles are
+    /// little-endian, texts UTF-8 and keys DER; `docs/certificate.md` lists the fields.
+    ///
+    /// # Errors
+    /// [`CertificateError::Field`] where a value can't be meant: a strength that is not positive, labels of another number of vertices,
+    /// a patch without room for the bits.
+    pub fn hash(&self) -> Result<[u8; 32], CertificateError> {
+        Ok(self.checked()?.hash)
+    }
+
+    /// What the signature in the shape signs: a domain and h. In the paper's scheme the message alone, which binds nothing else.
+    pub fn signed_bytes(&self, hash: &[u8; 32]) -> Vec<u8> {
+        match self.binds_original() {
+            true => [b"sigmark mark v3\0", &hash[..]].concat(),
+            false => self.message.as_bytes().to_vec(),
+        }
+    }
+
+    /// Whether the signature in the shape is over this statement, and so over the original. In the paper's scheme it is over the message
+    /// alone: whoever has a model that bears it can name another original.
+    pub fn binds_original(&self) -> bool {
+        !self.scheme.is_of_paper()
+    }
+
+    /// How bits stand for the signature.
+    pub fn payload_kind(&self) -> PayloadKind {
+        PayloadKind::of(self.scheme)
+    }
+
+    /// The way from the signature to the bits in the shape, given h.
+    pub(super) fn payload(&self, hash: [u8; 32]) -> Payload {
+        Payload::new(self.scheme, hash)
+    }
+
+    /// How the bits lie in a patch.
+    ///
+    /// # Errors
+    /// [`CertificateError::Field`] when the chip rate is zero.
+    pub fn layout(&self) -> Result<ChipLayout, CertificateError> {
+        ChipLayout::new(self.scheme.bits(), self.chip_rate).map_err(|_| CertificateError::Field {
+            field: "chip_rate",
+            problem: "is 0".into(),
+        })
+    }
+
+    /// Checks every field that can be checked without the original, and hashes all; labels are unpacked piece by piece on the way, so
+    /// that a small file can't ask for much memory.
+    pub(super) fn checked(&self) -> Result<Checked, CertificateError> {
+        let least = self.layout()?.functions().saturating_mul(VERTICES_PER_FUNCTION);
+        if let Some(i) = self.alphas.iter().position(|&a| !(a > 0.0 && a.is_finite())) {
+            return Err(CertificateError::Field {
+                field: "alpha",
+                problem: format!("of patch {} is {}, not a positive number", i + 1, self.alphas[i]),
+            });
+        }
+        let mut hash = Sha256::new_with_prefix(b"sigmark statement\0");
+        let mut field = |bytes: &[u8]| {
+            hash.update((bytes.len() as u64).to_le_bytes());
+            hash.update(bytes);
+        };
+        field(&VERSION.to_le_bytes());
+        field(&self.public_key.to_spki());
+        field(self.original.digest.as_bytes());
+        field(&(self.original.vertices as u64).to_le_bytes());
+        field(&(self.original.triangles as u64).to_le_bytes());
+        field(self.scheme.name().as_bytes());
+        field(self.payload_kind().name().as_bytes());
+        field(self.carrier.name().as_bytes());
+        field(&(self.chip_rate as u64).to_le_bytes());
+        field(laplacian_name(self.laplacian).as_bytes());
+        let alphas: Vec<[u8; 8]> = self.alphas.iter().map(|a| a.to_le_bytes()).collect();
+        field(alphas.as_flattened());
+        field(self.message.as_bytes());
+        field(self.recipient.as_bytes());
+        hash.update((4 * self.original.vertices as u64).to_le_bytes());
+        let mut patch_sizes = vec![0; self.alphas.len()];
+        self.labels.read(self.original.vertices, |labels| {
+            hash.update(labels.as_flattened());
+            for label in labels
+                .iter()
+                .map(|&l| u32::from_le_bytes(l) as usize)
+                .filter(|&l| l > 0)
+            {
+                let size = patch_sizes
+                    .get_mut(label - 1)
+                    .ok_or_else(|| CertificateError::Field {
+                        field: "labels",
+                        problem: format!("name patch {label}, which \"patches\" does not list"),
+                    })?;
+                *size += 1;
+            }
+            Ok(())
+        })?;
+        check_sizes(&patch_sizes, least)?;
+        Ok(Checked {
+            hash: hash.finalize().into(),
+            patch_sizes,
+        })
+    }
+}
+
+/// Whether there are patches, and each has room for its functions and is not too large for anyone to compute.
+fn check_sizes(sizes: &[usize], least: usize) -> Result<(), CertificateError> {
+    if sizes.is_empty() {
+        return Err(CertificateError::Field {
+            field: "patches",
+            problem: "is empty".into(),
+        });
+    }
+    match sizes
+        .iter()
+        .position(|size| !(least..=LARGEST_PATCH).contains(size))
+    {
+        None => Ok(()),
+        Some(i) => Err(CertificateError::Field {
+            field: "patches",
+            problem: format!(
+                "has one of {} vertices (number {}), but with this chip rate a patch has {least} to {LARGEST_PATCH}",
+                sizes[i],
+                i + 1
+            ),
+        }),
+    }
+}
+
+/// The name in certificates and statements.
+fn laplacian_name(kind: LaplacianKind) -> &'static str {
+    match kind {
+        LaplacianKind::Intrinsic => "intrinsic",
+        _ => "cotangent",
     }
 }

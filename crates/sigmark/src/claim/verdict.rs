@@ -57,12 +57,22 @@ pub enum Mismatch {
     },
 }
 
+/// The largest p-value that is evidence against a stranger, 2⁻¹²⁰: who is free in key, message, original, patches and strengths, and
+/// tries 2⁸⁰ of them, comes as far with probability 2⁻⁴⁰ at most.
+pub const EVIDENCE: f64 = 7.523163845262640e-37;
+
+/// How many claims a stranger may try: 2⁸⁰.
+pub const STRANGERS_TRIES: f64 = 1.208925819614629174706176e24;
+
 /// What was found, and how.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Verdict {
     /// The answer.
     pub outcome: Outcome,
+    /// Whether the signature in the shape is over the original, and not over a message alone. Where it is not, the verdict says nothing
+    /// of who made the model.
+    pub binds_original: bool,
     /// ER (eq. 18), from 0 to 1; `None` if the suspect does not fit the original.
     pub extraction_rate: Option<f64>,
     /// The probability of such agreement without the mark, an upper bound; 1 if the suspect does not fit. Where the best of several
@@ -92,4 +102,48 @@ pub struct Verdict {
     pub attack_model: Option<AttackModel>,
     /// Why the suspect is another shape, if it is.
     pub mismatch: Option<Mismatch>,
+}
+
+impl Verdict {
+    /// The probability that one of 2⁸⁰ claims that a stranger tried would have come as far, an upper bound: 2⁸⁰ p, at most 1. For marks
+    /// that do not bind the original it is 1, since they can be forged without trying.
+    pub fn p_dispute(&self) -> f64 {
+        match self.binds_original {
+            true => (STRANGERS_TRIES * self.p_value).min(1.0),
+            false => 1.0,
+        }
+    }
+
+    /// Whether it is evidence even if the claim is a stranger's, who may have chosen it after he saw the suspect: p ≤ [`EVIDENCE`].
+    pub fn is_evidence(&self) -> bool {
+        self.binds_original && self.outcome.is_found() && self.p_value <= EVIDENCE
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::claim::statistics::{binomial_tail, p_value};
+
+    #[test]
+    fn the_levels_are_powers_of_two() {
+        assert_eq!(EVIDENCE, 2f64.powi(-120));
+        assert_eq!(STRANGERS_TRIES, 2f64.powi(80));
+    }
+
+    /// Of 512 bits 397 that agree are evidence, 396 are not; and T ≥ 12.95 is.
+    #[test]
+    fn evidence_takes_397_of_512_bits_or_a_correlation_of_12_95() {
+        assert!(2.0 * binomial_tail(512, 397) <= EVIDENCE && 2.0 * binomial_tail(512, 396) > EVIDENCE);
+        let bits = [true; 512];
+        let soft = |agreeing: usize| -> Vec<f64> {
+            (0..512).map(|t| if t < agreeing { 1.0 } else { -0.5 }).collect()
+        };
+        for agreeing in 300..450 {
+            let t = crate::mark::correlation(&bits, &soft(agreeing));
+            if t >= 12.96 {
+                assert!(p_value(&bits, &soft(agreeing)) <= EVIDENCE, "{agreeing}");
+            }
+        }
+    }
 }

@@ -11,10 +11,9 @@ use super::{
 };
 use crate::{
     mark::{
-        ChipLayout, Detector, JointEstimator, MarkLayout, Original, Patches, Reader, Reading, ReadingMethod,
-        Registered,
+        Detector, JointEstimator, MarkLayout, Original, Patches, Reader, Reading, ReadingMethod, Registered,
     },
-    payload::{GeometryDigest, Signature},
+    payload::GeometryDigest,
 };
 
 /// Judges suspects against one original and its certificate.
@@ -26,6 +25,7 @@ pub struct Verifier {
     method: ReadingMethod,
     certificate: Arc<Certificate>,
     p_bound: f64,
+    paper_profile: bool,
 }
 
 impl Verifier {
@@ -40,13 +40,14 @@ impl Verifier {
     ) -> Result<Self, SigmarkError> {
         check_key(certificate, public_key)?;
         check_digest(certificate, original)?;
-        let mark = certificate.mark();
-        let patches = Patches::from_labels(original, &mark.labels.unpack(original.vertex_count())?)?;
-        if patches.len() != mark.patches.len() {
+        let statement = certificate.statement();
+        let labels = statement.labels.unpack(original.vertex_count())?;
+        let patches = Patches::from_labels(original, &labels)?;
+        if patches.labels() != labels {
             return Err(SigmarkError::AnotherCut);
         }
-        let original = Original::with_patches(original.clone(), layout(certificate)?, patches);
-        Self::of(&original.with_laplacian(mark.laplacian), certificate)
+        let original = Original::with_patches(original.clone(), statement.layout()?, patches);
+        Self::of(&original.with_laplacian(statement.laplacian), certificate)
     }
 
     /// As [`new`](Self::new), with an original that was cut into patches already, and its bases if it keeps them.
@@ -60,23 +61,21 @@ impl Verifier {
     ) -> Result<Self, SigmarkError> {
         check_key(certificate, public_key)?;
         check_digest(certificate, original.mesh())?;
-        original.layout().check(&layout(certificate)?)?;
-        let mark = certificate.mark();
-        let labels = mark.labels.unpack(original.mesh().vertex_count())?;
-        if labels != original.patches().labels() || mark.laplacian != original.laplacian() {
+        let statement = certificate.statement();
+        original.layout().check(&statement.layout()?)?;
+        let labels = statement.labels.unpack(original.mesh().vertex_count())?;
+        if labels != original.patches().labels() || statement.laplacian != original.laplacian() {
             return Err(SigmarkError::AnotherCut);
         }
         Self::of(original, certificate)
     }
 
     fn of(original: &Original, certificate: &Certificate) -> Result<Self, SigmarkError> {
-        let mark = certificate.mark();
-        let eigenvalues = mark.patches.iter().map(|patch| patch.last_eigenvalue);
-        let alphas = mark.patches.iter().map(|patch| patch.alpha);
-        let original = Arc::new(original.expecting(eigenvalues.collect())?);
-        let layout = Arc::new(MarkLayout::new(Arc::clone(&original), alphas.collect())?);
+        let statement = certificate.statement();
+        let original = Arc::new(original.expecting(certificate.last_eigenvalues().to_vec())?);
+        let layout = Arc::new(MarkLayout::new(Arc::clone(&original), statement.alphas.clone())?);
         let method = ReadingMethod::joint(Arc::new(JointEstimator::new(&layout)));
-        let method = match mark.signature.scheme().is_of_paper() {
+        let method = match statement.scheme.is_of_paper() {
             true => method.with_papers_rule(),
             false => method,
         };
@@ -85,12 +84,20 @@ impl Verifier {
             method,
             certificate: Arc::new(certificate.clone()),
             p_bound: 1e-6,
+            paper_profile: false,
         })
     }
 
     /// The largest p-value that counts as detected; 10⁻⁶ by default.
     pub fn p_bound(mut self, bound: f64) -> Self {
         self.p_bound = bound;
+        self
+    }
+
+    /// Judges marks of the paper's profile, too, whose signature is over the message alone: it does not say of which model. Without this
+    /// they are refused.
+    pub fn paper_profile(mut self, accepted: bool) -> Self {
+        self.paper_profile = accepted;
         self
     }
 
@@ -107,15 +114,19 @@ impl Verifier {
     /// Judges a suspect. The original's bases are computed the first time that they are needed, and kept if they are not huge.
     ///
     /// # Errors
-    /// When the original's bases can't be computed or are not those of the certificate; [`SigmarkError::Job`].
+    /// When the original's bases can't be computed or are not those of the certificate; [`SigmarkError::PaperProfile`];
+    /// [`SigmarkError::Job`].
     pub fn verify(&self, suspect: impl Into<PreparedMesh>, job: &Job) -> Result<Verdict, SigmarkError> {
+        if !self.paper_profile && !self.certificate.statement().binds_original() {
+            return Err(SigmarkError::PaperProfile);
+        }
         let found = self.reader.find(suspect, job)?;
         if let Some(alignment) = found.alignment().filter(|alignment| !alignment.aligned) {
             return Ok(self.does_not_align(alignment));
         }
-        let expected = self.certificate.mark().signature.bits();
+        let expected = self.certificate.bits();
         let reading = found.read(&self.method, &expected, job)?;
-        let mut verdict = self.judge(&reading, &expected)?;
+        let mut verdict = self.judge(&reading, &expected);
         verdict.poses = found.poses();
         match found.alignment() {
             Some(alignment) => {
@@ -126,11 +137,24 @@ impl Verifier {
                 let in_place = self.in_place(&reading.registered);
                 (verdict.overlap, verdict.coverage) = (in_place, in_place);
                 let least = AlignOptions::default().least_overlap;
-                let elsewhere = matches!(verdict.outcome, Outcome::NotFound { .. }) && in_place < least;
-                verdict.mismatch = elsewhere.then_some(Mismatch::Shape { in_place, least });
+                if in_place < least {
+                    // A mark can be copied onto any mesh with these triangles: that does not make it this model.
+                    verdict.outcome = Outcome::NotFound { p: verdict.p_value };
+                    verdict.mismatch = Some(Mismatch::Shape { in_place, least });
+                }
             }
         }
         Ok(verdict)
+    }
+
+    /// The original, with its search structures.
+    pub fn original(&self) -> &PreparedMesh {
+        self.reader.reference()
+    }
+
+    /// The claim that is judged.
+    pub fn certificate(&self) -> &Certificate {
+        &self.certificate
     }
 
     /// The share of the vertices that lie near where they belong.
@@ -146,23 +170,18 @@ impl Verifier {
     }
 
     /// The verdict on a reading, as if by vertices in one pose. To choose it by T gave chance as many tries as there were.
-    fn judge(&self, reading: &Reading, expected: &[bool]) -> Result<Verdict, SigmarkError> {
+    fn judge(&self, reading: &Reading, expected: &[bool]) -> Verdict {
         let extracted = reading.soft.hard();
         let p = (p_value(expected, &reading.soft.0) * reading.tries as f64).min(1.0);
-        let read = Signature::from_bits(self.certificate.mark().signature.scheme(), &extracted)?;
-        let checks = self
-            .certificate
-            .public_key()
-            .verify(&self.certificate.signed_bytes(), &read)
-            .is_ok();
-        let outcome = match (checks, p <= self.p_bound) {
+        let outcome = match (self.certificate.confirms(&extracted), p <= self.p_bound) {
             (true, _) => Outcome::Verified,
             (false, true) => Outcome::Detected { p },
             (false, false) => Outcome::NotFound { p },
         };
         let diagonal = self.reader.reference().mesh().bounding_box().diagonal();
-        Ok(Verdict {
+        Verdict {
             outcome,
+            binds_original: self.certificate.statement().binds_original(),
             extraction_rate: Some(extraction_rate(expected, &extracted)),
             p_value: p,
             correlation: correlation(expected, &reading.soft.0),
@@ -177,16 +196,17 @@ impl Verifier {
             transform: Some(reading.transform),
             attack_model: reading.attack_model,
             mismatch: None,
-        })
+        }
     }
 
     fn does_not_align(&self, alignment: &Alignment) -> Verdict {
         Verdict {
             outcome: Outcome::NotFound { p: 1.0 },
+            binds_original: self.certificate.statement().binds_original(),
             extraction_rate: None,
             p_value: 1.0,
             correlation: 0.0,
-            bits: self.certificate.mark().signature.scheme().bits(),
+            bits: self.certificate.statement().scheme.bits(),
             bit_errors: None,
             matched_by: alignment.matched_by,
             poses: 0,
@@ -204,11 +224,6 @@ impl Verifier {
     }
 }
 
-fn layout(certificate: &Certificate) -> Result<ChipLayout, SigmarkError> {
-    let mark = certificate.mark();
-    Ok(ChipLayout::new(mark.signature.scheme().bits(), mark.chip_rate)?)
-}
-
 fn check_key(certificate: &Certificate, given: &PublicKey) -> Result<(), SigmarkError> {
     if certificate.public_key() == given {
         return Ok(());
@@ -220,7 +235,10 @@ fn check_key(certificate: &Certificate, given: &PublicKey) -> Result<(), Sigmark
 }
 
 fn check_digest(certificate: &Certificate, original: &TriMesh) -> Result<(), SigmarkError> {
-    let (expected, found) = (certificate.original().digest, GeometryDigest::of(original));
+    let (expected, found) = (
+        certificate.statement().original.digest,
+        GeometryDigest::of(original),
+    );
     if expected == found {
         return Ok(());
     }

@@ -24,8 +24,8 @@ pub use detect::{AttackModel, CoefficientDetector, Detector, JointEstimate, Join
 pub use error::MarkError;
 pub use layout::{MarkLayout, Written};
 pub use original::Original;
-pub use patches::{LARGEST_PATCH, Patch, PatchCount, Patches};
-pub use reader::{Found, Reader, Reading, ReadingMethod, Suspect};
+pub use patches::{LARGEST_PATCH, Patch, PatchCount, Patches, VERTICES_PER_FUNCTION};
+pub use reader::{Found, Reader, Reading, ReadingMethod, Readings, Suspect};
 pub use registered::Registered;
 pub use stage::MarkStage;
 pub use strength::{MOST_DISTORTION, Strength};

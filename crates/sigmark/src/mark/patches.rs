@@ -53,7 +53,7 @@ const IMBALANCE: f64 = 0.03;
 pub const LARGEST_PATCH: usize = 60_000;
 
 /// A basis of m functions says something about a surface only if that has clearly more vertices.
-const VERTICES_PER_FUNCTION: usize = 2;
+pub const VERTICES_PER_FUNCTION: usize = 2;
 
 /// Which patch each vertex of a mesh belongs to, and the patches.
 ///

@@ -9,34 +9,13 @@ use crate::{
     results::{Column, Results, Trial},
 };
 
-pub(super) fn table1(results: &Results) -> Table {
-    let note = "Ours (paper's). basis: wall time of everything that does not depend on the signature, on all threads; Emb.: writing one signature, while meshes are attacked beside it; Ext.: alignment, resampling and reading on one \
+pub(super) const TIMES: &str = "Ours (paper's). basis: wall time of everything that does not depend on the signature, on all threads; Emb.: writing one signature, while meshes are attacked beside it; Ext.: alignment, resampling and reading on one \
                 thread while others work beside it, mean over all attacks, without the basis as in the paper. The paper had a Core i7-920 at 2.67 GHz.";
-    times(results, "Table 1: run time of MHBs", note, &AlgorithmId::MHB)
-}
 
-pub(super) fn table2(results: &Results) -> Table {
-    times(
-        results,
-        "Table 2: run time of LBFs",
-        "As Table 1.",
-        &AlgorithmId::LBF,
-    )
-}
-
-pub(super) fn table3(results: &Results) -> Table {
-    times(
-        results,
-        "Table 3: run time of RBFs",
-        "As Table 1.",
-        &AlgorithmId::RBF,
-    )
-}
-
-/// What one algorithm costs.
-fn times(results: &Results, title: &str, note: &str, algorithm: &AlgorithmId) -> Table {
-    let header = ["model", "n", "n_p", "m", "basis (s)", "Emb. (s)", "Ext. (s)"];
-    let mut table = table(title, note, &header);
+/// Tables 1–3: what one algorithm costs.
+pub(super) fn times(results: &Results, title: &str, note: &str, algorithm: &AlgorithmId) -> Table {
+    let header = "model | n | n_p | m | basis (s) | Emb. (s) | Ext. (s)";
+    let mut table = table(title, note, header.split(" | "));
     let columns = results.columns();
     for (outcome, column) in columns.filter(|(_, column)| column.algorithm == *algorithm) {
         let Some(preparation) = column.preparation else {
@@ -46,12 +25,9 @@ fn times(results: &Results, title: &str, note: &str, algorithm: &AlgorithmId) ->
         let beside = |values: Vec<f64>, seconds: fn(Seconds) -> f64, digits| {
             Measured::new(values, printed.map(seconds), digits)
         };
-        let extractions: Vec<f64> = column
-            .marked()
-            .map(|trial| {
-                let cell = &trial.cell;
-                cell.reference_seconds + cell.registration_seconds + cell.reading_seconds
-            })
+        let cells = column.marked().map(|trial| &trial.cell);
+        let extractions: Vec<f64> = cells
+            .map(|cell| cell.reference_seconds + cell.registration_seconds + cell.reading_seconds)
             .collect();
         let mean = extractions.iter().sum::<f64>() / extractions.len().max(1) as f64;
         let embeddings = column.marks.iter().map(|mark| mark.seconds).collect();
@@ -72,17 +48,8 @@ fn times(results: &Results, title: &str, note: &str, algorithm: &AlgorithmId) ->
 pub(super) fn costs(results: &Results) -> Table {
     let note = "Seconds, whenever they were spent. Bases and the marks' metrics: wall time with all threads; the rest: of one thread, as many side by side as there are cores. \
                 Re-meshing is part of the attacks. Search structures of what suspects are aligned with, which cells share, are left out.";
-    let header = [
-        "model",
-        "cells",
-        "bases",
-        "metrics",
-        "attacks",
-        "of these re-meshing",
-        "alignment",
-        "resampling and reading",
-    ];
-    let mut table = table("Where the time goes", note, &header);
+    let header = "model | cells | bases | metrics | attacks | of these re-meshing | alignment | resampling and reading";
+    let mut table = table("Where the time goes", note, header.split(" | "));
     for outcome in &results.outcomes {
         let trials: Vec<&Trial> = outcome.columns.iter().flat_map(Column::all_trials).collect();
         if trials.is_empty() {

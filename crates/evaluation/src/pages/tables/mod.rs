@@ -5,6 +5,10 @@ mod costs;
 mod marks;
 mod rates;
 
+use baselines::AlgorithmId;
+
+pub(super) use cells::cells;
+
 use crate::{attacks, output::table::Table, results::Results};
 
 /// All tables that have rows, by their files' names.
@@ -15,46 +19,33 @@ pub(super) fn all(results: &Results) -> Vec<(&'static str, Table)> {
          At d_rmse of the paper's own table for that size class, in per cent of the diagonal.",
         results.signatures
     );
+    let beyond = "Crops keep that share of the vertices. Bits: coordinates rounded to so many. LIRIS: noise and smoothing as the benchmark of Wang, Lavoué et al. (2010) defines them.";
+    let meshlab = "As Table 4. MeshLab removes the cheapest edge of all each time, as in the paper's source; fast-simplification, which stands in Table 4, removes all edges below a rising threshold.";
+    let times = |title, note, algorithm| costs::times(results, title, note, algorithm);
+    let rates = |title, note: &str, attacks| rates::robustness(results, title, note, attacks);
+    let table4 = "Table 4: extraction rate (%) under attacks";
+    let table5 = "Table 5: extraction rate (%) under combinations of attacks";
+    let others = "Beyond the paper: extraction rate (%) under other attacks";
     let all = [
-        ("table1", costs::table1(results)),
-        ("table2", costs::table2(results)),
-        ("table3", costs::table3(results)),
         (
-            "table4",
-            rates::robustness(
-                results,
-                "Table 4: extraction rate (%) under attacks",
-                &note,
-                &tables.table4,
-            ),
+            "table1",
+            times("Table 1: run time of MHBs", costs::TIMES, &AlgorithmId::MHB),
         ),
         (
-            "table5",
-            rates::robustness(
-                results,
-                "Table 5: extraction rate (%) under combinations of attacks",
-                &note,
-                &tables.table5,
-            ),
+            "table2",
+            times("Table 2: run time of LBFs", "As Table 1.", &AlgorithmId::LBF),
         ),
+        (
+            "table3",
+            times("Table 3: run time of RBFs", "As Table 1.", &AlgorithmId::RBF),
+        ),
+        ("table4", rates(table4, &note, &tables.table4)),
+        ("table5", rates(table5, &note, &tables.table5)),
         (
             "meshlab",
-            rates::robustness(
-                results,
-                "Table 4, simplification by MeshLab",
-                "As Table 4. MeshLab removes the cheapest edge of all each time, as in the paper's source; fast-simplification, which stands in Table 4, removes all edges below a rising threshold.",
-                &tables.meshlab,
-            ),
+            rates("Table 4, simplification by MeshLab", meshlab, &tables.meshlab),
         ),
-        (
-            "beyond",
-            rates::robustness(
-                results,
-                "Beyond the paper: extraction rate (%) under other attacks",
-                "Crops keep that share of the vertices. Bits: coordinates rounded to so many. LIRIS: noise and smoothing as the benchmark of Wang, Lavoué et al. (2010) defines them.",
-                &tables.beyond,
-            ),
-        ),
+        ("beyond", rates(others, beyond, &tables.beyond)),
         ("shortfalls", rates::shortfalls(results)),
         ("distortion", marks::distortion(results)),
         ("fig2", marks::sweep(results)),
@@ -66,12 +57,7 @@ pub(super) fn all(results: &Results) -> Vec<(&'static str, Table)> {
         .collect()
 }
 
-/// Every cell, a line for each detector. It is written as CSV alone.
-pub(super) fn cells(results: &Results) -> Table {
-    cells::cells(results)
-}
-
 /// A table of the reproduction: model and algorithm, or the like, come first.
-fn table(title: &str, note: &str, header: &[&str]) -> Table {
+fn table(title: &str, note: &str, header: impl IntoIterator<Item: AsRef<str>>) -> Table {
     Table::new(title, header).note(note).text_columns(2)
 }

@@ -2,13 +2,13 @@
 
 use baselines::{AlgorithmId, DetectorId};
 
-use super::table;
+use super::{marks::measured, table};
 use crate::{
     attacks::{self, Attack},
     output::table::{Entry, Measured, Table},
     plan,
     results::{Column, Outcome, Results},
-    study::Mark,
+    study::metrics,
 };
 
 /// The rates of an attack beside the printed one.
@@ -20,7 +20,9 @@ fn beside_printed(outcome: &Outcome, column: &Column, attack: &Attack, detector:
 
 /// Table 4 or 5, and tables like them: a row for each model, algorithm and detector.
 pub(super) fn robustness(results: &Results, title: &str, note: &str, attacks: &[Attack]) -> Table {
-    let mut header = vec!["model", "algorithm", "d_rmse (%)", "d_2,50"];
+    let figures = || metrics::figures().filter(|figure| figure.printed.is_some());
+    let mut header = vec!["model", "algorithm"];
+    header.extend(figures().map(|figure| figure.header));
     header.extend(attacks.iter().map(|attack| attack.name.as_str()));
     let mut table = table(title, note, &header);
     for (outcome, column) in results.columns() {
@@ -30,23 +32,10 @@ pub(super) fn robustness(results: &Results, title: &str, note: &str, attacks: &[
         }
         for detector in column.detectors() {
             let printed = outcome.printed(column).filter(|_| detector == DetectorId::PAPER);
-            let of = |value: fn(&Mark) -> f64, printed, digits| {
-                Entry::from(Measured::new(
-                    column.marks.iter().map(value).collect(),
-                    printed,
-                    digits,
-                ))
-            };
-            let first = [
-                outcome.title().into(),
-                column.title(&detector).into(),
-                of(|mark| mark.d_rmse, printed.map(|row| row.d_rmse), 4),
-                of(|mark| mark.d_2_50, printed.map(|row| row.d_2_50), 3),
-            ];
-            let rates = attacks
-                .iter()
-                .map(|attack| beside_printed(outcome, column, attack, &detector).into());
-            table.row(first.into_iter().chain(rates));
+            let first = [outcome.title().into(), column.title(&detector).into()].into_iter();
+            let figures = figures().map(|figure| measured(figure, column, printed));
+            let rate = |attack| beside_printed(outcome, column, attack, &detector).into();
+            table.row(first.chain(figures).chain(attacks.iter().map(rate)));
         }
     }
     table
@@ -58,23 +47,9 @@ pub(super) fn shortfalls(results: &Results) -> Table {
                 the same meshes read by the other detector; what is gained there is lost by subtracting coefficients. By MeshLab: under its decimation to as many \
                 triangles; what is gained there is the decimator's. What none of them regains was taken by the attack from this mesh. \
                 Vertices: how many the suspect has; unseen: the share of the original's vertices without a sample.";
-    let header = [
-        "model",
-        "algorithm",
-        "attack",
-        "rate",
-        "in the true pose",
-        "by least squares",
-        "by MeshLab",
-        "rests on",
-        "vertices",
-        "unseen",
-    ];
-    let mut table = table(
-        "Cells more than five points below the printed ones",
-        note,
-        &header,
-    );
+    let header = "model | algorithm | attack | rate | in the true pose | by least squares | by MeshLab | rests on | vertices | unseen";
+    let title = "Cells more than five points below the printed ones";
+    let mut table = table(title, note, header.split(" | "));
     let paper = DetectorId::PAPER;
     for (outcome, column) in results.columns() {
         for attack in plan::all_attacks(&outcome.model) {
@@ -111,15 +86,14 @@ pub(super) fn controls(results: &Results) -> Table {
     let note = "Unmarked: the original under every attack, read as if it were marked. Strangers: every mesh, marked or not, compared with signatures that are not in it. Both must lie around 50 %, \
                 and for 324 bits only one in a thousand beyond 59 %. Where RBFs lie above it on unmarked meshes, it is because the paper aligns and resamples on the marked mesh: \
                 samples along its normals bear some of the mark themselves.";
-    let header = ["algorithm", "read from", "meshes", "mean (%)", "greatest (%)"];
-    let mut table = table("Controls: what is read where nothing was written", note, &header);
+    let header = "algorithm | read from | meshes | mean (%) | greatest (%)";
+    let title = "Controls: what is read where nothing was written";
+    let mut table = table(title, note, header.split(" | "));
     let mut rows: Vec<(&AlgorithmId, DetectorId, String)> = Vec::new();
     for (_, column) in results.columns() {
         for detector in column.detectors() {
-            let known = |(algorithm, other, _): &(&AlgorithmId, DetectorId, String)| {
-                **algorithm == column.algorithm && *other == detector
-            };
-            if !rows.iter().any(known) {
+            let mut known = rows.iter().map(|(algorithm, detector, _)| (*algorithm, detector));
+            if !known.any(|known| known == (&column.algorithm, &detector)) {
                 let title = column.title(&detector);
                 rows.push((&column.algorithm, detector, title));
             }
@@ -129,16 +103,14 @@ pub(super) fn controls(results: &Results) -> Table {
         let columns = results.columns().map(|(_, column)| column);
         let columns = columns.filter(|column| column.algorithm == **algorithm);
         let trials: Vec<_> = columns.flat_map(|column| &column.trials).collect();
-        let unmarked = trials.iter().filter(|trial| !trial.is_marked());
-        let unmarked = unmarked
-            .flat_map(|trial| trial.rated(detector))
-            .map(|rated| rated.rate);
+        let unmarked = trials.iter().filter(|trial| !trial.target.is_marked);
+        let unmarked = unmarked.flat_map(|trial| trial.rated(detector));
+        let unmarked: Vec<f64> = unmarked.map(|rated| rated.rate).collect();
         let strangers = trials.iter().flat_map(|trial| trial.rated(detector));
-        let strangers = strangers.flat_map(|rated| rated.strangers.iter().copied());
-        for (what, rates) in [
-            ("unmarked", unmarked.collect::<Vec<f64>>()),
-            ("strangers", strangers.collect()),
-        ] {
+        let strangers = strangers
+            .flat_map(|rated| rated.strangers.iter().copied())
+            .collect();
+        for (what, rates) in [("unmarked", unmarked), ("strangers", strangers)] {
             if rates.is_empty() {
                 continue;
             }

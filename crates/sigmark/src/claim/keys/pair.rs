@@ -270,7 +270,7 @@ impl PublicKey {
         }
     }
 
-    fn to_spki(self) -> Vec<u8> {
+    pub(crate) fn to_spki(self) -> Vec<u8> {
         der::encode_spki(self.curve(), &self.to_sec1())
     }
 }

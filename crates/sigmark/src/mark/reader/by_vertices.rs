@@ -4,39 +4,37 @@ use job::Job;
 use mesh::Similarity;
 use registration::{Correspondence, PreparedMesh};
 
-use super::{Choice, Reading, ReadingMethod, generalised, suspect::carried};
-use crate::mark::{CoefficientDetector, MarkError, MarkStage, Registered};
+use super::{Reading, ReadingMethod, generalised, suspect::carried};
+use crate::mark::{CoefficientDetector, MarkError, Registered, SoftBits};
 
-/// Reads the suspect by each of the maps, and once more by the best of them where that misreads a bit.
-pub(super) fn read(
-    original: &PreparedMesh,
+/// The pose of a suspect under a map of its vertices, and a look by the paper's rule, which is cheap, or by the method's own detector.
+pub(super) fn first_look(
     suspect: &PreparedMesh,
-    maps: &[Correspondence],
+    map: &Correspondence,
     method: &ReadingMethod,
-    expected: &[bool],
     job: &Job,
-) -> Result<Reading, MarkError> {
-    job.begin(MarkStage::Detection)?;
+) -> Result<(Similarity, SoftBits), MarkError> {
     let papers_rule = CoefficientDetector::new(method.layout());
     let detector = method.detector().unwrap_or(&papers_rule);
-    let mut choice = Choice::new(expected);
-    for map in maps {
-        let pose = generalised::fit(method.layout(), suspect, map, job)?;
-        let registered = carried(map, suspect, &pose);
-        let soft = detector.detect(&registered, job)?;
-        choice.offer(Reading::new(original.mesh(), registered, pose, soft, None));
-    }
-    let Some(first) = choice.misread() else {
-        return choice.best(maps.len());
-    };
-    let again = read_again(original, first, method, job)?;
-    choice.offer(again);
-    // Any map might have been the one that is read twice.
-    choice.best(2 * maps.len())
+    let pose = generalised::fit(method.layout(), suspect, map, job)?;
+    let soft = detector.detect(&carried(map, suspect, &pose), job)?;
+    Ok((pose, soft))
+}
+
+/// What was read at a first look, with what it was read from.
+pub(super) fn reading(
+    original: &PreparedMesh,
+    suspect: &PreparedMesh,
+    map: &Correspondence,
+    pose: &Similarity,
+    soft: &SoftBits,
+) -> Reading {
+    let registered = carried(map, suspect, pose);
+    Reading::new(original.mesh(), registered, *pose, soft.clone(), None)
 }
 
 /// Reads by the joint estimate, or by the method's detector in the pose that the joint estimate betters.
-fn read_again(
+pub(super) fn read_again(
     original: &PreparedMesh,
     first: &Reading,
     method: &ReadingMethod,

@@ -4,20 +4,21 @@ mod by_vertices;
 mod generalised;
 mod method;
 mod reading;
+mod readings;
 mod suspect;
 mod tessellation;
 
 pub use method::ReadingMethod;
 pub use reading::Reading;
+pub use readings::Readings;
 pub use suspect::Suspect;
 
-use std::{fmt, iter};
+use std::fmt;
 
 use job::Job;
 use registration::{AlignOptions, Aligner, Alignment, MatchedBy, Placement, PreparedMesh, RegistrationStage};
 
 use super::{MarkError, MarkStage};
-use reading::Choice;
 use suspect::SeenBy;
 
 /// Brings suspects onto a reference and reads them there. What does not depend on the suspect is computed once, when it is first
@@ -138,36 +139,19 @@ impl Found {
         }
     }
 
-    /// Reads the suspect in all the ways that it can lie, and answers with what agrees best with the bits that are looked for.
+    /// Reads the suspect in all the ways that it can lie, whatever the bits are that will be looked for.
     ///
-    /// By vertices, a look by the paper's rule, which is cheap, or by the [method](ReadingMethod)'s own detector comes first. Where
-    /// it misreads a bit, the joint estimate follows in the best way.
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn readings<'a>(&'a self, method: &'a ReadingMethod, job: &Job) -> Result<Readings<'a>, MarkError> {
+        Readings::of(self, method, job)
+    }
+
+    /// The [reading](Readings::best) of all that agrees best with the bits that are looked for.
     ///
     /// # Errors
     /// When the original's bases can't be computed or aren't those that are expected; [`MarkError::Alignment`]; [`MarkError::Job`].
     pub fn read(&self, method: &ReadingMethod, expected: &[bool], job: &Job) -> Result<Reading, MarkError> {
-        method.layout().original().keep_small_bases(job)?;
-        match &self.placement {
-            Placement::ByVertices(maps) => {
-                by_vertices::read(&self.reference, &self.suspect, maps, method, expected, job)
-            }
-            Placement::BySurface(alignment) => self.read_surface(alignment, method, expected, job),
-        }
-    }
-
-    fn read_surface(
-        &self,
-        alignment: &Alignment,
-        method: &ReadingMethod,
-        expected: &[bool],
-        job: &Job,
-    ) -> Result<Reading, MarkError> {
-        let seen_by = SeenBy::Surface(alignment.correspondence.clone());
-        let suspect = Suspect::new(self.reference.clone(), self.suspect.clone(), seen_by);
-        let mut choice = Choice::new(expected);
-        for pose in iter::once(&alignment.transform).chain(&alignment.alternatives) {
-            choice.offer(suspect.read(method, pose, job)?);
-        }
-        choice.best(self.poses())
+        self.readings(method, job)?.best(expected, job)
     }
 }

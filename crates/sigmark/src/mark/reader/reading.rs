@@ -1,6 +1,6 @@
 use mesh::{Similarity, TriMesh, Vec3};
 
-use crate::mark::{AttackModel, MarkError, Registered, SoftBits, correlation};
+use crate::mark::{AttackModel, Registered, SoftBits};
 
 /// What was read of a suspect, and in which pose.
 #[derive(Clone, Debug)]
@@ -40,36 +40,5 @@ impl Reading {
             attack_model,
             tries: 1,
         }
-    }
-}
-
-/// Keeps the reading that agrees best with the bits that are looked for; the first of equals.
-pub(super) struct Choice<'a> {
-    expected: &'a [bool],
-    best: Option<(f64, Reading)>,
-}
-
-impl<'a> Choice<'a> {
-    pub(super) fn new(expected: &'a [bool]) -> Self {
-        Self { expected, best: None }
-    }
-
-    pub(super) fn offer(&mut self, reading: Reading) {
-        let agreement = correlation(self.expected, &reading.soft.0);
-        if self.best.as_ref().is_none_or(|(best, _)| agreement > *best) {
-            self.best = Some((agreement, reading));
-        }
-    }
-
-    /// The best one, if it misreads a bit.
-    pub(super) fn misread(&self) -> Option<&Reading> {
-        let (_, best) = self.best.as_ref()?;
-        (best.soft.hard() != self.expected).then_some(best)
-    }
-
-    /// The best one, chosen of so many that could have been read.
-    pub(super) fn best(self, tries: usize) -> Result<Reading, MarkError> {
-        let (_, best) = self.best.ok_or(MarkError::Alignment)?;
-        Ok(Reading { tries, ..best })
     }
 }

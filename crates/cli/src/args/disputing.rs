@@ -1,0 +1,40 @@
+//! Claims against claims.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::{Common, TimeLimit};
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Example:
+  sigmark dispute mine.claim.json theirs.claim.json --suspect found.obj
+
+A claim is a JSON file that names the files of a claimant, from its own folder:
+  {\"original\": \"model.obj\", \"certificate\": \"signed.obj.cert.json\", \"public_key\": \"owner.pub.pem\"}
+Take the keys from the people they belong to: anybody can make one.
+
+Each claim's mark is looked for in the other's original. Who made his original from a model that the other had signed has the other's \
+mark in it, and can't have his own in the other's: so the claim whose mark is in the other's original, and whose own original is clean, \
+came first. Only marks count that are evidence against a stranger (p at most 2^-120). In a suspect, if there is one, both are looked for.
+
+Exit code 0 if one came first, 1 if that is undecided.
+
+--json prints: outcome (first, second or undecided), reasons, first_in_second, second_in_first, first_in_suspect, second_in_suspect \
+(each as `sigmark verify --json` prints it, or null), seconds (of each stage).")]
+pub(crate) struct Dispute {
+    /// The first claim
+    #[arg(value_name = "A")]
+    pub(crate) first: PathBuf,
+    /// The second claim
+    #[arg(value_name = "B")]
+    pub(crate) second: PathBuf,
+    /// The model that both claim
+    #[arg(long, value_name = "FILE")]
+    pub(crate) suspect: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) time_limit: TimeLimit,
+    #[command(flatten)]
+    pub(crate) common: Common,
+}

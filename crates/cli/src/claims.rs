@@ -1,0 +1,134 @@
+//! The files of a claim: certificate, original, public key.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
+
+use anyhow::{Context, Result, bail};
+use mesh_io::Asset;
+use serde::Deserialize;
+use sigmark::{Certificate, GeometryDigest, PublicKey, SigmarkError, Verifier};
+
+use crate::{
+    files::{self, Text},
+    keys,
+};
+
+/// Where the files of a claim lie.
+#[derive(Clone, Debug)]
+pub(crate) struct ClaimFiles {
+    pub(crate) certificate: PathBuf,
+    pub(crate) original: Option<PathBuf>,
+    pub(crate) public_key: Option<PathBuf>,
+}
+
+/// A claim that was read. Original, certificate and key are not compared yet.
+pub(crate) struct Claim {
+    pub(crate) certificate: Certificate,
+    pub(crate) original: Asset,
+    pub(crate) original_path: PathBuf,
+    pub(crate) public_key: PublicKey,
+    /// Whether the key was taken from the certificate, and says nothing of who the signer is.
+    pub(crate) own_key: bool,
+}
+
+/// A claim file: names of files, from the folder in which it lies.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ClaimDocument {
+    certificate: PathBuf,
+    original: PathBuf,
+    public_key: PathBuf,
+}
+
+impl ClaimFiles {
+    /// The files that a claim file names.
+    pub(crate) fn listed_in(path: &Path) -> Result<Self> {
+        let text = files::read_text(path, Text::Claim)?;
+        let document: ClaimDocument = serde_json::from_str(&text).with_context(|| {
+            format!(
+                "{}: is no claim; write {{\"original\": FILE, \"certificate\": FILE, \"public_key\": FILE}} into it",
+                path.display()
+            )
+        })?;
+        let folder = files::folder_of(path);
+        Ok(Self {
+            certificate: folder.join(document.certificate),
+            original: Some(folder.join(document.original)),
+            public_key: Some(folder.join(document.public_key)),
+        })
+    }
+
+    /// Reads all of them. What is not given is looked for: the original beside the certificate, the key in it.
+    pub(crate) fn read(&self) -> Result<Claim> {
+        let certificate = read_certificate(&self.certificate)?;
+        let public_key = match &self.public_key {
+            Some(path) => keys::read_public(path)?,
+            None => *certificate.public_key(),
+        };
+        let (original_path, original) = match &self.original {
+            Some(path) => (path.clone(), files::open_mesh(path)?),
+            None => find_original(&certificate, &self.certificate)?,
+        };
+        Ok(Claim {
+            certificate,
+            original,
+            original_path,
+            public_key,
+            own_key: self.public_key.is_none(),
+        })
+    }
+}
+
+impl Claim {
+    /// Judges suspects by this claim; fails where original, certificate and key don't belong together.
+    pub(crate) fn verifier(&self) -> Result<Verifier, SigmarkError> {
+        Verifier::new(self.original.mesh(), &self.certificate, &self.public_key)
+    }
+}
+
+/// Reads and checks a certificate.
+pub(crate) fn read_certificate(path: &Path) -> Result<Certificate> {
+    let text = files::read_text(path, Text::Certificate)?;
+    Certificate::from_json(&text).with_context(|| path.display().to_string())
+}
+
+/// The original in the certificate's folder: the file of its name, or else any mesh, with the digest of the certificate.
+fn find_original(certificate: &Certificate, path: &Path) -> Result<(PathBuf, Asset)> {
+    let folder = files::folder_of(path);
+    let mut candidates =
+        meshes_in(folder).with_context(|| format!("{}: can't be listed", folder.display()))?;
+    // A name with a folder in it, which no embed writes, matches none.
+    candidates.sort_by_key(|path| path.file_name() != Some(certificate.original_name().as_ref()));
+    for candidate in candidates {
+        // What can't be read is not the original, which could be.
+        let Ok(asset) = files::open_mesh(&candidate) else {
+            continue;
+        };
+        if GeometryDigest::of(asset.mesh()) == certificate.statement().original.digest {
+            return Ok((candidate, asset));
+        }
+    }
+    let name = match certificate.original_name() {
+        "" => String::new(),
+        name => format!(" ({name})"),
+    };
+    bail!(
+        "{}: its original{name} is not beside it; give the very file that was signed with --original",
+        path.display()
+    )
+}
+
+/// The files of a folder whose names are those of meshes, in the order of their names.
+fn meshes_in(folder: &Path) -> Result<Vec<PathBuf>> {
+    let mut meshes = Vec::new();
+    for entry in fs::read_dir(folder)? {
+        let path = entry?.path();
+        if mesh_io::Format::of_path(&path).is_some() && path.is_file() {
+            meshes.push(path);
+        }
+    }
+    meshes.sort();
+    Ok(meshes)
+}

@@ -1,0 +1,124 @@
+use std::{path::Path, sync::Arc};
+
+use anyhow::{Context, Result};
+use job::JobError;
+use registration::PreparedMesh;
+use serde_json::json;
+use sigmark::{Dispute, Precedence, SigmarkError, Verdict, Verifier, claim::Tie};
+
+use super::verify::{described, probability, remark};
+use crate::{
+    Answer, args,
+    claims::{Claim, ClaimFiles},
+    files,
+    progress::Progress,
+    report::{self, Lines, Seconds},
+};
+
+pub(crate) fn run(arguments: &args::Dispute) -> Result<Answer> {
+    let progress = Arc::new(Progress::within(arguments.time_limit.duration()));
+    progress.begin("reading", "reading");
+    let paths = [&*arguments.first, &*arguments.second];
+    let [first, second] = paths.map(|path| ClaimFiles::listed_in(path)?.read());
+    let claims = [first?, second?];
+    let [first, second] = [0, 1].map(|i| verifier(&claims[i], paths[i]));
+    let verifiers = [first?, second?];
+    let suspect = arguments.suspect.as_deref().map(files::open_mesh).transpose()?;
+    let suspect = suspect.map(|asset| PreparedMesh::from(asset.mesh()));
+    let job = progress.job(arguments.common.threads());
+    let dispute = Dispute::between(&verifiers[0], &verifiers[1], suspect.as_ref(), &job);
+    let dispute = dispute.map_err(|error| match error {
+        SigmarkError::Job(JobError::Cancelled) => arguments.time_limit.exceeded(),
+        error => {
+            anyhow::Error::new(error).context(format!("{} and {}", paths[0].display(), paths[1].display()))
+        }
+    })?;
+    let seconds = progress.finish();
+
+    let described = |verdict: &Verdict, i: usize| described(verdict, &claims[i]);
+    let suspect = dispute.in_suspect.as_ref();
+    let object = json!({
+        "outcome": dispute.outcome.name(),
+        "reasons": reasons(&dispute),
+        "first_in_second": described(&dispute.first_in_second, 0),
+        "second_in_first": described(&dispute.second_in_first, 1),
+        "first_in_suspect": suspect.map(|[first, _]| described(first, 0)),
+        "second_in_suspect": suspect.map(|[_, second]| described(second, 1)),
+        "seconds": report::seconds_json(&seconds),
+    });
+    let lines = summary(arguments, &dispute, &claims, &seconds);
+    report::print(arguments.common.json, &object, &lines)?;
+    Ok(match dispute.outcome {
+        Precedence::First | Precedence::Second => Answer::Yes,
+        _ => Answer::No,
+    })
+}
+
+fn verifier(claim: &Claim, path: &Path) -> Result<Verifier> {
+    claim.verifier().with_context(|| path.display().to_string())
+}
+
+fn summary(arguments: &args::Dispute, dispute: &Dispute, claims: &[Claim; 2], seconds: &Seconds) -> Lines {
+    let first = arguments.first.display();
+    let headline = match dispute.outcome {
+        Precedence::First => format!("FIRST: the claim of {first} came first"),
+        Precedence::Second => format!("SECOND: the claim of {} came first", arguments.second.display()),
+        _ => "UNDECIDED: the originals do not say which claim came first".into(),
+    };
+    let mut lines = Lines::new(headline);
+    for reason in reasons(dispute) {
+        lines.field("reason", reason);
+    }
+    let mut reading = |name: &str, verdict: &Verdict| lines.field(name, how_read(verdict));
+    reading("1st in 2nd", &dispute.first_in_second);
+    reading("2nd in 1st", &dispute.second_in_first);
+    if let Some([first, second]) = &dispute.in_suspect {
+        reading("1st in suspect", first);
+        reading("2nd in suspect", second);
+    }
+    for (name, claim) in ["1st key", "2nd key"].into_iter().zip(claims) {
+        lines.field(name, claim.public_key.fingerprint());
+    }
+    lines.field("time", report::seconds_text(seconds));
+    lines
+}
+
+/// How a mark was read in an original or in the suspect.
+fn how_read(verdict: &Verdict) -> String {
+    let p = probability(verdict.p_value);
+    match (verdict.mismatch, verdict.is_evidence()) {
+        (Some(mismatch), _) => remark(mismatch),
+        (None, true) => format!("its mark is there: chance explains it with probability {p} at most"),
+        (None, false) => format!("its mark is not proven there: p = {p}, and 2^-120 is asked for"),
+    }
+}
+
+/// What the outcome rests on, and what would decide where nothing does.
+fn reasons(dispute: &Dispute) -> Vec<String> {
+    let mut reasons = vec![String::from(match dispute.outcome {
+        Precedence::First => "the first's mark is in the second's original, whose mark is not in the first's",
+        Precedence::Second => {
+            "the second's mark is in the first's original, whose mark is not in the second's"
+        }
+        Precedence::Undecided(Tie::Both) => {
+            "each original bears the other's mark, so both were made from models that were signed before: the originals that \
+             bear no mark would decide"
+        }
+        Precedence::Undecided(Tie::Unrelated) => {
+            "the two originals are different shapes: both claims can be true, each of its own model"
+        }
+        _ => {
+            "the originals are the same shape, and neither bears the other's mark: time stamps from before the dispute would \
+             decide, or an earlier state of the model"
+        }
+    })];
+    reasons.extend(dispute.suspect_bears().map(|bears| {
+        String::from(match bears {
+            [true, true] => "the suspect bears both marks",
+            [true, false] => "the suspect bears the first's mark, and not the second's",
+            [false, true] => "the suspect bears the second's mark, and not the first's",
+            [false, false] => "the suspect bears neither mark",
+        })
+    }));
+    reasons
+}

@@ -1,0 +1,216 @@
+//! The JSON of a certificate, field by field, as `docs/certificate.md` describes it.
+
+use base64::{Engine, engine::general_purpose::STANDARD as BASE64};
+use mhb_core::LaplacianKind;
+use serde::{Deserialize, Serialize};
+
+use super::{Certificate, CertificateError, Contents, PackedLabels, VERSION};
+use crate::{
+    claim::{
+        keys::PublicKey,
+        statement::{Carrier, OriginalRecord, Statement},
+    },
+    payload::{GeometryDigest, PayloadKind, Scheme, Signature},
+};
+
+const FORMAT: &str = "sigmark-certificate";
+
+/// What tells whether a text is a certificate, and of which version. Everything else is passed over.
+#[derive(Deserialize)]
+struct Header {
+    format: String,
+    version: u64,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Document {
+    format: String,
+    version: u64,
+    public_key: String,
+    message: String,
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    recipient: String,
+    original: OriginalDocument,
+    mark: MarkDocument,
+    seal: String,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    stamps: Vec<String>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct OriginalDocument {
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    name: String,
+    digest: GeometryDigest,
+    vertices: usize,
+    triangles: usize,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct MarkDocument {
+    scheme: Scheme,
+    payload: PayloadKind,
+    signature: String,
+    carrier: Carrier,
+    chip_rate: usize,
+    #[serde(with = "LaplacianName")]
+    laplacian: LaplacianKind,
+    labels: PackedLabels,
+    patches: Vec<PatchDocument>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PatchDocument {
+    vertices: usize,
+    alpha: f64,
+    last_eigenvalue: f64,
+}
+
+/// The names of Laplacians.
+#[derive(Serialize, Deserialize)]
+#[non_exhaustive]
+#[serde(remote = "LaplacianKind", rename_all = "kebab-case")]
+enum LaplacianName {
+    Cotangent,
+    Intrinsic,
+}
+
+fn malformed(error: impl std::fmt::Display) -> CertificateError {
+    CertificateError::Malformed(error.to_string())
+}
+
+impl Document {
+    /// Parses a text. Only one that does not fit is looked at again, for what is to be said of it.
+    pub(super) fn parse(text: &str) -> Result<Self, CertificateError> {
+        let parsed = serde_json::from_str::<Self>(text);
+        match parsed {
+            Ok(document) if document.format == FORMAT && document.version == VERSION => Ok(document),
+            Ok(document) => Err(refusal(&document.format, document.version)),
+            Err(error) => match serde_json::from_str::<Header>(text) {
+                Ok(header) if header.format != FORMAT || header.version != VERSION => {
+                    Err(refusal(&header.format, header.version))
+                }
+                _ => Err(malformed(error)),
+            },
+        }
+    }
+
+    pub(super) fn of(certificate: &Certificate) -> Self {
+        let Contents {
+            statement,
+            name,
+            signature,
+            eigenvalues,
+        } = &certificate.contents;
+        let OriginalRecord {
+            digest,
+            vertices,
+            triangles,
+        } = statement.original;
+        let patches = certificate
+            .patch_sizes
+            .iter()
+            .zip(&statement.alphas)
+            .zip(eigenvalues);
+        Self {
+            format: FORMAT.into(),
+            version: VERSION,
+            public_key: statement.public_key.to_pem(),
+            message: statement.message.clone(),
+            recipient: statement.recipient.clone(),
+            original: OriginalDocument {
+                name: name.clone(),
+                digest,
+                vertices,
+                triangles,
+            },
+            mark: MarkDocument {
+                scheme: statement.scheme,
+                payload: statement.payload_kind(),
+                signature: signature.to_hex(),
+                carrier: statement.carrier,
+                chip_rate: statement.chip_rate,
+                laplacian: statement.laplacian,
+                labels: statement.labels.clone(),
+                patches: patches
+                    .map(|((&vertices, &alpha), &last_eigenvalue)| PatchDocument {
+                        vertices,
+                        alpha,
+                        last_eigenvalue,
+                    })
+                    .collect(),
+            },
+            seal: certificate.seal.to_hex(),
+            stamps: certificate
+                .stamps
+                .iter()
+                .map(|stamp| BASE64.encode(stamp))
+                .collect(),
+        }
+    }
+
+    /// What the certificate says, and how many vertices it says that each patch has.
+    pub(super) fn contents(&mut self) -> Result<(Contents, Vec<usize>), CertificateError> {
+        let mark = &mut self.mark;
+        let patches = std::mem::take(&mut mark.patches);
+        let statement = Statement {
+            public_key: PublicKey::from_pem(&self.public_key).map_err(malformed)?,
+            message: std::mem::take(&mut self.message),
+            recipient: std::mem::take(&mut self.recipient),
+            original: OriginalRecord {
+                digest: self.original.digest,
+                vertices: self.original.vertices,
+                triangles: self.original.triangles,
+            },
+            scheme: mark.scheme,
+            carrier: mark.carrier,
+            chip_rate: mark.chip_rate,
+            laplacian: mark.laplacian,
+            labels: mark.labels.clone(),
+            alphas: patches.iter().map(|patch| patch.alpha).collect(),
+        };
+        if mark.payload != statement.payload_kind() {
+            return Err(CertificateError::Field {
+                field: "payload",
+                problem: format!(
+                    "is not \"{}\", which belongs to {}",
+                    statement.payload_kind().name(),
+                    mark.scheme
+                ),
+            });
+        }
+        let contents = Contents {
+            statement,
+            name: std::mem::take(&mut self.original.name),
+            signature: Signature::from_hex(mark.scheme, &mark.signature).map_err(malformed)?,
+            eigenvalues: patches.iter().map(|patch| patch.last_eigenvalue).collect(),
+        };
+        Ok((contents, patches.iter().map(|patch| patch.vertices).collect()))
+    }
+
+    pub(super) fn seal(&self) -> Result<Signature, CertificateError> {
+        Signature::from_hex(self.mark.scheme, &self.seal).map_err(|_| CertificateError::Seal)
+    }
+
+    pub(super) fn stamps(&self) -> Result<Vec<Vec<u8>>, CertificateError> {
+        let decoded = self.stamps.iter().map(|stamp| BASE64.decode(stamp));
+        decoded
+            .collect::<Result<_, _>>()
+            .map_err(|error| CertificateError::Field {
+                field: "stamps",
+                problem: format!("is not base64 ({error})"),
+            })
+    }
+}
+
+fn refusal(format: &str, version: u64) -> CertificateError {
+    match (format == FORMAT, version) {
+        (false, _) => malformed(format_args!("the field \"format\" is not \"{FORMAT}\"")),
+        (true, found) if found < VERSION => CertificateError::Outdated { found },
+        (true, found) => CertificateError::Version { found },
+    }
+}

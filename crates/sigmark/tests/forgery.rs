@@ -1,0 +1,529 @@
+//! The forger's chair. A stranger has one published marked mesh S and no original; he is free in key, nonce, message, "original", patches
+//! and strengths. Each attack is carried out twice: against the construction of certificates of version 2, where it has to work, and
+//! against today's, where it must not.
+
+#![allow(clippy::unwrap_used)] // in the helpers of tests, too
+
+use std::sync::Arc;
+
+use job::Job;
+use mesh::{TriMesh, shapes};
+use p256::{
+    NistP256, NonZeroScalar, Scalar, SecretKey,
+    elliptic_curve::{PrimeField, ops::Reduce},
+    pkcs8::{EncodePrivateKey, LineEnding},
+};
+use rand_chacha::{
+    ChaCha20Rng,
+    rand_core::{Rng, SeedableRng},
+};
+use serde_json::{Value, json};
+use sha2::{Digest, Sha256};
+use sigmark::{
+    Certificate, CertificateError, Embedder, GeometryDigest, PatchCount, Scheme, SigmarkError, Signature,
+    SigningKey, Strength, Verdict, Verifier,
+    claim::{EVIDENCE, statistics::p_value},
+    mark::{
+        ChipLayout, JointEstimator, MarkLayout, Original, Patch, PatchBasis, Reader, ReadingMethod,
+        correlation,
+    },
+    payload::Permutation,
+};
+
+const SCHEME: Scheme = Scheme::EcdsaP256Sha256;
+
+/// Five shapes with room for one patch of 512 bits.
+fn meshes() -> [TriMesh; 5] {
+    [
+        shapes::bumpy_sphere(4, 9),
+        shapes::bumpy_torus(60, 36, 2),
+        shapes::jittered(&shapes::bumpy_sphere(4, 3), 0.2, 4),
+        shapes::bumped(&shapes::torus(48, 40, 2.0, 0.8), 0.05, 5),
+        shapes::flipped(&shapes::bumpy_torus(50, 40, 6), 7),
+    ]
+}
+
+/// From hardly there to the default.
+const STRENGTHS: [f64; 2] = [3e-6, 4e-4];
+
+fn job() -> Job {
+    Job::default()
+}
+
+/// Somebody with a key, and with all the arithmetic of it.
+struct Person {
+    secret: SecretKey,
+    key: SigningKey,
+}
+
+impl Person {
+    fn new(secret: SecretKey) -> Self {
+        let pem = secret.to_pkcs8_pem(LineEnding::LF).unwrap();
+        let key = SigningKey::from_pem(&pem).unwrap();
+        Self { secret, key }
+    }
+
+    fn numbered(seed: u8) -> Self {
+        Self::new(SecretKey::from_slice(&Sha256::digest([seed])).unwrap())
+    }
+
+    fn embedder(&self, strength: f64) -> Embedder {
+        Embedder::new(&self.key)
+            .chip_rate(1)
+            .strength(Strength::Distortion(strength))
+    }
+
+    /// ECDSA with a nonce of one's own choice.
+    fn sign(&self, nonce: &NonZeroScalar, message: &[u8]) -> Signature {
+        let digest = Sha256::digest(message);
+        let d = self.secret.to_nonzero_scalar();
+        let (signature, _) = ecdsa::hazmat::sign_prehashed::<NistP256>(&d, nonce, &digest).unwrap();
+        let hex: String = signature
+            .to_bytes()
+            .iter()
+            .map(|byte| format!("{byte:02x}"))
+            .collect();
+        Signature::from_hex(SCHEME, &hex).unwrap()
+    }
+
+    /// The key under which a signature, whose nonce is known, is one over another message: d′ = (s k − h′) / r.
+    fn substituted(signature: &Signature, nonce: &NonZeroScalar, message: &[u8]) -> Self {
+        let [r, s] = components(signature);
+        let h = <Scalar as Reduce<_>>::reduce(&Sha256::digest(message));
+        let key = (s * **nonce - h) * r.invert().unwrap();
+        Self::new(SecretKey::from_slice(&key.to_repr()).unwrap())
+    }
+}
+
+fn components(signature: &Signature) -> [Scalar; 2] {
+    let bytes = halves(signature);
+    bytes.map(|half| Scalar::from_repr(half.into()).unwrap())
+}
+
+fn halves(signature: &Signature) -> [[u8; 32]; 2] {
+    let hex = signature.to_hex();
+    let byte = |i: usize| u8::from_str_radix(&hex[2 * i..2 * i + 2], 16).unwrap();
+    [std::array::from_fn(byte), std::array::from_fn(|i| byte(32 + i))]
+}
+
+fn from_halves(halves: [[u8; 32]; 2]) -> Signature {
+    let hex: String = halves
+        .as_flattened()
+        .iter()
+        .map(|byte| format!("{byte:02x}"))
+        .collect();
+    Signature::from_hex(SCHEME, &hex).unwrap()
+}
+
+fn nonce(seed: u32) -> NonZeroScalar {
+    let bytes = Sha256::digest([b"nonce", &seed.to_le_bytes()[..]].concat());
+    SecretKey::from_slice(&bytes).unwrap().to_nonzero_scalar()
+}
+
+/// The victim's marked mesh.
+fn published(mesh: &TriMesh) -> TriMesh {
+    let signed = Person::numbered(1).embedder(4e-4).embed(mesh, &job()).unwrap();
+    signed.mesh().clone()
+}
+
+fn cut(mesh: &TriMesh) -> Arc<Original> {
+    let layout = ChipLayout::new(512, 1).unwrap();
+    let original = Original::cut(mesh.clone(), layout, PatchCount::Auto, &job()).unwrap();
+    original.keep_bases(&job()).unwrap();
+    Arc::new(original)
+}
+
+/// S − W: the mesh of which a mark of these bits would make S. W depends on the harmonics of that mesh, so it is found in steps.
+fn inverted(published: &Arc<Original>, bits: &[bool], strength: f64) -> Arc<Original> {
+    let mut original = Arc::clone(published);
+    for _ in 0..2 {
+        let layout = MarkLayout::with_strength(original, Strength::Distortion(strength)).unwrap();
+        let mark = layout.write(bits, &job()).unwrap().displacement;
+        let pairs = published.mesh().positions().iter().zip(mark);
+        let positions = pairs
+            .map(|(p, d)| std::array::from_fn(|axis| p[axis] - d[axis]))
+            .collect();
+        original = cut(&published.mesh().with_positions(positions).unwrap());
+    }
+    original
+}
+
+/// Certificates of version 2: the bits in the shape were r ‖ s of a signature over digest and message.
+mod old {
+    use super::*;
+
+    pub(crate) fn signed_bytes(original: &TriMesh) -> Vec<u8> {
+        let digest = GeometryDigest::of(original);
+        [b"sigmark mark v1\0", &digest.as_bytes()[..]].concat()
+    }
+
+    /// Bits and p of a claim that the suspect bears these bits in the original's layout.
+    pub(crate) fn read(
+        original: &Arc<Original>,
+        strength: f64,
+        bits: &[bool],
+        suspect: &TriMesh,
+    ) -> (Vec<bool>, f64) {
+        let layout = MarkLayout::with_strength(Arc::clone(original), Strength::Distortion(strength)).unwrap();
+        let method = ReadingMethod::joint(Arc::new(JointEstimator::new(&Arc::new(layout))));
+        let found = Reader::new(original.mesh())
+            .unwrap()
+            .find(suspect, &job())
+            .unwrap();
+        let reading = found.read(&method, bits, &job()).unwrap();
+        let p = p_value(bits, &reading.soft.0) * reading.tries as f64;
+        (reading.soft.hard(), p)
+    }
+}
+
+/// The claim that a person makes on an original of his own choice.
+fn claim(person: &Person, original: &Arc<Original>, strength: f64) -> Certificate {
+    let signed = person.embedder(strength).embed_in(original, &job()).unwrap();
+    signed.certificate().clone()
+}
+
+fn judge(original: &Arc<Original>, certificate: &Certificate, suspect: &TriMesh) -> Verdict {
+    let verifier = Verifier::with_original(original, certificate, certificate.public_key()).unwrap();
+    verifier.verify(suspect, &job()).unwrap()
+}
+
+fn assert_not_found(verdict: &Verdict, what: &str) {
+    assert!(
+        !verdict.outcome.is_found() && verdict.p_value > 1e-6,
+        "{what}: {verdict:?}"
+    );
+}
+
+/// A certificate as its issuer can make it, who may choose every byte: other fields, another signature, and a seal that fits them.
+fn issued(
+    person: &Person,
+    certificate: &Certificate,
+    edits: &[(&str, Value)],
+) -> Result<Certificate, CertificateError> {
+    let mut value: Value = serde_json::from_str(&certificate.to_json().unwrap()).unwrap();
+    for (pointer, edited) in edits {
+        *value.pointer_mut(pointer).unwrap() = edited.clone();
+    }
+    let text = |pointer: &str| value.pointer(pointer).unwrap().as_str().unwrap().to_owned();
+    let signature = Signature::from_hex(SCHEME, &text("/mark/signature"))?;
+    let mut sealed = [b"sigmark seal v3\0", &certificate.statement_hash()[..]].concat();
+    sealed.extend(halves(&signature).as_flattened());
+    for patch in value["mark"]["patches"].as_array().unwrap() {
+        sealed.extend(patch["last_eigenvalue"].as_f64().unwrap().to_le_bytes());
+    }
+    value["seal"] = person.key.sign(SCHEME, &sealed)?.to_hex().into();
+    Certificate::from_json(&value.to_string())
+}
+
+fn with_signature(
+    person: &Person,
+    claim: &Certificate,
+    signature: &Signature,
+) -> Result<Certificate, CertificateError> {
+    issued(person, claim, &[("/mark/signature", signature.to_hex().into())])
+}
+
+/// He takes a mark W of his own off S and calls the rest his original; W's bits are a signature of his over something else. What does he
+/// say is the signature in S?
+fn claim_what_a_mark_was_taken_off(mesh: &TriMesh, strength: f64) {
+    let forger = Person::numbered(2);
+    let first = forger.sign(&nonce(1), b"anything");
+    let s = published(mesh);
+    let s_cut = cut(&s);
+    let original = inverted(&s_cut, &first.bits(), strength);
+    let honest = claim(&forger, &original, strength);
+    assert_not_found(&judge(&original, &honest, &s), "an honest claim on S − W");
+    let (read, p) = old::read(&original, strength, &first.bits(), &s);
+    paste_the_bits(&forger, &honest, &first);
+    // Nobody checked the signature. A few bits are wrong, since the steps to S − W are few.
+    let agreeing = read.iter().zip(first.bits()).filter(|(a, b)| **a == *b).count();
+    assert!(agreeing > 450 && p < EVIDENCE, "old, {strength}: {agreeing}, {p}");
+    solve_for_the_key(&honest, &original, strength, &first);
+    keep_the_nonce(&forger, &honest, &original, strength, &first, &s);
+}
+
+/// W's bits as they are, or the signature whose permuted bits they are.
+fn paste_the_bits(forger: &Person, honest: &Certificate, bits: &Signature) {
+    let permutation = Permutation::keyed(*honest.statement_hash());
+    for pasted in [from_halves(permutation.invert(halves(bits))), *bits] {
+        let refused = with_signature(forger, honest, &pasted);
+        assert!(matches!(refused, Err(CertificateError::Statement)));
+    }
+}
+
+/// The key under which W's bits are a signature over the original S − W: d′ = (s k − h′) / r.
+fn solve_for_the_key(honest: &Certificate, original: &Arc<Original>, strength: f64, first: &Signature) {
+    let signed = old::signed_bytes(original.mesh());
+    let his = Person::substituted(first, &nonce(1), &signed);
+    assert_eq!(
+        his.key.public_key().verify(&signed, first),
+        Ok(()),
+        "old, {strength}"
+    );
+
+    // The key is part of what is signed: for any key that he solves for, there is another hash.
+    let signed = honest.statement().signed_bytes(honest.statement_hash());
+    let his = Person::substituted(first, &nonce(1), &signed);
+    let claimed = claim(&his, original, strength);
+    assert_ne!(claimed.statement_hash(), honest.statement_hash());
+    let refused = with_signature(&his, &claimed, first);
+    assert!(matches!(refused, Err(CertificateError::Statement)));
+}
+
+/// A signature over the original S − W with the nonce of W: r, half of the bits, was known before there was that original.
+fn keep_the_nonce(
+    forger: &Person,
+    honest: &Certificate,
+    original: &Arc<Original>,
+    strength: f64,
+    first: &Signature,
+    s: &TriMesh,
+) {
+    let signature = forger.sign(&nonce(1), &old::signed_bytes(original.mesh()));
+    assert_eq!(halves(&signature)[0], halves(first)[0]);
+    let (_, p) = old::read(original, strength, &signature.bits(), s);
+    assert!(p < 1e-15, "old, {strength}: {p}");
+
+    let signed = honest.statement().signed_bytes(honest.statement_hash());
+    let valid = with_signature(forger, honest, &forger.sign(&nonce(1), &signed)).unwrap();
+    assert_not_found(&judge(original, &valid, s), "a signature with the nonce of W");
+}
+
+#[test]
+fn a_faint_mark_that_was_taken_off_is_no_claim() {
+    for mesh in [0, 2, 4] {
+        claim_what_a_mark_was_taken_off(&meshes()[mesh], STRENGTHS[0]);
+    }
+}
+
+#[test]
+fn a_mark_of_full_strength_that_was_taken_off_is_no_claim() {
+    for mesh in [0, 1, 3] {
+        claim_what_a_mark_was_taken_off(&meshes()[mesh], STRENGTHS[1]);
+    }
+}
+
+/// Of signatures with nonces of one's choice none comes nearer to bits that were fixed before than chance would let it.
+#[test]
+fn a_free_nonce_gains_no_more_than_chance() {
+    const TRIES: u32 = 1 << 11;
+    let forger = Person::numbered(2);
+    let s = cut(&meshes()[0]);
+    let honest = claim(&forger, &s, 4e-4);
+    let signed = honest.statement().signed_bytes(honest.statement_hash());
+    let mut rng = ChaCha20Rng::from_seed([3; 32]);
+    let target: Vec<bool> = (0..512).map(|_| rng.next_u32() & 1 == 1).collect();
+    let agreeing = |bits: &[bool]| bits.iter().zip(&target).filter(|(a, b)| a == b).count();
+    let permutation = Permutation::keyed(*honest.statement_hash());
+    let best = (0..TRIES).map(|seed| {
+        let signature = forger.sign(&nonce(seed), &signed);
+        agreeing(&from_halves(permutation.apply(halves(&signature))).bits())
+    });
+    // Binomial, n = 512: 2 048 tries exceed 256 + 5 · 11.3 with a probability of about 10⁻³.
+    let best = best.max().unwrap();
+    assert!((280..=312).contains(&best), "{best}");
+}
+
+/// A genuine signature over S with a little noise; then only those patches are kept strong in which its bits agree with S by chance.
+#[test]
+fn strengths_and_patches_can_not_be_chosen_after_the_bits() {
+    let forger = Person::numbered(2);
+    let s = shapes::bumpy_torus(200, 100, 4);
+    let noisy = shapes::jittered(&s, 0.02, 8);
+    let embedder = forger.embedder(4e-4).patches(PatchCount::Exactly(44));
+    let claimed = embedder.embed(&noisy, &job()).unwrap();
+    let layout = claimed.layout();
+    let bits = claimed.certificate().bits();
+
+    // What each patch says for the claim.
+    let moved: Vec<[f64; 3]> = s
+        .positions()
+        .iter()
+        .zip(noisy.positions())
+        .map(|(s, n)| std::array::from_fn(|axis| s[axis] - n[axis]))
+        .collect();
+    let original = layout.original();
+    let of_patch = |_: usize, patch: &Patch, basis: &PatchBasis| {
+        let coefficients = basis.transform(&patch.gather(&moved));
+        let chips = original.layout().chips();
+        chips
+            .map(|chip| coefficients[chip.frequency][chip.axis])
+            .collect()
+    };
+    let said: Vec<Vec<f64>> = original.map_bases(of_patch, &job()).unwrap();
+    let normed = |soft: &Vec<f64>| {
+        let norm = soft.iter().map(|x| x * x).sum::<f64>().sqrt();
+        soft.iter().map(|x| x / norm).collect::<Vec<f64>>()
+    };
+    let sum = |kept: &dyn Fn(f64) -> bool| {
+        let mut sum = vec![0.0; bits.len()];
+        for soft in said.iter().filter(|soft| kept(correlation(&bits, soft))) {
+            sum.iter_mut().zip(normed(soft)).for_each(|(sum, x)| *sum += x);
+        }
+        p_value(&bits, &sum)
+    };
+    let (steered, all) = (sum(&|t| t > 0.0), sum(&|_| true));
+    assert!(
+        steered < 1e-3 && all > 1e-2,
+        "steering itself works: {steered}, {all}"
+    );
+
+    let certificate = claimed.certificate();
+    for (pointer, edited) in [
+        ("/mark/patches/0/alpha", json!(1e-9)),
+        ("/mark/patches/3/alpha", json!(2e-4)),
+    ] {
+        let refused = issued(&forger, certificate, &[(pointer, edited)]);
+        assert!(matches!(refused, Err(CertificateError::Statement)), "{pointer}");
+    }
+    let verifier = Verifier::with_original(original, certificate, certificate.public_key());
+    assert_not_found(
+        &verifier.unwrap().verify(&s, &job()).unwrap(),
+        "an honest claim on S and noise",
+    );
+}
+
+/// Whatever field its issuer edits once the bits are known, however he seals: the signature is not over it.
+#[test]
+fn a_signer_can_change_nothing_of_his_statement() {
+    let forger = Person::numbered(2);
+    let original = cut(&meshes()[0]);
+    let claimed = claim(&forger, &original, 4e-4);
+    let other = claim(&Person::numbered(3), &original, 4e-4);
+    let other: Value = serde_json::from_str(&other.to_json().unwrap()).unwrap();
+    let digest = GeometryDigest::of(&meshes()[1]).to_string();
+    let value: Value = serde_json::from_str(&claimed.to_json().unwrap()).unwrap();
+    let alpha = value["mark"]["patches"][0]["alpha"].as_f64().unwrap();
+    for (pointer, edited) in [
+        ("/message", json!("another")),
+        ("/original/digest", json!(digest)),
+        ("/original/triangles", json!(5)),
+        ("/mark/laplacian", json!("intrinsic")),
+        ("/mark/chip_rate", json!(2)),
+        ("/mark/scheme", json!("ecdsa-p256-sha1")),
+        (
+            "/mark/patches/0/alpha",
+            json!(f64::from_bits(alpha.to_bits() + 1)),
+        ),
+    ] {
+        let refused = issued(&forger, &claimed, &[(pointer, edited)]);
+        assert!(
+            matches!(refused, Err(CertificateError::Statement)),
+            "{pointer}: {refused:?}"
+        );
+    }
+    // One vertex less in the patch.
+    let mut labels = original.patches().labels().to_vec();
+    labels[0] = 0;
+    let labels = serde_json::to_value(sigmark::claim::PackedLabels::pack(&labels)).unwrap();
+    let vertices = json!(original.mesh().vertex_count() - 1);
+    let edits = [("/mark/labels", labels), ("/mark/patches/0/vertices", vertices)];
+    assert!(matches!(
+        issued(&forger, &claimed, &edits),
+        Err(CertificateError::Statement)
+    ));
+    // Another's key, and another's signature with it.
+    let edits = [
+        ("/public_key", other["public_key"].clone()),
+        ("/mark/signature", other["mark"]["signature"].clone()),
+    ];
+    assert!(issued(&forger, &claimed, &edits).is_err());
+}
+
+/// Files that say that the signature is over the message alone are not read as anything stronger.
+#[test]
+fn no_claim_can_be_downgraded() {
+    let forger = Person::numbered(2);
+    let original = cut(&meshes()[0]);
+    let mut value: Value = serde_json::from_str(&claim(&forger, &original, 4e-4).to_json().unwrap()).unwrap();
+    value["mark"]["payload"] = "plain-signature".into();
+    let refused = Certificate::from_json(&value.to_string());
+    assert!(matches!(
+        refused,
+        Err(CertificateError::Field { field: "payload", .. })
+    ));
+    value["mark"]["payload"] = "signature".into();
+    value["mark"]["coverage"] = "message".into();
+    assert!(matches!(
+        Certificate::from_json(&value.to_string()),
+        Err(CertificateError::Malformed(_))
+    ));
+}
+
+/// The paper's profile is forged as ever, with any signature of a message; nobody who has not asked for it gets to hear so.
+#[cfg(feature = "paper")]
+#[test]
+fn a_forged_claim_of_the_papers_profile_is_refused_unless_asked_for() {
+    let forger = SigningKey::generate(sigmark::Curve::B163, &mut ChaCha20Rng::from_seed([5; 32]));
+    let embedder = Embedder::new(&forger).message("mine").chip_rate(1);
+    let s = published(&meshes()[0]);
+    let marked = embedder.embed(&s, &job()).unwrap();
+    let pairs = s.positions().iter().zip(marked.positions());
+    let taken_off = pairs
+        .map(|(s, m)| std::array::from_fn(|i| 2.0 * s[i] - m[i]))
+        .collect();
+    let original = s.with_positions(taken_off).unwrap();
+    let claimed = embedder.embed(&original, &job()).unwrap();
+    let verifier = Verifier::new(&original, claimed.certificate(), &forger.public_key()).unwrap();
+    assert!(matches!(
+        verifier.verify(&s, &job()),
+        Err(SigmarkError::PaperProfile)
+    ));
+    let verdict = verifier.paper_profile(true).verify(&s, &job()).unwrap();
+    assert!(
+        verdict.outcome == sigmark::Outcome::Verified && !verdict.is_evidence() && verdict.p_dispute() == 1.0
+    );
+}
+
+/// Originals, keys and messages of two genuine claims can't be exchanged.
+#[test]
+fn parts_of_two_genuine_claims_do_not_fit_together() {
+    let (anna, bert) = (Person::numbered(3), Person::numbered(4));
+    let originals = [cut(&meshes()[0]), cut(&meshes()[1])];
+    let claims = [
+        claim(&anna, &originals[0], 4e-4),
+        claim(&bert, &originals[1], 4e-4),
+    ];
+    assert!(matches!(
+        Verifier::new(originals[1].mesh(), &claims[0], claims[0].public_key()),
+        Err(SigmarkError::AnotherOriginal { .. })
+    ));
+    assert!(matches!(
+        Verifier::new(originals[0].mesh(), &claims[0], claims[1].public_key()),
+        Err(SigmarkError::AnotherKey { .. })
+    ));
+    let json = claims
+        .each_ref()
+        .map(|claim| serde_json::from_str::<Value>(&claim.to_json().unwrap()).unwrap());
+    for part in ["public_key", "original", "mark", "seal"] {
+        let mut mixed = json[0].clone();
+        mixed[part] = json[1][part].clone();
+        assert!(Certificate::from_json(&mixed.to_string()).is_err(), "{part}");
+    }
+}
+
+/// A mark that was copied onto another mesh of the same connectivity does not make that mesh the owner's: its bits may be read there,
+/// but the shape is another.
+#[test]
+fn a_mark_that_was_copied_onto_another_shape_is_not_found_there() {
+    let owner = Person::numbered(1);
+    let mesh = &meshes()[0];
+    let original = cut(mesh);
+    let signed = owner.embedder(4e-4).embed_in(&original, &job()).unwrap();
+    let others = [
+        shapes::icosphere(4),
+        shapes::bumpy_sphere(4, 77),
+        shapes::bumped(mesh, 0.3, 3),
+    ];
+    for (i, other) in others.iter().enumerate() {
+        let marks = signed.positions().iter().zip(mesh.positions());
+        let positions = marks.zip(other.positions());
+        let positions = positions.map(|((s, o), p)| std::array::from_fn(|axis| p[axis] + s[axis] - o[axis]));
+        let copied = other.with_positions(positions.collect()).unwrap();
+        let verdict = judge(&original, signed.certificate(), &copied);
+        assert!(
+            !verdict.outcome.is_found() && !verdict.is_evidence(),
+            "shape {i}: {verdict:?}"
+        );
+    }
+}
