@@ -11,11 +11,7 @@ use mesh_io::Asset;
 
 const KEY: &str = "a key";
 const CERTIFICATE: &str = "a certificate";
-const GRAPH: &str = "a graph";
-const POINTS: &str = "a list of points";
-const CLAIM: &str = "a claim";
 const ROOTS: &str = "a list of root certificates";
-const REPLY: &str = "an authority's reply";
 
 /// A kind of file that a command reads; all are text but a reply.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,12 +31,12 @@ impl Text {
         match self {
             Self::PrivateKey => "a private key",
             Self::PublicKey => "a public key",
-            Self::Certificate => "a certificate",
-            Self::Claim => CLAIM,
+            Self::Certificate => CERTIFICATE,
+            Self::Claim => "a claim",
             Self::Roots => ROOTS,
-            Self::Reply => REPLY,
-            Self::Graph => GRAPH,
-            Self::Points => POINTS,
+            Self::Reply => "an authority's reply",
+            Self::Graph => "a graph",
+            Self::Points => "a list of points",
         }
     }
 
@@ -48,12 +44,7 @@ impl Text {
     fn family(self) -> &'static str {
         match self {
             Self::PrivateKey | Self::PublicKey => KEY,
-            Self::Certificate => CERTIFICATE,
-            Self::Claim => CLAIM,
-            Self::Roots => ROOTS,
-            Self::Reply => REPLY,
-            Self::Graph => GRAPH,
-            Self::Points => POINTS,
+            other => other.name(),
         }
     }
 
@@ -217,6 +208,14 @@ pub(crate) struct Output<'a> {
     pub(crate) private: bool,
 }
 
+impl<'a> Output<'a> {
+    /// Readable by all whom the umask lets.
+    pub(crate) fn public((path, bytes): (&'a Path, &'a [u8])) -> Self {
+        let private = false;
+        Self { path, bytes, private }
+    }
+}
+
 /// Writes files that belong together: if one can't be written, those before it that are new go away again.
 pub(crate) fn write_together(outputs: &[Output<'_>], force: bool) -> Result<()> {
     let mut new: Vec<&Path> = Vec::new();
@@ -239,6 +238,12 @@ pub(crate) fn write_together(outputs: &[Output<'_>], force: bool) -> Result<()> 
         }
     }
     Ok(())
+}
+
+/// Whether a name ends in `.extension`, in upper or lower case.
+pub(crate) fn has_extension(path: &Path, extension: &str) -> bool {
+    let own = path.extension();
+    own.is_some_and(|own| own.eq_ignore_ascii_case(extension))
 }
 
 /// `path` with `suffix` behind its whole name.

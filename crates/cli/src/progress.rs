@@ -72,19 +72,9 @@ impl Progress {
         self.bar.set_position(0);
     }
 
-    /// How much of the present stage is done, from 0 to 1.
-    pub(crate) fn done(&self, fraction: f64) {
-        self.bar
-            .set_position((fraction.clamp(0.0, 1.0) * STEPS as f64) as u64);
-    }
-
     /// A job that this watches.
     pub(crate) fn job(self: &Arc<Self>, threads: usize) -> Job {
         Job::new(threads).shared_with(Arc::<Self>::clone(self))
-    }
-
-    fn is_late(&self) -> bool {
-        self.deadline.is_some_and(|deadline| Instant::now() >= deadline)
     }
 
     /// The work is over: the bar goes away; the answer is how many seconds each stage took, in the order in which they first
@@ -121,11 +111,12 @@ impl job::Observer for Progress {
     }
 
     fn fraction(&self, done: f64) {
-        self.done(done);
+        self.bar
+            .set_position((done.clamp(0.0, 1.0) * STEPS as f64) as u64);
     }
 
     fn cancelled(&self) -> bool {
-        self.is_late()
+        self.deadline.is_some_and(|deadline| Instant::now() >= deadline)
     }
 }
 

@@ -29,20 +29,30 @@ pub(crate) fn printable(text: &str) -> String {
         .collect()
 }
 
-/// Prints one JSON object in a line.
-pub(crate) fn json(value: &impl serde::Serialize) -> Result<()> {
-    let text = serde_json::to_string(value).context("the report can't be written as JSON")?;
-    print(&(text + "\n"))
+/// A report for people.
+pub(crate) struct Lines(Vec<String>);
+
+impl Lines {
+    pub(crate) fn new(headline: impl Into<String>) -> Self {
+        Self(vec![headline.into()])
+    }
+
+    pub(crate) fn line(&mut self, text: impl Into<String>) {
+        self.0.push(text.into());
+    }
+
+    /// A line that says what, then how it is.
+    pub(crate) fn field(&mut self, name: &str, value: impl std::fmt::Display) {
+        self.0.push(format!("  {name:<14} {value}"));
+    }
 }
 
-/// Prints lines for people.
-pub(crate) fn lines(lines: &[String]) -> Result<()> {
-    let lines: Vec<String> = lines.iter().map(|line| printable(line) + "\n").collect();
-    print(&lines.concat())
-}
-
-/// Prints; a reader that has closed its end is no error.
-fn print(text: &str) -> Result<()> {
+/// Prints what programs read, one JSON object in a line, or what people do. A reader that has closed its end is no error.
+pub(crate) fn print(json: bool, object: &Value, lines: &Lines) -> Result<()> {
+    let text = match json {
+        true => format!("{object}\n"),
+        false => lines.0.iter().map(|line| printable(line) + "\n").collect(),
+    };
     let mut out = io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
@@ -50,13 +60,11 @@ fn print(text: &str) -> Result<()> {
     }
 }
 
-/// A line of a report for people: what, then how it is.
-pub(crate) fn field(name: &str, value: impl std::fmt::Display) -> String {
-    format!("  {name:<14} {value}")
-}
+/// How long each stage took.
+pub(crate) type Seconds = [(&'static str, f64)];
 
 /// Seconds of each stage as a JSON object.
-pub(crate) fn seconds_json(seconds: &[(&'static str, f64)]) -> Value {
+pub(crate) fn seconds_json(seconds: &Seconds) -> Value {
     let members = seconds
         .iter()
         .map(|&(name, value)| (name.to_string(), value.into()));
@@ -64,7 +72,7 @@ pub(crate) fn seconds_json(seconds: &[(&'static str, f64)]) -> Value {
 }
 
 /// Seconds of each stage that took any, for people.
-pub(crate) fn seconds_text(seconds: &[(&'static str, f64)]) -> String {
+pub(crate) fn seconds_text(seconds: &Seconds) -> String {
     let total: f64 = seconds.iter().map(|(_, value)| value).sum();
     let parts: Vec<String> = seconds
         .iter()

@@ -9,7 +9,7 @@ use time_stamp::{Roots, Stamp, Stamped};
 
 use crate::{
     files::{self, Text},
-    report,
+    report::{self, Lines},
 };
 
 /// What is known of a certificate's stamps.
@@ -43,22 +43,21 @@ impl Stamps {
         }
     }
 
-    pub(crate) fn lines(&self) -> Vec<String> {
-        let line = |text: String| report::field("existed", text);
+    pub(crate) fn tell(&self, lines: &mut Lines) {
         match self {
-            Self::Unchecked(0) => Vec::new(),
+            Self::Unchecked(0) => {}
             Self::Unchecked(count) => {
                 let stamps = report::counted(*count, "time stamp", "time stamps");
-                vec![line(format!(
-                    "{stamps}, not checked: give the root certificates of their authorities with --stamp-roots"
-                ))]
+                let remedy = "give the root certificates of their authorities with --stamp-roots";
+                lines.field("existed", format!("{stamps}, not checked: {remedy}"));
             }
-            Self::Checked(stamps) if stamps.is_empty() => vec![line("no time stamp says since when".into())],
+            Self::Checked(stamps) if stamps.is_empty() => {
+                lines.field("existed", "no time stamp says since when");
+            }
             Self::Checked(stamps) => {
-                let stamps = stamps.iter();
-                stamps
-                    .map(|stamp| line(format!("time-stamped {} by {}", stamp.time, stamp.authority)))
-                    .collect()
+                for Stamped { time, authority, .. } in stamps {
+                    lines.field("existed", format!("time-stamped {time} by {authority}"));
+                }
             }
         }
     }

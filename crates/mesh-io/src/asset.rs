@@ -7,7 +7,7 @@ use std::sync::Arc;
 use mesh::{MeshError, TriMesh, Welded};
 
 use crate::buffer::Buffer;
-use crate::error::{AssetError, Fault};
+use crate::error::{AssetError, AssetProblem, Fault};
 use crate::formats::{self, Geometry};
 use crate::gzip::{self, Gzip};
 use crate::save::write_file;
@@ -49,21 +49,16 @@ impl Asset {
     /// When it cannot be read, its format is not known or its content is damaged; the message says where and what to do.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, AssetError> {
         let path = path.as_ref();
-        let unread = |source| AssetError::Read {
-            path: path.into(),
-            source,
-        };
+        let unread = |source| AssetProblem::Read(source).of(path);
         let metadata = fs::metadata(path).map_err(unread)?;
         if !metadata.is_file() {
-            let what = if metadata.is_dir() {
+            let is_folder = metadata.is_dir();
+            let what = if is_folder {
                 "a directory"
             } else {
                 "not a regular file"
             };
-            return Err(AssetError::NotAFile {
-                path: path.into(),
-                what,
-            });
+            return Err(AssetProblem::NotAFile(what).of(path));
         }
         Self::read(path.into(), fs::read(path).map_err(unread)?, None)
     }
@@ -80,20 +75,13 @@ impl Asset {
     }
 
     fn read(path: PathBuf, stored: Vec<u8>, format: Option<Format>) -> Result<Self, AssetError> {
-        if stored.is_empty() {
-            return Err(AssetError::Empty { path });
-        }
-        let (bytes, gzip) = gzip::unpack(&path, stored)?;
+        let refused = |problem: AssetProblem| problem.of(&path);
+        let (bytes, gzip) = gzip::unpack(stored).map_err(refused)?;
         if bytes.is_empty() {
-            return Err(AssetError::Empty { path });
+            return Err(AssetProblem::Empty.of(path));
         }
-        let format = formats::decide(&path, format, &bytes)?;
-        let geometry =
-            formats::read(format, &bytes).map_err(|Fault { place, problem }| AssetError::Malformed {
-                path: path.clone(),
-                place,
-                problem,
-            })?;
+        let format = formats::decide(&path, format, &bytes).map_err(refused)?;
+        let geometry = formats::read(format, &bytes).map_err(|fault| fault.of(&path))?;
         Self::assembled(path, format, gzip, vec![Buffer::file(bytes)], geometry)
     }
 
@@ -117,13 +105,10 @@ impl Asset {
                 let problem = format!(
                     "vertex {vertex} has the coordinate {value}: write the file again with finite numbers"
                 );
-                return Err(AssetError::Malformed {
-                    place: slots.place(&buffers, vertex, axis),
-                    path,
-                    problem,
-                });
+                let place = slots.place(&buffers, vertex, axis);
+                return Err(Fault { place, problem }.of(path));
             }
-            Err(source) => return Err(AssetError::Geometry { path, source }),
+            Err(error) => return Err(AssetProblem::Geometry(error).of(path)),
         };
         Ok(Self {
             path,
@@ -174,19 +159,20 @@ impl Asset {
     /// # Errors
     /// When the count differs, a number is not finite, or the file cannot hold it (integers, overflow of 32 bits).
     pub fn with_positions(&self, positions: &[[f64; 3]]) -> Result<Self, AssetError> {
-        let refused = |source| AssetError::Geometry {
-            path: self.path.clone(),
-            source,
-        };
+        let refused = |error| AssetProblem::Geometry(error).of(&self.path);
         let finite = self.mesh().with_positions(positions.to_vec()).map_err(refused)?;
         let vertex_of = self.welded.vertex_of();
         let target = |file_vertex: usize| vertex_of[file_vertex].map(|v| finite.positions()[v as usize]);
         let rewritten = self.slots.rewrite(&self.buffers, target);
-        let (buffers, slots) = rewritten.map_err(|refusal| AssetError::Unwritable {
-            path: self.path.clone(),
-            vertex: vertex_of[refusal.file_vertex].map_or(0, |v| v as usize),
-            value: refusal.value,
-            problem: refusal.problem,
+        let (buffers, slots) = rewritten.map_err(|refusal| {
+            let vertex = vertex_of[refusal.file_vertex].map_or(0, |v| v as usize);
+            let (value, problem) = (refusal.value, refusal.problem);
+            AssetProblem::Unwritable {
+                vertex,
+                value,
+                problem,
+            }
+            .of(&self.path)
         })?;
         let is_same = |i: usize| buffers[i].is_same(&self.buffers[i]);
         if (0..buffers.len()).all(is_same) {
@@ -232,17 +218,11 @@ impl Asset {
     /// When it does not; the message says how it should end.
     pub fn check_name(&self, path: impl AsRef<Path>) -> Result<(), AssetError> {
         let path = path.as_ref();
-        let gzipped = self.is_gzipped();
-        if Format::of_path(path) == Some(self.format) && format::ends_in_gz(path) == gzipped {
+        let (format, gzipped) = (self.format, self.is_gzipped());
+        if Format::of_path(path) == Some(format) && format::ends_in_gz(path) == gzipped {
             return Ok(());
         }
-        let ending = format!(".{}{}", self.format.extension(), if gzipped { ".gz" } else { "" });
-        Err(AssetError::SaveName {
-            path: path.into(),
-            format: self.format,
-            gzipped,
-            ending,
-        })
+        Err(AssetProblem::SaveName { format, gzipped }.of(path))
     }
 
     /// Writes the file: to a temporary one in the same folder, which is then renamed, so that a failure leaves nothing.
@@ -263,12 +243,10 @@ impl Asset {
 
 impl fmt::Debug for Asset {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mut shown = f.debug_struct("Asset");
-        shown
+        f.debug_struct("Asset")
             .field("path", &self.path)
             .field("format", &self.format)
-            .field("bytes", &self.content().len());
-        shown
+            .field("bytes", &self.content().len())
             .field("weld", &self.welded.summary())
             .finish_non_exhaustive()
     }
@@ -326,6 +304,7 @@ mod tests {
             2.0_f32.to_le_bytes()
         );
         let again = asset.save(folder.path().join("other.obj"), false);
-        assert!(matches!(again, Err(AssetError::Exists { path }) if path.ends_with("corners.bin")));
+        let error = again.unwrap_err();
+        assert!(matches!(error.problem, AssetProblem::Exists) && error.path.ends_with("corners.bin"));
     }
 }

@@ -7,101 +7,65 @@ use mesh::MeshError;
 
 /// Why a mesh file was not read, or not written.
 ///
-/// Every message names the file, the place in it, the cause and the remedy. `path` is empty for bytes in memory.
+/// The message names the file, the place in it, the cause and the remedy.
+#[derive(Debug, thiserror::Error)]
+#[error("{}: {problem}", Spot(path, place.as_ref()))]
+pub struct AssetError {
+    /// The file; empty for bytes in memory.
+    pub path: PathBuf,
+    /// Where its content breaks the rules of its format.
+    pub place: Option<Place>,
+    /// What is wrong.
+    #[source]
+    pub problem: AssetProblem,
+}
+
+/// What can be wrong with a file.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
-pub enum AssetError {
+pub enum AssetProblem {
     /// The file is missing, or may not be read.
-    #[error("{}: {}", Named(path), reason_and_remedy(source, "read"))]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// What the operating system said.
-        source: io::Error,
-    },
-    /// A directory, a device or a pipe.
-    #[error("{}: this is {what}: name a file that holds a mesh", Named(path))]
-    NotAFile {
-        /// What was named.
-        path: PathBuf,
-        /// "a directory" or "not a regular file".
-        what: &'static str,
-    },
+    #[error("{}", reason_and_remedy(.0, "read"))]
+    Read(#[source] io::Error),
+    /// "a directory" or "not a regular file", such as a device or a pipe.
+    #[error("this is {0}: name a file that holds a mesh")]
+    NotAFile(&'static str),
     /// No bytes at all, usually from a program that failed while it wrote.
-    #[error("{}: the file is empty: write it again from its source", Named(path))]
-    Empty {
-        /// The file.
-        path: PathBuf,
-    },
-    /// Neither the name nor the content tells a format that is read here.
-    #[error(
-        "{}: {problem}; {} are read, each also gzipped (.gz)",
-        Named(path),
-        Format::LIST
-    )]
-    UnknownFormat {
-        /// The file.
-        path: PathBuf,
-        /// What is unusual about the name or the content.
-        problem: String,
-    },
+    #[error("the file is empty: write it again from its source")]
+    Empty,
+    /// Neither the name nor the content tells a format that is read here: what is unusual about them.
+    #[error("{0}; {list} are read, each also gzipped (.gz)", list = Format::LIST)]
+    UnknownFormat(String),
     /// The name says one format and the content another.
-    #[error("{}: the name says {named}, but the content is {found}: rename it to end in .{}", Named(path), found.extension())]
+    #[error("the name says {named}, but the content is {found}: rename it to end in .{}", found.extension())]
     WrongExtension {
-        /// The file.
-        path: PathBuf,
         /// The format that the name promises.
         named: Format,
         /// The format that the content shows.
         found: Format,
     },
-    /// The content breaks the rules of its format.
-    #[error("{}, {place}: {problem}", Named(path))]
-    Malformed {
-        /// The file.
-        path: PathBuf,
-        /// Where it breaks.
-        place: Place,
-        /// What was found there, what was expected, and what to do.
-        problem: String,
-    },
+    /// The content breaks the rules of its format: what was found, what was expected, and what to do.
+    #[error("{0}")]
+    Malformed(String),
     /// The gzip stream is damaged.
-    #[error(
-        "{}: the gzip stream is damaged or cut short ({source}): fetch the file again",
-        Named(path)
-    )]
-    Gzip {
-        /// The file.
-        path: PathBuf,
-        /// What the decompressor said.
-        source: io::Error,
-    },
+    #[error("the gzip stream is damaged or cut short ({0}): fetch the file again")]
+    Gzip(#[source] io::Error),
     /// The gzip stream grows beyond what meshes do.
     #[error(
-        "{}: unpacks to more than {limit} bytes, far more than a mesh would from {compressed}: if you trust it, unpack it with gunzip first",
-        Named(path)
+        "unpacks to more than {limit} bytes, far more than a mesh would from {compressed}: if you trust it, unpack it with gunzip first"
     )]
     GzipTooLarge {
-        /// The file.
-        path: PathBuf,
         /// Compressed size in bytes.
         compressed: usize,
         /// The largest size that is accepted for it.
         limit: u64,
     },
     /// Positions and faces were read but do not make a mesh.
-    #[error("{}: {source}", Named(path))]
-    Geometry {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong with them.
-        source: MeshError,
-    },
+    #[error("{0}")]
+    Geometry(#[source] MeshError),
     /// A new coordinate that the file's number type cannot hold.
-    #[error("{}: vertex {vertex} cannot be moved to {value}: {problem}", Named(path))]
+    #[error("vertex {vertex} cannot be moved to {value}: {problem}")]
     Unwritable {
-        /// The file whose positions were to change.
-        path: PathBuf,
         /// Vertex of the welded mesh, from 0.
         vertex: usize,
         /// The new coordinate.
@@ -110,31 +74,30 @@ pub enum AssetError {
         problem: &'static str,
     },
     /// The output file is there already.
-    #[error("{}: exists already: choose another name, or allow overwriting", Named(path))]
-    Exists {
-        /// The output file.
-        path: PathBuf,
-    },
+    #[error("exists already: choose another name, or allow overwriting")]
+    Exists,
     /// An asset keeps its format and compression, and the output's name says otherwise.
-    #[error("{}: the output stays {format}{}: give it a name that ends in {ending}", Named(path), if *gzipped { ", gzipped" } else { "" })]
+    #[error("the output stays {format}{}: give it a name that ends in .{}{}", if *gzipped { ", gzipped" } else { "" }, format.extension(), if *gzipped { ".gz" } else { "" })]
     SaveName {
-        /// The output file.
-        path: PathBuf,
         /// The asset's format.
         format: Format,
         /// Whether it is gzipped.
         gzipped: bool,
-        /// How the name must end.
-        ending: String,
     },
     /// The output cannot be written.
-    #[error("{}: {}", Named(path), reason_and_remedy(source, "written"))]
-    Write {
-        /// The output file.
-        path: PathBuf,
-        /// What the operating system said.
-        source: io::Error,
-    },
+    #[error("{}", reason_and_remedy(.0, "written"))]
+    Write(#[source] io::Error),
+}
+
+impl AssetProblem {
+    /// The error of a file as a whole.
+    pub(crate) fn of(self, path: impl Into<PathBuf>) -> AssetError {
+        AssetError {
+            path: path.into(),
+            place: None,
+            problem: self,
+        }
+    }
 }
 
 /// A place in a file.
@@ -164,16 +127,17 @@ impl fmt::Display for Place {
     }
 }
 
-/// A path in a message, or what stands for it when the bytes came from memory.
-struct Named<'a>(&'a PathBuf);
+/// A file in a message, or what stands for it when the bytes came from memory; and a place in it.
+struct Spot<'a>(&'a PathBuf, Option<&'a Place>);
 
-impl fmt::Display for Named<'_> {
+impl fmt::Display for Spot<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.0.as_os_str().is_empty() {
-            write!(f, "bytes in memory")
-        } else {
-            write!(f, "{}", self.0.display())
+        let &Self(path, place) = self;
+        match path.as_os_str().is_empty() {
+            true => write!(f, "bytes in memory")?,
+            false => write!(f, "{}", path.display())?,
         }
+        place.map_or(Ok(()), |place| write!(f, ", {place}"))
     }
 }
 
@@ -199,6 +163,14 @@ pub(crate) struct Fault {
 }
 
 impl Fault {
+    /// The error of a file in which this was found.
+    pub(crate) fn of(self, path: impl Into<PathBuf>) -> AssetError {
+        AssetError {
+            place: Some(self.place),
+            ..AssetProblem::Malformed(self.problem).of(path)
+        }
+    }
+
     pub(crate) fn in_file(problem: impl Into<String>) -> Self {
         Self {
             place: Place::File,

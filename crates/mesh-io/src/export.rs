@@ -25,7 +25,7 @@ pub enum Precision {
 pub fn write_mesh(mesh: &TriMesh, format: Format, precision: Precision) -> Vec<u8> {
     match format {
         Format::Obj => obj(mesh, precision),
-        Format::Ply => ply(mesh, precision),
+        Format::Ply => ply(mesh, precision, None),
         Format::Stl => stl(mesh),
         Format::Off => off(mesh, precision),
     }
@@ -37,24 +37,7 @@ pub fn write_mesh(mesh: &TriMesh, format: Format, precision: Precision) -> Vec<u
 /// If there is not one colour a vertex.
 pub fn write_coloured_ply(mesh: &TriMesh, colours: &[[u8; 3]]) -> Vec<u8> {
     assert_eq!(colours.len(), mesh.vertex_count(), "one colour a vertex");
-    let mut out = format!(
-        "ply\nformat binary_little_endian 1.0\nelement vertex {}\n\
-         property float x\nproperty float y\nproperty float z\n\
-         property uchar red\nproperty uchar green\nproperty uchar blue\n\
-         element face {}\nproperty list uchar uint vertex_indices\nend_header\n",
-        mesh.vertex_count(),
-        mesh.triangle_count()
-    )
-    .into_bytes();
-    for (position, colour) in mesh.positions().iter().zip(colours) {
-        out.extend(position.iter().flat_map(|&x| (x as f32).to_le_bytes()));
-        out.extend(colour);
-    }
-    for triangle in mesh.triangles() {
-        out.push(3);
-        out.extend(triangle.iter().flat_map(|v| v.to_le_bytes()));
-    }
-    out
+    ply(mesh, Precision::Single, Some(colours))
 }
 
 fn obj(mesh: &TriMesh, precision: Precision) -> Vec<u8> {
@@ -63,16 +46,9 @@ fn obj(mesh: &TriMesh, precision: Precision) -> Vec<u8> {
         out.push(b'v');
         write_coordinates(position, precision, &mut out);
     }
-    for [a, b, c] in mesh.triangles() {
-        out.extend(
-            format!(
-                "f {} {} {}\n",
-                u64::from(*a) + 1,
-                u64::from(*b) + 1,
-                u64::from(*c) + 1
-            )
-            .bytes(),
-        );
+    for triangle in mesh.triangles() {
+        let [a, b, c] = triangle.map(|v| u64::from(v) + 1);
+        out.extend(format!("f {a} {b} {c}\n").bytes());
     }
     out
 }
@@ -102,23 +78,30 @@ fn write_coordinates(position: &[f64; 3], precision: Precision, out: &mut Vec<u8
     out.push(b'\n');
 }
 
-fn ply(mesh: &TriMesh, precision: Precision) -> Vec<u8> {
+fn ply(mesh: &TriMesh, precision: Precision, colours: Option<&[[u8; 3]]>) -> Vec<u8> {
     let real = match precision {
         Precision::Single => "float",
         Precision::Double => "double",
+    };
+    let colour = match colours {
+        Some(_) => "property uchar red\nproperty uchar green\nproperty uchar blue\n",
+        None => "",
     };
     let (vertices, faces) = (mesh.vertex_count(), mesh.triangle_count());
     let mut out = format!(
         "ply\nformat binary_little_endian 1.0\nelement vertex {vertices}\n\
          property {real} x\nproperty {real} y\nproperty {real} z\n\
-         element face {faces}\nproperty list uchar uint vertex_indices\nend_header\n"
+         {colour}element face {faces}\nproperty list uchar uint vertex_indices\nend_header\n"
     )
     .into_bytes();
-    for &x in mesh.positions().as_flattened() {
-        match precision {
-            Precision::Single => out.extend((x as f32).to_le_bytes()),
-            Precision::Double => out.extend(x.to_le_bytes()),
+    for (vertex, position) in mesh.positions().iter().enumerate() {
+        for &x in position {
+            match precision {
+                Precision::Single => out.extend((x as f32).to_le_bytes()),
+                Precision::Double => out.extend(x.to_le_bytes()),
+            }
         }
+        out.extend(colours.iter().flat_map(|colours| colours[vertex]));
     }
     for triangle in mesh.triangles() {
         out.push(3);

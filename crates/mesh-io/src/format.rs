@@ -51,10 +51,7 @@ impl Format {
     /// The format that a mark in the content proves; such a mark may contradict a file's name.
     pub(crate) fn marked(bytes: &[u8]) -> Option<Self> {
         let bytes = without_bom(bytes);
-        let first = bytes
-            .split(u8::is_ascii_whitespace)
-            .find(|word| !word.is_empty())
-            .unwrap_or(&[]);
+        let first = first_word(bytes);
         if first == b"ply" && bytes.starts_with(b"ply") {
             Some(Self::Ply)
         } else if is_binary_stl(bytes) || (first.eq_ignore_ascii_case(b"solid") && has_word(bytes, b"facet"))
@@ -88,6 +85,12 @@ pub(crate) fn ends_in_gz(path: &Path) -> bool {
     path.extension().is_some_and(|e| e.eq_ignore_ascii_case("gz"))
 }
 
+/// Empty where there is none.
+pub(crate) fn first_word(bytes: &[u8]) -> &[u8] {
+    let mut words = bytes.split(u8::is_ascii_whitespace);
+    words.find(|word| !word.is_empty()).unwrap_or_default()
+}
+
 /// Text files from Windows may begin with a byte-order mark.
 pub(crate) fn without_bom(bytes: &[u8]) -> &[u8] {
     bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes)
@@ -116,7 +119,5 @@ fn looks_like_obj(bytes: &[u8]) -> bool {
     const WORDS: [&[u8]; 8] = [b"v", b"vn", b"vt", b"f", b"o", b"g", b"mtllib", b"usemtl"];
     let head = without_bom(&bytes[..bytes.len().min(SNIFFED)]);
     let lines = head.split(|&b| b == b'\n' || b == b'\r');
-    let mut first_words =
-        lines.filter_map(|line| line.split(u8::is_ascii_whitespace).find(|w| !w.is_empty()));
-    !head.contains(&0) && first_words.any(|word| WORDS.contains(&word))
+    !head.contains(&0) && lines.map(first_word).any(|word| WORDS.contains(&word))
 }

@@ -1,12 +1,11 @@
 use std::borrow::Cow;
 use std::io::{Read, Write};
-use std::path::Path;
 use std::sync::Arc;
 
 use flate2::bufread::MultiGzDecoder;
 use flate2::{Compression, GzBuilder, GzHeader};
 
-use crate::AssetError;
+use crate::AssetProblem;
 
 const MAGIC: &[u8] = &[0x1F, 0x8B];
 
@@ -23,7 +22,7 @@ pub(crate) struct Gzip {
 }
 
 /// The content of a file that is gzipped, or just the file.
-pub(crate) fn unpack(path: &Path, stored: Vec<u8>) -> Result<(Vec<u8>, Option<Gzip>), AssetError> {
+pub(crate) fn unpack(stored: Vec<u8>) -> Result<(Vec<u8>, Option<Gzip>), AssetProblem> {
     if !stored.starts_with(MAGIC) {
         return Ok((stored, None));
     }
@@ -33,24 +32,12 @@ pub(crate) fn unpack(path: &Path, stored: Vec<u8>) -> Result<(Vec<u8>, Option<Gz
     let header = decoder.header().cloned();
     let mut content = Vec::new();
     let read = decoder.by_ref().take(limit + 1).read_to_end(&mut content);
-    read.map_err(|source| AssetError::Gzip {
-        path: path.into(),
-        source,
-    })?;
+    read.map_err(AssetProblem::Gzip)?;
     if content.len() as u64 > limit {
-        return Err(AssetError::GzipTooLarge {
-            path: path.into(),
-            compressed,
-            limit,
-        });
+        return Err(AssetProblem::GzipTooLarge { compressed, limit });
     }
-    Ok((
-        content,
-        Some(Gzip {
-            header,
-            stored: Some(Arc::new(stored)),
-        }),
-    ))
+    let stored = Some(Arc::new(stored));
+    Ok((content, Some(Gzip { header, stored })))
 }
 
 impl Gzip {

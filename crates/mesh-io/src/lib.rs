@@ -31,7 +31,7 @@ mod slots;
 mod words;
 
 pub use asset::Asset;
-pub use error::{AssetError, Place};
+pub use error::{AssetError, AssetProblem, Place};
 pub use export::{Precision, write_coloured_ply, write_mesh};
 pub use format::Format;
 pub use save::{write_file, write_private_file};

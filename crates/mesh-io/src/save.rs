@@ -2,7 +2,7 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use crate::AssetError;
+use crate::{AssetError, AssetProblem};
 
 /// Writes `bytes` beside `path`, then renames: whoever looks sees the old file or the new one, whole.
 ///
@@ -23,17 +23,11 @@ pub fn write_private_file(path: impl AsRef<Path>, bytes: &[u8], overwrite: bool)
 }
 
 fn replace(path: &Path, bytes: &[u8], overwrite: bool, mode: u32) -> Result<(), AssetError> {
-    let failed = |source| AssetError::Write {
-        path: path.into(),
-        source,
-    };
-    let exists = || AssetError::Exists { path: path.into() };
+    let failed = |source| AssetProblem::Write(source).of(path);
+    let exists = || AssetProblem::Exists.of(path);
     let old = fs::metadata(path).ok();
     if old.as_ref().is_some_and(fs::Metadata::is_dir) {
-        return Err(AssetError::NotAFile {
-            path: path.into(),
-            what: "a directory",
-        });
+        return Err(AssetProblem::NotAFile("a directory").of(path));
     }
     if !overwrite && fs::symlink_metadata(path).is_ok() {
         return Err(exists());

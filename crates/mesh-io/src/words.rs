@@ -20,19 +20,13 @@ pub(crate) struct Word<'a> {
 
 impl<'a> Words<'a> {
     pub(crate) fn new(bytes: &'a [u8], at: usize) -> Self {
-        Self {
-            bytes,
-            at,
-            continues: false,
-        }
+        let continues = false;
+        Self { bytes, at, continues }
     }
 
     pub(crate) fn with_continued_lines(bytes: &'a [u8], at: usize) -> Self {
-        Self {
-            bytes,
-            at,
-            continues: true,
-        }
+        let continues = true;
+        Self { bytes, at, continues }
     }
 
     /// Where the next word is sought.

@@ -41,7 +41,6 @@ mod union_find;
 mod vec3;
 mod weld;
 
-pub use boundary::{BoundaryLoop, boundary_loops};
 pub use bounding_box::BoundingBox;
 pub use components::{Components, components};
 pub use edges::Edges;

@@ -1,4 +1,4 @@
-use crate::boundary::{runs_forward, trace_boundaries};
+use crate::boundary::boundary_curves;
 use crate::union_find::UnionFind;
 use crate::{BoundingBox, Edges, TriMesh, WeldSummary, Welded, components};
 use std::fmt;
@@ -91,20 +91,26 @@ impl TopologyReport {
     /// O(#V + #F) time, apart from sorting the triangles.
     pub fn of(mesh: &TriMesh) -> Self {
         let edges = Edges::of(mesh);
-        let connection = Connection::of(mesh, &edges);
-        let boundary_loops = trace_boundaries(mesh, &edges).len();
-        let (used, unused_vertices) = used_positions(mesh);
+        let counts = (0..edges.count()).map(|e| edges.triangles(e).len());
+        let with = |wanted: fn(&usize) -> bool| counts.clone().filter(wanted).count();
+        let (boundary_edges, non_manifold_edges) = (with(|count| *count == 1), with(|count| *count > 2));
+        let non_manifold_vertices = vertices_with_several_fans(mesh, &edges);
+        let (inconsistent_edges, orientable) = orientation(mesh, &edges);
+        let boundary_loops = boundary_curves(mesh, &edges);
+        let is_used = mesh.used_vertices();
+        let used = mesh.positions().iter().zip(is_used).filter(|(_, used)| *used);
+        let used: Vec<[f64; 3]> = used.map(|(&p, _)| p).collect();
+        let unused_vertices = mesh.vertex_count() - used.len();
         let bounding_box = BoundingBox::of(&used);
-        let lengths = EdgeLengths::of(mesh, &edges);
+        let [shortest_edge, mean_edge, longest_edge] = edge_lengths(mesh, &edges);
 
         let components = components(mesh).count - unused_vertices;
         let euler_characteristic = used.len() as i64 - edges.count() as i64 + mesh.triangle_count() as i64;
-        let manifold = connection.non_manifold_edges == 0 && connection.non_manifold_vertices == 0;
-        let orientable = connection.orientable;
-        let closed = connection.boundary_edges == 0 && connection.non_manifold_edges == 0;
+        let manifold = non_manifold_edges == 0 && non_manifold_vertices == 0;
+        let closed = boundary_edges == 0 && non_manifold_edges == 0;
         let genus = (manifold && orientable && components == 1)
             .then(|| (2 - euler_characteristic - boundary_loops as i64) as u64 / 2);
-        let volume = (closed && connection.inconsistent_edges == 0).then(|| mesh.signed_volume());
+        let volume = (closed && inconsistent_edges == 0).then(|| mesh.signed_volume());
 
         Self {
             welding: None,
@@ -113,13 +119,13 @@ impl TopologyReport {
             triangles: mesh.triangle_count(),
             unused_vertices,
             components,
-            boundary_edges: connection.boundary_edges,
+            boundary_edges,
             boundary_loops,
-            non_manifold_edges: connection.non_manifold_edges,
-            non_manifold_vertices: connection.non_manifold_vertices,
+            non_manifold_edges,
+            non_manifold_vertices,
             manifold,
             closed,
-            inconsistent_edges: connection.inconsistent_edges,
+            inconsistent_edges,
             orientable,
             facing: volume.map(|v| if v < 0.0 { Facing::Inward } else { Facing::Outward }),
             euler_characteristic,
@@ -132,9 +138,9 @@ impl TopologyReport {
             volume: volume.map(f64::abs),
             bounding_box,
             diagonal: bounding_box.diagonal(),
-            shortest_edge: lengths.shortest,
-            mean_edge: lengths.mean,
-            longest_edge: lengths.longest,
+            shortest_edge,
+            mean_edge,
+            longest_edge,
         }
     }
 
@@ -231,33 +237,6 @@ fn counted(count: usize, one: &str, many: &str) -> String {
     format!("{count} {}", if count == 1 { one } else { many })
 }
 
-/// How triangles meet at edges and vertices.
-struct Connection {
-    boundary_edges: usize,
-    non_manifold_edges: usize,
-    non_manifold_vertices: usize,
-    inconsistent_edges: usize,
-    orientable: bool,
-}
-
-impl Connection {
-    fn of(mesh: &TriMesh, edges: &Edges) -> Self {
-        let with = |wanted: fn(usize) -> bool| {
-            (0..edges.count())
-                .filter(|&e| wanted(edges.triangles(e).len()))
-                .count()
-        };
-        let (inconsistent_edges, orientable) = orientation(mesh, edges);
-        Self {
-            boundary_edges: with(|triangles| triangles == 1),
-            non_manifold_edges: with(|triangles| triangles > 2),
-            non_manifold_vertices: vertices_with_several_fans(mesh, edges),
-            inconsistent_edges,
-            orientable,
-        }
-    }
-}
-
 /// Joins corners of triangles that share an edge there; a vertex with several sets of corners has several fans.
 fn vertices_with_several_fans(mesh: &TriMesh, edges: &Edges) -> usize {
     let corner_at = |t: u32, v: u32| {
@@ -302,20 +281,11 @@ fn orientation(mesh: &TriMesh, edges: &Edges) -> (usize, bool) {
     (inconsistent, orientable)
 }
 
-fn used_positions(mesh: &TriMesh) -> (Vec<[f64; 3]>, usize) {
-    let mut is_used = vec![false; mesh.vertex_count()];
-    for &v in mesh.triangles().as_flattened() {
-        is_used[v as usize] = true;
-    }
-    let used: Vec<_> = mesh
-        .positions()
-        .iter()
-        .zip(&is_used)
-        .filter(|(_, used)| **used)
-        .map(|(&p, _)| p)
-        .collect();
-    let unused = mesh.vertex_count() - used.len();
-    (used, unused)
+/// Whether a triangle on an edge passes it from its smaller vertex to its larger one.
+fn runs_forward(mesh: &TriMesh, edges: &Edges, edge: usize, triangle: u32) -> bool {
+    let [a, b] = edges.vertices()[edge];
+    let corners = mesh.triangles()[triangle as usize];
+    (0..3).any(|i| [corners[i], corners[(i + 1) % 3]] == [a, b])
 }
 
 fn duplicated_triangles(mesh: &TriMesh) -> usize {
@@ -331,28 +301,17 @@ fn is_degenerate(mesh: &TriMesh, triangle: usize) -> bool {
     mesh.triangle_area(triangle) <= DEGENERATE_AREA * longest * longest
 }
 
-struct EdgeLengths {
-    shortest: f64,
-    mean: f64,
-    longest: f64,
-}
-
-impl EdgeLengths {
-    fn of(mesh: &TriMesh, edges: &Edges) -> Self {
-        let (mut shortest, mut total, mut longest) = (f64::INFINITY, 0.0, 0.0_f64);
-        for ends in edges.vertices() {
-            let [a, b] = ends.map(|v| mesh.point(v as usize));
-            let length = (b - a).norm();
-            shortest = shortest.min(length);
-            longest = longest.max(length);
-            total += length;
-        }
-        Self {
-            shortest,
-            mean: total / edges.count() as f64,
-            longest,
-        }
+/// The shortest, mean and longest length of the edges.
+fn edge_lengths(mesh: &TriMesh, edges: &Edges) -> [f64; 3] {
+    let (mut shortest, mut total, mut longest) = (f64::INFINITY, 0.0, 0.0_f64);
+    for ends in edges.vertices() {
+        let [a, b] = ends.map(|v| mesh.point(v as usize));
+        let length = (b - a).norm();
+        shortest = shortest.min(length);
+        longest = longest.max(length);
+        total += length;
     }
+    [shortest, total / edges.count() as f64, longest]
 }
 
 impl fmt::Display for TopologyReport {

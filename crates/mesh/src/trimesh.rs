@@ -129,6 +129,15 @@ impl TriMesh {
         VertexStars::gather(self.vertex_count(), pairs)
     }
 
+    /// Whether each vertex has a triangle, #V.
+    pub fn used_vertices(&self) -> Vec<bool> {
+        let mut used = vec![false; self.vertex_count()];
+        for &v in self.triangles.as_flattened() {
+            used[v as usize] = true;
+        }
+        used
+    }
+
     /// The smallest axis-aligned box around the vertices.
     pub fn bounding_box(&self) -> BoundingBox {
         BoundingBox::of(&self.positions)

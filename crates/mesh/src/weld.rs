@@ -20,7 +20,6 @@ use crate::{MeshError, TriMesh};
 pub struct Welded {
     mesh: TriMesh,
     vertex_of: Vec<Option<u32>>,
-    triangle_source: Vec<u32>,
     summary: WeldSummary,
 }
 
@@ -54,10 +53,7 @@ impl Welded {
         let first_copy = first_copies(positions, &referenced);
 
         let merged = triangles.iter().map(|t| t.map(|v| first_copy[v as usize]));
-        let (triangle_source, kept): (Vec<u32>, Vec<[u32; 3]>) = (0..)
-            .zip(merged)
-            .filter(|&(_, [a, b, c])| a != b && b != c && c != a)
-            .unzip();
+        let kept: Vec<[u32; 3]> = merged.filter(|[a, b, c]| a != b && b != c && c != a).collect();
         if kept.is_empty() {
             let count = triangles.len();
             return Err(if count == 0 {
@@ -68,15 +64,7 @@ impl Welded {
         }
 
         let number_of = consecutive_numbers(&kept, positions.len());
-        let vertex_of: Vec<Option<u32>> = (0..positions.len())
-            .map(|v| {
-                if referenced[v] {
-                    number_of[first_copy[v] as usize]
-                } else {
-                    None
-                }
-            })
-            .collect();
+        let vertex_of: Vec<Option<u32>> = first_copy.iter().map(|&v| number_of[v as usize]).collect();
         let used = positions
             .iter()
             .zip(&number_of)
@@ -98,7 +86,6 @@ impl Welded {
         Ok(Self {
             mesh: TriMesh::new(surface, numbered)?,
             vertex_of,
-            triangle_source,
             summary,
         })
     }
@@ -118,33 +105,9 @@ impl Welded {
         &self.vertex_of
     }
 
-    /// The file triangle of each surface triangle, ascending.
-    pub fn triangle_source(&self) -> &[u32] {
-        &self.triangle_source
-    }
-
     /// What was merged, set aside and dropped.
     pub fn summary(&self) -> WeldSummary {
         self.summary
-    }
-
-    /// Gives every file vertex its surface vertex's value (a position, a normal, a colour), one a surface vertex;
-    /// `None` where the file vertex was set aside.
-    ///
-    /// # Errors
-    /// When `values` does not hold one value a surface vertex.
-    pub fn spread<T: Copy>(&self, values: &[T]) -> Result<Vec<Option<T>>, MeshError> {
-        if values.len() != self.mesh.vertex_count() {
-            return Err(MeshError::PositionCount {
-                given: values.len(),
-                expected: self.mesh.vertex_count(),
-            });
-        }
-        Ok(self
-            .vertex_of
-            .iter()
-            .map(|v| v.map(|v| values[v as usize]))
-            .collect())
     }
 }
 

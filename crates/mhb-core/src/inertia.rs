@@ -9,6 +9,14 @@ pub struct InertiaCount {
     pub below: usize,
 }
 
+impl InertiaCount {
+    /// The count of a surface of that area, of which this is the count at unit area.
+    pub(crate) fn scaled(self, area: f64) -> Self {
+        let shift = self.shift / area;
+        Self { shift, ..self }
+    }
+}
+
 /// Fails where another number of the ascending `eigenvalues` lies below a shift than was counted.
 pub(crate) fn check(counts: &[InertiaCount], eigenvalues: &[f64]) -> Result<(), SpectrumError> {
     for &InertiaCount { shift, below: proven } in counts {

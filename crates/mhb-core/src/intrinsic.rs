@@ -12,7 +12,7 @@ use mesh::TriMesh;
 use crate::triangle::{Triangle, edge_lengths};
 
 /// Slack in the triangle inequality after mollification, as a fraction of the mean edge length.
-const MOLLIFICATION: f64 = 1e-5;
+pub(crate) const MOLLIFICATION: f64 = 1e-5;
 
 /// Cotangent weights above minus this count as Delaunay, so that cocircular points do not flip to and fro.
 const FLAT: f64 = 1e-10;

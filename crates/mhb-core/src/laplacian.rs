@@ -2,11 +2,8 @@ use mesh::TriMesh;
 use sprs::{CsMat, TriMat};
 
 use crate::SpectrumError;
-use crate::intrinsic::tufted_delaunay;
+use crate::intrinsic::{MOLLIFICATION, tufted_delaunay};
 use crate::triangle::{Triangle, edge_lengths};
-
-/// Slack that mollification leaves in the triangle inequality, as a fraction of the mean edge length.
-const MOLLIFICATION: f64 = 1e-5;
 
 /// A discrete Laplace–Beltrami operator: stiffness S and mass (both #V by #V).
 ///
@@ -17,7 +14,6 @@ pub struct Laplacian {
     stiffness: CsMat<f64>,
     mass: Vec<f64>,
     full_mass: Option<CsMat<f64>>,
-    mollified: usize,
 }
 
 /// Which Laplacian a mesh is given.
@@ -27,7 +23,12 @@ pub enum LaplacianKind {
     /// Cotangent weights of the mesh's own triangles, as in the paper. See [`Laplacian::cotangent`].
     #[default]
     Cotangent,
-    /// Cotangent weights of the intrinsic Delaunay triangulation. See [`Laplacian::intrinsic`].
+    /// Cotangent weights of the intrinsic Delaunay triangulation of the tufted cover (Sharp and Crane 2020).
+    ///
+    /// The same surface, better triangles: no weight between neighbours is negative, whatever the mesh's triangles
+    /// look like, and non-manifold edges have a meaning. On a Delaunay mesh without degenerate triangles it equals
+    /// the cotangent one; elsewhere eigenvalues differ by the error of discretisation. Degenerate meshes have
+    /// all edges lengthened by some 1e-5 of the mean edge.
     Intrinsic,
 }
 
@@ -48,27 +49,15 @@ impl Laplacian {
     /// # Errors
     /// [`SpectrumError::Area`] if the surface has none, [`SpectrumError::Mass`] if a vertex has no triangle.
     pub fn of(mesh: &TriMesh, kind: LaplacianKind, mass: Mass) -> Result<Self, SpectrumError> {
-        let (triangles, mollified) = measure(mesh)?;
+        let triangles = measure(mesh)?;
+        let n = mesh.vertex_count();
         match kind {
-            LaplacianKind::Cotangent => Self::assemble(mesh, mesh.triangles(), &triangles, mass, mollified),
+            LaplacianKind::Cotangent => Self::assemble(n, mesh.triangles(), &triangles, mass),
             LaplacianKind::Intrinsic => {
                 let (corners, triangles) = tufted_delaunay(mesh);
-                Self::assemble(mesh, &corners, &triangles, mass, 0)
+                Self::assemble(n, &corners, &triangles, mass)
             }
         }
-    }
-
-    /// Finite elements on the intrinsic Delaunay triangulation of the tufted cover (Sharp and Crane 2020), with lumped mass.
-    ///
-    /// The same surface, better triangles: no weight between neighbours is negative, whatever the mesh's triangles
-    /// look like, and non-manifold edges have a meaning. On a Delaunay mesh without degenerate triangles it equals
-    /// [`cotangent`](Self::cotangent); elsewhere eigenvalues differ by the error of discretisation. Degenerate meshes have
-    /// all edges lengthened by some 1e-5 of the mean edge.
-    ///
-    /// # Errors
-    /// As [`of`](Self::of).
-    pub fn intrinsic(mesh: &TriMesh) -> Result<Self, SpectrumError> {
-        Self::of(mesh, LaplacianKind::Intrinsic, Mass::Lumped)
     }
 
     /// Linear finite elements: cotangent stiffness S = −Q (eq. 3) and lumped mass D (eq. 4).
@@ -83,18 +72,15 @@ impl Laplacian {
     }
 
     fn assemble(
-        mesh: &TriMesh,
+        n: usize,
         corners: &[[u32; 3]],
         triangles: &[Triangle],
         mass: Mass,
-        mollified: usize,
     ) -> Result<Self, SpectrumError> {
-        let n = mesh.vertex_count();
         Ok(Self {
             stiffness: assemble_stiffness(n, corners, triangles),
             mass: checked(assemble_lumped_mass(n, corners, triangles))?,
             full_mass: (mass == Mass::Full).then(|| assemble_full_mass(n, corners, triangles)),
-            mollified,
         })
     }
 
@@ -131,7 +117,6 @@ impl Laplacian {
             stiffness,
             mass: checked(mass)?,
             full_mass: None,
-            mollified: 0,
         })
     }
 
@@ -149,11 +134,6 @@ impl Laplacian {
     pub fn full_mass(&self) -> Option<&CsMat<f64>> {
         self.full_mass.as_ref()
     }
-
-    /// How many degenerate triangles of cotangent weights had to be mollified; 0 for a clean mesh.
-    pub fn mollified(&self) -> usize {
-        self.mollified
-    }
 }
 
 /// The diagonal of D of eq. 4, #V: a third of the area of the triangles around each vertex.
@@ -161,10 +141,11 @@ impl Laplacian {
 /// # Errors
 /// [`SpectrumError::Area`] if the surface has none.
 pub fn lumped_mass(mesh: &TriMesh) -> Result<Vec<f64>, SpectrumError> {
+    let triangles = measure(mesh)?;
     Ok(assemble_lumped_mass(
         mesh.vertex_count(),
         mesh.triangles(),
-        &measure(mesh)?.0,
+        &triangles,
     ))
 }
 
@@ -181,29 +162,29 @@ fn checked(mass: Vec<f64>) -> Result<Vec<f64>, SpectrumError> {
     }
 }
 
-/// Area and cotangents of every triangle, degenerate ones mollified, and how many those were.
-fn measure(mesh: &TriMesh) -> Result<(Vec<Triangle>, usize), SpectrumError> {
+/// Area and cotangents of every triangle, degenerate ones mollified.
+fn measure(mesh: &TriMesh) -> Result<Vec<Triangle>, SpectrumError> {
     let shapes: Vec<_> = (0..mesh.triangle_count())
         .map(|t| Triangle::from_corners(mesh.corners(t)))
         .collect();
     let mollified = shapes.iter().filter(|s| s.is_none()).count();
-    let delta = if mollified == 0 {
-        0.0
-    } else {
-        MOLLIFICATION * mean_edge(mesh)
+    if mollified == shapes.len() {
+        return Err(SpectrumError::Area { area: 0.0 });
+    }
+    let delta = match mollified {
+        0 => 0.0,
+        _ => MOLLIFICATION * mean_edge(mesh),
     };
-    let triangles: Vec<_> = shapes
-        .into_iter()
-        .enumerate()
-        .map(|(t, shape)| shape.unwrap_or_else(|| Triangle::mollified(mesh.corners(t), delta)))
+    let mollify = |t: usize| Triangle::mollified(mesh.corners(t), delta);
+    let triangles = shapes.into_iter().enumerate();
+    let triangles: Vec<_> = triangles
+        .map(|(t, shape)| shape.unwrap_or_else(|| mollify(t)))
         .collect();
     let area: f64 = triangles.iter().map(|t| t.area).sum();
-    if !area.is_normal() || mollified == triangles.len() {
-        return Err(SpectrumError::Area {
-            area: if mollified == triangles.len() { 0.0 } else { area },
-        });
+    match area.is_normal() {
+        true => Ok(triangles),
+        false => Err(SpectrumError::Area { area }),
     }
-    Ok((triangles, mollified))
 }
 
 fn mean_edge(mesh: &TriMesh) -> f64 {

@@ -39,7 +39,7 @@
 //!
 //! # Sources
 //! Vallet and Lévy, Spectral geometry processing with manifold harmonics, 2008 (the transform, bands of the spectrum). Wang, Feng and Miao,
-//! 2012 (equation numbers). Sharp and Crane, A Laplacian for nonmanifold triangle meshes, 2020 ([`Laplacian::intrinsic`]).
+//! 2012 (equation numbers). Sharp and Crane, A Laplacian for nonmanifold triangle meshes, 2020 ([`LaplacianKind::Intrinsic`]).
 
 mod canonical;
 mod dense;

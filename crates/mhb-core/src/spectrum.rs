@@ -1,5 +1,3 @@
-use std::ops::Range;
-
 use faer::{Mat, MatRef};
 use job::Job;
 use mesh::TriMesh;
@@ -18,7 +16,6 @@ pub struct Spectrum {
     mass: Vec<f64>,
     full_mass: Option<CsMat<f64>>,
     residuals: Vec<f64>,
-    clusters: Vec<Range<usize>>,
     inertia: Vec<InertiaCount>,
 }
 
@@ -50,16 +47,6 @@ impl Spectrum {
         let kernel = kernel(&operator);
         let solution = solver::lowest(&operator, kernel.as_ref(), &options, job)?;
         finish(laplacian, &operator, kernel.ncols(), solution, options.count, job)
-    }
-
-    /// m.
-    pub fn len(&self) -> usize {
-        self.eigenvalues.len()
-    }
-
-    /// Never: at least one pair is always asked for.
-    pub fn is_empty(&self) -> bool {
-        self.eigenvalues.is_empty()
     }
 
     /// λ_0 = 0 ≤ λ_1 ≤ …, m of them, in the inverse square of the mesh's unit.
@@ -96,11 +83,6 @@ impl Spectrum {
         &self.residuals
     }
 
-    /// Runs of eigenvalues so close that only the space that they span together is well defined.
-    pub fn clusters(&self) -> &[Range<usize>] {
-        &self.clusters
-    }
-
     /// Proof that no pair is missing: shifts, ascending, with the number of eigenvalues below each, which is how many were found there.
     /// The last shift may lie beyond the pairs that were asked for.
     pub fn inertia(&self) -> &[InertiaCount] {
@@ -122,9 +104,8 @@ fn finish(
         mut vectors,
         counts,
     } = solution;
-    let mut clusters = clusters(&eigenvalues);
     let mut references = References::new(operator.size());
-    for cluster in &clusters {
+    for cluster in clusters(&eigenvalues) {
         if cluster.end > zeros && cluster.start < count {
             let start = cluster.start.max(zeros);
             references.canonicalise(vectors.as_mut().subcols_mut(start, cluster.end - start))?;
@@ -134,21 +115,14 @@ fn finish(
     let residuals = residuals(operator, vectors.as_ref(), &eigenvalues[..count], job)?;
     job.progress(0.9)?;
     let area = operator.total_mass();
-    let unscale: Vec<f64> = operator
-        .root_mass()
-        .iter()
-        .map(|root| 1.0 / (root * area.sqrt()))
-        .collect();
+    let root_mass = operator.root_mass().iter();
+    let unscale: Vec<f64> = root_mass.map(|root| 1.0 / (root * area.sqrt())).collect();
     let mut columns: Vec<_> = vectors.col_iter_mut().map(dense::contiguous).collect();
     job.for_chunks(&mut columns, LANES, |_, columns| {
         for column in columns {
             column.iter_mut().zip(&unscale).for_each(|(y, s)| *y *= s);
         }
     })?;
-    clusters.retain(|c| c.start < count);
-    if let Some(last) = clusters.last_mut() {
-        last.end = last.end.min(count);
-    }
     job.progress(1.0)?;
     Ok(Spectrum {
         eigenvalues: eigenvalues[..count].iter().map(|l| l / area).collect(),
@@ -156,14 +130,7 @@ fn finish(
         mass: laplacian.mass().to_vec(),
         full_mass: laplacian.full_mass().cloned(),
         residuals,
-        clusters,
-        inertia: counts
-            .into_iter()
-            .map(|InertiaCount { shift, below }| InertiaCount {
-                shift: shift / area,
-                below,
-            })
-            .collect(),
+        inertia: counts.into_iter().map(|count| count.scaled(area)).collect(),
     })
 }
 

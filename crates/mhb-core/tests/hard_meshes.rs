@@ -156,7 +156,7 @@ fn intrinsic_weights_are_never_negative_and_keep_the_area() {
         shapes::cylinder(12, 40, 1.0, 1.0),
     ];
     for mesh in bad {
-        let laplacian = Laplacian::intrinsic(&mesh).unwrap();
+        let laplacian = Laplacian::of(&mesh, LaplacianKind::Intrinsic, Mass::Lumped).unwrap();
         let largest = laplacian
             .stiffness()
             .data()

@@ -40,7 +40,7 @@ fn orthonormality_defect(spectrum: &Spectrum) -> f64 {
 
 /// Largest difference of the eigenfunctions, each scaled by √D, over the columns that both have.
 fn basis_difference(a: &Spectrum, b: &Spectrum) -> f64 {
-    let columns = a.len().min(b.len());
+    let columns = a.eigenvalues().len().min(b.eigenvalues().len());
     let square = |k: usize| -> f64 {
         let pairs = a.eigenfunction(k).iter().zip(b.eigenfunction(k));
         pairs
@@ -122,7 +122,7 @@ fn a_flat_torus_has_exactly_its_discrete_spectrum_with_all_multiplicities() {
     let found = Spectrum::of_laplacian(&flat_torus(nx, ny, a, b), &options(150), &Job::default()).unwrap();
     assert!(worst_error(found.eigenvalues(), &exact) < 1e-10);
     assert!(orthonormality_defect(&found) < 1e-10);
-    assert!(found.clusters().iter().any(|c| c.len() >= 4));
+    assert!(found.eigenvalues().windows(4).any(|l| l[3] - l[0] < 1e-9 * l[3]));
     let continuous = TAU.powi(2) / (a * a);
     assert!((found.eigenvalues()[1] / continuous - 1.0).abs() < 4e-3);
 }
@@ -194,9 +194,10 @@ fn eigenfunctions_are_orthonormal_whatever_path_computes_them() {
 fn parseval_holds_and_the_inverse_transform_plus_the_difference_gives_the_mesh_back() {
     let mesh = shapes::bumpy_sphere(3, 7);
     let all = spectrum(&mesh, mesh.vertex_count());
-    let f: Vec<f64> = mesh.positions().iter().map(|p| p[0] * p[1] - p[2]).collect();
-    let energy: f64 = f.iter().zip(all.mass()).map(|(x, mass)| x * x * mass).sum();
-    let spectral: f64 = all.transform(&f).iter().map(|c| c * c).sum();
+    let f = mesh.positions().iter().map(|p| [p[0] * p[1] - p[2], 0.0, 0.0]);
+    let f: Vec<[f64; 3]> = f.collect();
+    let energy: f64 = f.iter().zip(all.mass()).map(|([x, ..], mass)| x * x * mass).sum();
+    let spectral: f64 = all.transform_positions(&f).iter().map(|[c, ..]| c * c).sum();
     assert!((spectral / energy - 1.0).abs() < 1e-12);
 
     let some = spectrum(&mesh, 60);
@@ -208,14 +209,6 @@ fn parseval_holds_and_the_inverse_transform_plus_the_difference_gives_the_mesh_b
         }
     }
     assert!(difference.iter().flatten().any(|d| d.abs() > 1e-4));
-    let x: Vec<f64> = mesh.positions().iter().map(|p| p[0]).collect();
-    let alone = some.inverse_transform(&some.transform(&x));
-    assert!(
-        alone
-            .iter()
-            .zip(&reconstructed)
-            .all(|(a, q)| (a - q[0]).abs() < 1e-13)
-    );
 }
 
 #[test]
@@ -274,8 +267,8 @@ fn with_full_mass_the_transform_of_an_eigenfunction_is_a_unit_vector() {
         };
         let found = Spectrum::compute(&mesh, &settings, &Job::default()).unwrap();
         for k in [0, 7, 59] {
-            let coefficients = found.transform(found.eigenfunction(k));
-            for (i, c) in coefficients.iter().enumerate() {
+            let function: Vec<[f64; 3]> = found.eigenfunction(k).iter().map(|&h| [h, 0.0, 0.0]).collect();
+            for (i, [c, ..]) in found.transform_positions(&function).iter().enumerate() {
                 assert!((c - f64::from(u8::from(i == k))).abs() < 1e-10);
             }
         }
@@ -296,12 +289,6 @@ fn every_component_adds_one_zero_and_copies_repeat_every_eigenvalue() {
         for copy in 0..11 {
             assert!((found.eigenvalues()[11 * k + copy] / single.eigenvalues()[k] - 1.0).abs() < 1e-9);
         }
-        assert!(
-            found
-                .clusters()
-                .iter()
-                .any(|c| c.start <= 11 * k && c.end >= 11 * (k + 1))
-        );
     }
     assert!(orthonormality_defect(&found) < 1e-10);
 }
@@ -373,7 +360,7 @@ fn threads_change_no_bit() {
     let [one, two] =
         [1, 2].map(|threads| Spectrum::compute(&mesh, &options(160), &Job::new(threads)).unwrap());
     assert_eq!(one.eigenvalues(), two.eigenvalues());
-    assert!((0..one.len()).all(|k| one.eigenfunction(k) == two.eigenfunction(k)));
+    assert!((0..one.eigenvalues().len()).all(|k| one.eigenfunction(k) == two.eigenfunction(k)));
 }
 
 #[test]

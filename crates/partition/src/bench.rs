@@ -58,12 +58,8 @@ impl<'a> Division<'a> {
     pub fn search(&self) -> Result<i64, JobError> {
         let (mut state, mut boundary) = self.begin();
         let mut searches = Searches::new(self.part.len(), self.job);
-        searches.refine(
-            &mut state,
-            &mut boundary,
-            self.plan.whole.finest,
-            &mut Rng::new(0),
-        )?;
+        let search = self.plan.whole.finest;
+        searches.refine(&mut state, &mut boundary, search, &mut Rng::new(0))?;
         Ok(cut(self.graph, &state.part))
     }
 

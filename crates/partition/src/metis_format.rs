@@ -40,14 +40,9 @@ pub fn read_metis(text: &str) -> Result<Graph, PartitionError> {
     offsets.push(0);
     let (mut neighbours, mut edge_weights, mut vertex_weights) = (Vec::new(), Vec::new(), Vec::new());
     for vertex in 0..header.vertices {
-        let (number, line) = match lines.next() {
-            Some(line) => line,
-            None => {
-                return Err(problem(
-                    first,
-                    &format!("only {vertex} of {} vertices follow", header.vertices),
-                ));
-            }
+        let Some((number, line)) = lines.next() else {
+            let message = format!("only {vertex} of {} vertices follow", header.vertices);
+            return Err(problem(first, &message));
         };
         let mut fields = line.split_ascii_whitespace().map(|field| integer(number, field));
         if header.sizes {

@@ -151,12 +151,8 @@ impl Solver<'_> {
     fn shorten_borders(&self, graph: &Graph, part: Vec<u32>) -> Result<Vec<u32>, JobError> {
         let mut state = KWay::new(graph, part, &self.balance.limits);
         let mut boundary = state.boundary();
-        refine_by_flows(
-            &mut state,
-            &mut boundary,
-            self.plan.whole.finest_flow,
-            &self.quiet,
-        )?;
+        let search = self.plan.whole.finest_flow;
+        refine_by_flows(&mut state, &mut boundary, search, &self.quiet)?;
         Ok(state.part)
     }
 

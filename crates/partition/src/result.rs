@@ -92,26 +92,36 @@ impl Partition {
     }
 }
 
-/// By sets that are joined along the edges, in one run over the rows: a search would jump about in memory.
 fn components_of_parts(graph: &Graph, part_of: &[u32], parts: usize) -> Vec<usize> {
-    let mut parent: Vec<u32> = (0..part_of.len() as u32).collect();
-    for v in 0..part_of.len() {
-        let mut root = v;
-        let smaller = graph.neighbours(v).iter().map(|&u| u as usize);
-        for u in smaller.take_while(|&u| u < v) {
-            if part_of[u] == part_of[v] {
-                let other = find(&mut parent, u);
-                let (first, second) = (root.min(other), root.max(other));
-                parent[second] = first as u32;
-                root = first;
-            }
-        }
-    }
+    let first = first_connected(graph, |u, v| part_of[u] == part_of[v]);
     let mut components = vec![0; parts];
-    for v in (0..part_of.len()).filter(|&v| parent[v] as usize == v) {
+    for v in (0..part_of.len()).filter(|&v| first[v] as usize == v) {
         components[part_of[v] as usize] += 1;
     }
     components
+}
+
+/// For each vertex the first one that a path of edges whose ends are `alike` leads to.
+///
+/// By sets that are joined along the edges, in one run over the rows: a search would jump about in memory.
+pub(crate) fn first_connected(graph: &Graph, alike: impl Fn(usize, usize) -> bool) -> Vec<u32> {
+    let mut parent: Vec<u32> = (0..graph.vertex_count() as u32).collect();
+    for v in 0..parent.len() {
+        let mut root = v;
+        let neighbours = graph.neighbours(v).iter().map(|&u| u as usize);
+        // Rows of graphs that were contracted are in no order.
+        for u in neighbours.filter(|&u| u < v && alike(u, v)) {
+            let other = find(&mut parent, u);
+            let (first, second) = (root.min(other), root.max(other));
+            parent[second] = first as u32;
+            root = first;
+        }
+    }
+    // A parent comes before its children, so that it has its own root already.
+    for v in 0..parent.len() {
+        parent[v] = parent[parent[v] as usize];
+    }
+    parent
 }
 
 /// The root of a set, with the way to it halved.

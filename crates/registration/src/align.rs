@@ -68,7 +68,6 @@ pub fn align_points(
 
 /// How a suspect was found to lie on the original.
 #[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
 pub enum Placement {
     /// It has the original's connectivity. These are the maps of the vertices that geometry can't tell apart,
     /// the best first, at most [`Aligner::MOST_MAPS`] of them and at least one. Where the vertices lie was not

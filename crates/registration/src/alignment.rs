@@ -1,6 +1,6 @@
 use mesh::Similarity;
 
-use crate::{Correspondence, RegistrationError};
+use crate::{Correspondence, RegistrationError, error::check_option};
 
 /// How to align.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,25 +23,11 @@ impl Default for AlignOptions {
 
 impl AlignOptions {
     pub(crate) fn check(&self) -> Result<(), RegistrationError> {
-        let &Self {
-            tolerance,
-            least_overlap,
-        } = self;
-        if !(tolerance > 0.0 && tolerance < 1.0) {
-            return Err(RegistrationError::Option {
-                name: "tolerance",
-                value: tolerance,
-                range: "greater than 0 and less than 1",
-            });
-        }
-        if !(0.0..=1.0).contains(&least_overlap) {
-            return Err(RegistrationError::Option {
-                name: "least_overlap",
-                value: least_overlap,
-                range: "between 0 and 1",
-            });
-        }
-        Ok(())
+        let (tolerance, least) = (self.tolerance, self.least_overlap);
+        let fits = tolerance > 0.0 && tolerance < 1.0;
+        check_option("tolerance", tolerance, fits, "greater than 0 and less than 1")?;
+        let fits = (0.0..=1.0).contains(&least);
+        check_option("least_overlap", least, fits, "between 0 and 1")
     }
 }
 

@@ -73,3 +73,16 @@ pub enum RegistrationError {
     #[error(transparent)]
     Job(#[from] JobError),
 }
+
+/// Refuses an option outside its range.
+pub(crate) fn check_option(
+    name: &'static str,
+    value: f64,
+    fits: bool,
+    range: &'static str,
+) -> Result<(), RegistrationError> {
+    match fits {
+        true => Ok(()),
+        false => Err(RegistrationError::Option { name, value, range }),
+    }
+}

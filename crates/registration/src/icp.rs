@@ -83,10 +83,16 @@ pub(crate) fn refine(
     let mut gate = effort.gate * original.diagonal;
     let mut last = f64::INFINITY;
     for step in 0..effort.steps {
+        let laid = Laid {
+            original,
+            suspect,
+            transform: &transform,
+            gate,
+        };
         let rows = match pairing {
-            Pairing::Grid => grid_rows(original, suspect, &transform, gate, effort.samples),
-            Pairing::Surfaces => sample_rows(original, suspect, &transform, gate, effort.samples, job)?,
-            Pairing::Vertices => vertex_rows(original, suspect, &transform, gate, job)?,
+            Pairing::Grid => laid.grid_rows(effort.samples),
+            Pairing::Surfaces => laid.sample_rows(effort.samples, job)?,
+            Pairing::Vertices => laid.vertex_rows(job)?,
         };
         if rows.len() < FEWEST_PAIRS {
             return Ok(None);
@@ -112,104 +118,94 @@ pub(crate) fn refine(
     Ok(Some(Refined { transform, deviation }))
 }
 
-/// The row of a moved suspect point p and a point q of the original with normal n, lengths in units of the
-/// original's diagonal.
-fn row(original: &Sampled, p: Vec3, q: Vec3, n: Vec3) -> Option<Row> {
-    let difference = p - q;
-    let (distance, along) = (difference.norm(), n.dot(difference));
-    if distance > 1e-9 * original.diagonal && along.abs() < ALONG_NORMAL * distance {
-        return None;
+/// A suspect laid onto its original by a transform, of which points are paired that are no farther apart than the gate.
+struct Laid<'a> {
+    original: &'a Sampled,
+    suspect: &'a Sampled,
+    transform: &'a Similarity,
+    gate: f64,
+}
+
+impl Laid<'_> {
+    /// The row of a moved suspect point p and a point q of the original with normal n, lengths in units of the
+    /// original's diagonal.
+    fn row(&self, p: Vec3, q: Vec3, n: Vec3) -> Option<Row> {
+        let difference = p - q;
+        let (distance, along) = (difference.norm(), n.dot(difference));
+        if distance > 1e-9 * self.original.diagonal && along.abs() < ALONG_NORMAL * distance {
+            return None;
+        }
+        Some(self.plain_row(p, n, along))
     }
-    Some(plain_row(original, p, n, along))
-}
 
-fn plain_row(original: &Sampled, p: Vec3, n: Vec3, along: f64) -> Row {
-    let arm = (p - original.centroid) * (1.0 / original.diagonal);
-    let (Vec3([a, b, c]), Vec3([x, y, z])) = (arm.cross(n), n);
-    ([a, b, c, x, y, z, n.dot(arm)], along / original.diagonal)
-}
+    fn plain_row(&self, p: Vec3, n: Vec3, along: f64) -> Row {
+        let arm = (p - self.original.centroid) * (1.0 / self.original.diagonal);
+        let (Vec3([a, b, c]), Vec3([x, y, z])) = (arm.cross(n), n);
+        ([a, b, c, x, y, z, n.dot(arm)], along / self.original.diagonal)
+    }
 
-/// The row of a moved suspect point and the nearest point of the original.
-fn forward(original: &Sampled, p: Vec3, gate: f64) -> Option<Row> {
-    let nearest = original.surface.nearest_within(p.0, gate)?;
-    let normal = original.triangle_normal(nearest.triangle);
-    row(original, p, Vec3(nearest.point), normal)
-}
+    /// The rows of `count` points of the suspect, each with the nearest point of the original.
+    fn forward(
+        &self,
+        count: usize,
+        point: impl Fn(usize) -> Vec3 + Sync + Send,
+        job: &Job,
+    ) -> Result<Vec<Row>, JobError> {
+        let row = |i: usize| {
+            let p = self.transform.apply(point(i));
+            let nearest = self.original.surface.nearest_within(p.0, self.gate)?;
+            let normal = self.original.triangle_normal(nearest.triangle);
+            self.row(p, Vec3(nearest.point), normal)
+        };
+        Ok(job.map(count, GRAIN, row)?.into_iter().flatten().collect())
+    }
 
-fn vertex_rows(
-    original: &Sampled,
-    suspect: &Sampled,
-    transform: &Similarity,
-    gate: f64,
-    job: &Job,
-) -> Result<Vec<Row>, JobError> {
-    let row = |i: usize| forward(original, transform.apply(suspect.vertices[i]), gate);
-    let rows = job.map(suspect.vertices.len(), GRAIN, row)?;
-    Ok(rows.into_iter().flatten().collect())
-}
+    fn vertex_rows(&self, job: &Job) -> Result<Vec<Row>, JobError> {
+        let vertices = &self.suspect.vertices;
+        self.forward(vertices.len(), |i| vertices[i], job)
+    }
 
-fn sample_rows(
-    original: &Sampled,
-    suspect: &Sampled,
-    transform: &Similarity,
-    gate: f64,
-    samples: usize,
-    job: &Job,
-) -> Result<Vec<Row>, JobError> {
-    let inverse = transform.inverse();
-    let from_original: Vec<usize> = original.some(samples).collect();
-    let back = job.map(from_original.len(), GRAIN, |i| {
-        let q = original.points[from_original[i]];
-        let nearest = suspect
-            .surface
-            .nearest_within(inverse.apply(q).0, gate * inverse.scale)?;
-        let p = transform.apply(Vec3(nearest.point));
-        row(original, p, q, original.normal(from_original[i]))
-    })?;
-    let mut rows = forward_rows(original, suspect, transform, gate, samples, job)?;
-    rows.extend(back.into_iter().flatten());
-    Ok(rows)
-}
+    /// The rows of samples of the suspect.
+    fn forward_rows(&self, samples: usize, job: &Job) -> Result<Vec<Row>, JobError> {
+        let picked: Vec<usize> = self.suspect.some(samples).collect();
+        self.forward(picked.len(), |i| self.suspect.points[picked[i]], job)
+    }
 
-fn forward_rows(
-    original: &Sampled,
-    suspect: &Sampled,
-    transform: &Similarity,
-    gate: f64,
-    samples: usize,
-    job: &Job,
-) -> Result<Vec<Row>, JobError> {
-    let picked: Vec<usize> = suspect.some(samples).collect();
-    let there = job.map(picked.len(), GRAIN, |i| {
-        forward(original, transform.apply(suspect.points[picked[i]]), gate)
-    })?;
-    Ok(there.into_iter().flatten().collect())
-}
+    fn sample_rows(&self, samples: usize, job: &Job) -> Result<Vec<Row>, JobError> {
+        let (original, inverse) = (self.original, self.transform.inverse());
+        let picked: Vec<usize> = original.some(samples).collect();
+        let back = job.map(picked.len(), GRAIN, |i| {
+            let q = original.points[picked[i]];
+            let (there, gate) = (inverse.apply(q), self.gate * inverse.scale);
+            let nearest = self.suspect.surface.nearest_within(there.0, gate)?;
+            let p = self.transform.apply(Vec3(nearest.point));
+            self.row(p, q, original.normal(picked[i]))
+        })?;
+        let mut rows = self.forward_rows(samples, job)?;
+        rows.extend(back.into_iter().flatten());
+        Ok(rows)
+    }
 
-fn grid_rows(
-    original: &Sampled,
-    suspect: &Sampled,
-    transform: &Similarity,
-    gate: f64,
-    samples: usize,
-) -> Vec<Row> {
-    let inverse = transform.inverse();
-    let spaced = SPACING * original.diagonal;
-    let pair = |p: Vec3, q: usize| {
-        let (q, normal) = (original.points[q], original.normal(q));
-        let along = normal.dot(p - q);
-        let beside = (p - q).squared() - along * along;
-        (along.abs() <= gate && beside <= spaced * spaced).then(|| plain_row(original, p, normal, along))
-    };
-    let there = suspect.some(samples).filter_map(|i| {
-        let p = transform.apply(suspect.points[i]);
-        pair(p, original.near(p)?.0)
-    });
-    let back = original.some(samples).filter_map(|i| {
-        let (near, _) = suspect.near(inverse.apply(original.points[i]))?;
-        pair(transform.apply(suspect.points[near]), i)
-    });
-    there.chain(back).collect()
+    fn grid_rows(&self, samples: usize) -> Vec<Row> {
+        let (original, suspect, inverse) = (self.original, self.suspect, self.transform.inverse());
+        let spaced = SPACING * original.diagonal;
+        let pair = |p: Vec3, q: usize| {
+            let (q, normal) = (original.points[q], original.normal(q));
+            let along = normal.dot(p - q);
+            let beside = (p - q).squared() - along * along;
+            let near = along.abs() <= self.gate && beside <= spaced * spaced;
+            near.then(|| self.plain_row(p, normal, along))
+        };
+        let there = suspect.some(samples).filter_map(|i| {
+            let p = self.transform.apply(suspect.points[i]);
+            pair(p, original.near(p)?.0)
+        });
+        let back = original.some(samples).filter_map(|i| {
+            let (near, _) = suspect.near(inverse.apply(original.points[i]))?;
+            pair(self.transform.apply(suspect.points[near]), i)
+        });
+        there.chain(back).collect()
+    }
 }
 
 /// 1.4826 times the median of |r|: the standard deviation, if the residuals are normal.
@@ -230,9 +226,14 @@ pub(crate) fn free_directions(
     tolerance: f64,
     job: &Job,
 ) -> Result<usize, JobError> {
-    let gate = tolerance * original.diagonal.min(transform.scale * suspect.diagonal);
+    let laid = Laid {
+        original,
+        suspect,
+        transform,
+        gate: tolerance * original.diagonal.min(transform.scale * suspect.diagonal),
+    };
     // Where the original goes on beyond a border of the suspect does not hold the suspect.
-    let rows = forward_rows(original, suspect, transform, gate, SLIDING_SAMPLES, job)?;
+    let rows = laid.forward_rows(SLIDING_SAMPLES, job)?;
     if rows.len() < FEWEST_PAIRS {
         return Ok(7);
     }

@@ -104,11 +104,11 @@ mod umeyama;
 pub use align::{Aligner, Placement, align, align_points};
 pub use alignment::{AlignOptions, Alignment, MatchedBy};
 pub use connectivity::{
-    Correspondence, Difference, match_candidates, match_components, match_connectivity, match_surroundings,
+    Correspondence, Difference, match_candidates, match_connectivity, match_surroundings,
 };
 pub use error::RegistrationError;
 pub use points::PointPair;
 pub use prepared::PreparedMesh;
 pub use resample::{ResampleOptions, Resampled, resample};
 pub use stage::RegistrationStage;
-pub use umeyama::{Fit, Handedness, fit_similarity, umeyama};
+pub use umeyama::{Fit, Handedness, fit_similarity};

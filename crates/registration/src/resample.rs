@@ -3,7 +3,7 @@
 use job::{Job, JobError};
 use mesh::{Hit, Similarity, Surface, TriMesh, Vec3};
 
-use crate::{PreparedMesh, RegistrationError, matrix::Mat3, sampled::GRAIN};
+use crate::{PreparedMesh, RegistrationError, error::check_option, matrix::Mat3, sampled::GRAIN};
 
 /// How far and at what angle a vertex looks for the suspect's surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,11 +40,6 @@ pub struct Resampled {
 }
 
 impl Resampled {
-    /// How many vertices see the suspect.
-    pub fn seen(&self) -> usize {
-        self.offsets.iter().flatten().count()
-    }
-
     /// The resampled mesh's vertices: v + h n where the suspect was met, and the original's vertex elsewhere,
     /// as the paper has it.
     pub fn positions(&self, original: &TriMesh) -> Vec<[f64; 3]> {
@@ -99,22 +94,11 @@ pub fn resample(
 }
 
 fn check(options: &ResampleOptions) -> Result<(), RegistrationError> {
-    let &ResampleOptions { reach, facing, .. } = options;
-    if !(reach > 0.0 && reach.is_finite()) {
-        return Err(RegistrationError::Option {
-            name: "reach",
-            value: reach,
-            range: "greater than 0",
-        });
-    }
-    if !(-1.0..=1.0).contains(&facing) {
-        return Err(RegistrationError::Option {
-            name: "facing",
-            value: facing,
-            range: "between -1 and 1",
-        });
-    }
-    Ok(())
+    let &ResampleOptions { reach, facing } = options;
+    let fits = reach > 0.0 && reach.is_finite();
+    check_option("reach", reach, fits, "greater than 0")?;
+    let fits = (-1.0..=1.0).contains(&facing);
+    check_option("facing", facing, fits, "between -1 and 1")
 }
 
 /// Lines through the original's vertices, and the surface in its own frame.
@@ -213,6 +197,10 @@ mod tests {
         shapes::disjoint_union(&[top, shapes::inside_out(&sheet)])
     }
 
+    fn seeing(seen: &Resampled) -> usize {
+        seen.offsets.iter().flatten().count()
+    }
+
     #[test]
     fn a_moved_copy_is_seen_at_offset_zero_by_every_vertex() {
         let original = shapes::bumpy_torus(24, 16, 3);
@@ -270,7 +258,7 @@ mod tests {
             assert!(p[0] < 0.0 || seen.offsets[v].is_none());
             assert!((Vec3(positions[v]) - Vec3(*p)).norm() < 1e-13);
         }
-        assert!(seen.seen() > original.vertex_count() / 3);
+        assert!(seeing(&seen) > original.vertex_count() / 3);
     }
 
     #[test]
@@ -291,7 +279,7 @@ mod tests {
             assert_eq!((seen.inside_out, seen.oriented), (inside_out, true));
             assert!(
                 seen.offsets.iter().flatten().all(|h| h.abs() < 1e-15)
-                    && seen.seen() == original.vertex_count()
+                    && seeing(&seen) == original.vertex_count()
             );
         }
         // With most of the surface present, the facing is known, and one sheet's loss is noticed.
@@ -323,9 +311,9 @@ mod tests {
         let suspect = shapes::mirrored(&original);
         let (options, job) = (ResampleOptions::default(), Job::default());
         let seen = resample(&original, &suspect, &mirror, &options, &job).unwrap();
-        assert_eq!((seen.seen(), seen.inside_out), (original.vertex_count(), false));
+        assert_eq!((seeing(&seen), seen.inside_out), (original.vertex_count(), false));
         let seen = resample(&original, shapes::inside_out(&suspect), &mirror, &options, &job).unwrap();
-        assert_eq!((seen.seen(), seen.inside_out), (original.vertex_count(), true));
+        assert_eq!((seeing(&seen), seen.inside_out), (original.vertex_count(), true));
     }
 
     #[test]

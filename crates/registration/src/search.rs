@@ -134,15 +134,9 @@ impl Search<'_> {
     pub(crate) fn best_rotations(&self) -> Result<Vec<Similarity>, JobError> {
         let rotations = hypotheses::all_rotations(self.original, self.suspect, ROTATIONS);
         let tolerance = 10.0 * self.options.tolerance;
-        let scores = self.job.map(rotations.len(), GRAIN, |i| {
-            coarse_score(
-                self.original,
-                self.suspect,
-                &rotations[i],
-                tolerance,
-                ROTATION_RANKING,
-            )
-        })?;
+        let (original, suspect) = (self.original, self.suspect);
+        let score = |i: usize| coarse_score(original, suspect, &rotations[i], tolerance, ROTATION_RANKING);
+        let scores = self.job.map(rotations.len(), GRAIN, score)?;
         let mut order: Vec<usize> = (0..rotations.len()).collect();
         order.sort_by(|&i, &j| scores[j].total_cmp(&scores[i]));
         let best = order.into_iter().take(COARSE_HYPOTHESES);

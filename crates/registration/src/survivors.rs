@@ -1,9 +1,7 @@
 use job::{Job, JobError};
 use mesh::{Similarity, TriMesh, Vec3};
 
-use crate::{
-    Alignment, Correspondence, Handedness, MatchedBy, PointPair, connectivity::Remainder, search::Search,
-};
+use crate::{Alignment, Correspondence, MatchedBy, PointPair, connectivity::Remainder, search::Search};
 
 // These three were chosen on the fourteen meshes of `results/registration.md`.
 
@@ -51,7 +49,7 @@ impl ByVertices {
         suspect: &TriMesh,
     ) -> Option<Self> {
         let fitted = |map: Correspondence| {
-            let fit = map.fit_robustly(original, suspect, Handedness::Either).ok()?;
+            let fit = map.fit_robustly(original, suspect).ok()?;
             Some((fit.transform, map))
         };
         let maps: Vec<_> = maps.into_iter().filter_map(fitted).collect();
@@ -97,7 +95,7 @@ fn without_strays(mut map: Correspondence, original: &TriMesh, suspect: &TriMesh
     let mut before = usize::MAX;
     while map.matched() >= FEWEST_SURVIVORS && map.matched() < before {
         before = map.matched();
-        let to_original = map.fit(original, suspect, Handedness::Either).ok()?.transform;
+        let to_original = map.fit(original, suspect).ok()?.transform;
         let off =
             |v: usize, w: u32| (to_original.apply(suspect.point(w as usize)) - original.point(v)).norm();
         let pairs = map.suspect_of.iter().enumerate();

@@ -18,15 +18,6 @@ pub struct Fit {
     pub mirrored_residual: f64,
 }
 
-impl Fit {
-    /// Whether a similarity of the other handedness fits the pairs clearly better than this one.
-    ///
-    /// "Clearly" is by a factor of two: coplanar points fit both hands alike, and noise must not decide.
-    pub fn mirror_fits_better(&self) -> bool {
-        2.0 * self.mirrored_residual < self.residual
-    }
-}
-
 /// Which similarities a fit may choose from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
@@ -40,7 +31,7 @@ pub enum Handedness {
     Either,
 }
 
-/// Fits the proper similarity y = s R x + t that minimises Σ wᵢ |yᵢ − (s R xᵢ + t)|² (Umeyama's eqs. 40 to
+/// Fits the similarity y = s R x + t of a [`Handedness`] that minimises Σ wᵢ |yᵢ − (s R xᵢ + t)|² (Umeyama's eqs. 40 to
 /// 43).
 ///
 /// `source` and `target` are #P by 3, pair by pair; without `weights` every pair counts alike. Both sets are
@@ -54,22 +45,10 @@ pub enum Handedness {
 /// ```
 /// let source = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 /// let target = source.map(|[x, y, z]| [5.0 - 2.0 * y, 2.0 * x, 2.0 * z]);   // a quarter turn, doubled, moved
-/// let fit = registration::umeyama(&source, &target, None)?;
+/// let fit = registration::fit_similarity(&source, &target, None, Default::default())?;
 /// assert!((fit.transform.scale - 2.0).abs() < 1e-12 && fit.residual < 1e-12);
 /// # Ok::<(), registration::RegistrationError>(())
 /// ```
-pub fn umeyama(
-    source: &[[f64; 3]],
-    target: &[[f64; 3]],
-    weights: Option<&[f64]>,
-) -> Result<Fit, RegistrationError> {
-    fit_similarity(source, target, weights, Handedness::Proper)
-}
-
-/// As [`umeyama`], with a choice of [`Handedness`].
-///
-/// # Errors
-/// As [`umeyama`].
 pub fn fit_similarity(
     source: &[[f64; 3]],
     target: &[[f64; 3]],
@@ -261,6 +240,18 @@ mod tests {
         [-0.5, 0.4, 0.2],
     ];
 
+    fn umeyama(
+        source: &[[f64; 3]],
+        target: &[[f64; 3]],
+        weights: Option<&[f64]>,
+    ) -> Result<Fit, RegistrationError> {
+        fit_similarity(source, target, weights, Handedness::Proper)
+    }
+
+    fn mirror_fits_better(fit: &Fit) -> bool {
+        2.0 * fit.mirrored_residual < fit.residual
+    }
+
     fn turned() -> Similarity {
         Similarity {
             scale: 0.5,
@@ -305,9 +296,9 @@ mod tests {
     fn a_mirrored_target_is_fitted_by_a_reflection_and_a_plane_by_a_rotation() {
         let target = POINTS.map(|[x, y, z]| [-x, y, z]);
         let proper = umeyama(&POINTS, &target, None).unwrap();
-        assert!(!proper.transform.mirrors() && proper.mirror_fits_better());
+        assert!(!proper.transform.mirrors() && mirror_fits_better(&proper));
         let mirrored = fit_similarity(&POINTS, &target, None, Handedness::Either).unwrap();
-        assert!(mirrored.transform.mirrors() && mirrored.residual < 1e-14 && !mirrored.mirror_fits_better());
+        assert!(mirrored.transform.mirrors() && mirrored.residual < 1e-14 && !mirror_fits_better(&mirrored));
         let (flat, flat_target) = (
             POINTS.map(|[x, y, _]| [x, y, 0.0]),
             target.map(|[x, y, _]| [x, y, 0.0]),

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use mhb_core::LaplacianKind;
 
-use super::{Threads, numbers};
+use super::{Common, numbers};
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
@@ -74,14 +74,11 @@ pub(crate) struct Spectrum {
     /// Where to write eigenvalues, eigenfunctions, residuals and masses, as NPZ [default: nowhere]
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
-    #[command(flatten)]
-    pub(crate) threads: Threads,
     /// Replace a file that exists
     #[arg(long)]
     pub(crate) force: bool,
-    /// Print one JSON object
-    #[arg(long)]
-    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) common: Common,
 }
 
 #[derive(Debug, Args)]
@@ -122,12 +119,9 @@ pub(crate) struct Partition {
     /// Another number gives another partition
     #[arg(long, value_name = "SEED", default_value_t = 0)]
     pub(crate) seed: u64,
-    #[command(flatten)]
-    pub(crate) threads: Threads,
     /// Replace files that exist
     #[arg(long)]
     pub(crate) force: bool,
-    /// Print one JSON object
-    #[arg(long)]
-    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) common: Common,
 }

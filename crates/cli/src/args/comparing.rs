@@ -7,7 +7,7 @@ use quality::{
     DameMetric, DistanceMetric, DistanceOptions, Metric, Msdm2Metric, ShapeDnaMetric, ShapeDnaOptions,
 };
 
-use super::{Threads, TimeLimit, numbers};
+use super::{Common, TimeLimit, numbers};
 use crate::points::Pair;
 
 /// What can be measured of two meshes.
@@ -73,14 +73,11 @@ pub(crate) struct Compare {
     /// What the last colour stands for; the same number makes pictures comparable [default: the greatest difference]
     #[arg(long, value_name = "NUMBER", allow_negative_numbers = true, value_parser = numbers::positive)]
     pub(crate) heatmap_max: Option<f64>,
-    #[command(flatten)]
-    pub(crate) threads: Threads,
     /// Replace a file that exists
     #[arg(long)]
     pub(crate) force: bool,
-    /// Print one JSON object
-    #[arg(long)]
-    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) common: Common,
 }
 
 impl Compare {
@@ -142,14 +139,11 @@ pub(crate) struct Align {
     /// A text file with such pairs, one a line
     #[arg(long, value_name = "FILE")]
     pub(crate) points: Option<PathBuf>,
-    #[command(flatten)]
-    pub(crate) time_limit: TimeLimit,
-    #[command(flatten)]
-    pub(crate) threads: Threads,
     /// Replace a file that exists
     #[arg(long)]
     pub(crate) force: bool,
-    /// Print one JSON object
-    #[arg(long)]
-    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) time_limit: TimeLimit,
+    #[command(flatten)]
+    pub(crate) common: Common,
 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{Threads, TimeLimit};
+use super::{Common, TimeLimit};
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
@@ -36,8 +36,5 @@ pub(crate) struct Dispute {
     #[command(flatten)]
     pub(crate) time_limit: TimeLimit,
     #[command(flatten)]
-    pub(crate) threads: Threads,
-    /// Print one JSON object
-    #[arg(long)]
-    pub(crate) json: bool,
+    pub(crate) common: Common,
 }

@@ -14,7 +14,7 @@ pub(crate) use self::{
     analysing::{Inspect, Laplacian, Partition, Spectrum},
     comparing::{Align, Compare, Heat, MetricName},
     disputing::Dispute,
-    shared::{Threads, TimeLimit},
+    shared::{Common, TimeLimit},
     signing::{Embed, Keygen, Profile, Verify},
     stamping::{Attach, Request, Stamp, Step},
 };

@@ -25,16 +25,20 @@ impl TimeLimit {
     }
 }
 
+// A doc comment would stand in place of what the command is for.
 #[derive(Debug, Args)]
-pub(crate) struct Threads {
+pub(crate) struct Common {
     /// How many threads may work; results do not depend on it [default: all cores]
-    #[arg(long = "threads", value_name = "N", allow_negative_numbers = true, value_parser = numbers::threads)]
-    wanted: Option<usize>,
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = numbers::threads)]
+    threads: Option<usize>,
+    /// Print one JSON object
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
-impl Threads {
-    pub(crate) fn count(&self) -> usize {
+impl Common {
+    pub(crate) fn threads(&self) -> usize {
         let all = || std::thread::available_parallelism().map_or(1, usize::from);
-        self.wanted.unwrap_or_else(all)
+        self.threads.unwrap_or_else(all)
     }
 }

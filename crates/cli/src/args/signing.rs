@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use sigmark::{Curve, PatchCount, Scheme, Strength};
 
-use super::{Laplacian, Threads, TimeLimit, numbers};
+use super::{Common, Laplacian, TimeLimit, numbers};
 
 /// A curve, a hash function, and what is signed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -119,14 +119,11 @@ pub(crate) struct Embed {
     /// Which Laplacian gives the manifold harmonics
     #[arg(long, value_enum, default_value_t)]
     pub(crate) laplacian: Laplacian,
-    #[command(flatten)]
-    pub(crate) threads: Threads,
     /// Replace files that exist
     #[arg(long)]
     pub(crate) force: bool,
-    /// Print one JSON object
-    #[arg(long)]
-    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) common: Common,
 }
 
 impl Embed {
@@ -197,8 +194,5 @@ pub(crate) struct Verify {
     #[command(flatten)]
     pub(crate) time_limit: TimeLimit,
     #[command(flatten)]
-    pub(crate) threads: Threads,
-    /// Print one JSON object
-    #[arg(long)]
-    pub(crate) json: bool,
+    pub(crate) common: Common,
 }

@@ -1,7 +1,7 @@
 use std::sync::Arc;
 
 use anyhow::{Context, Result};
-use job::{Job, JobError};
+use job::JobError;
 use registration::{AlignOptions, Alignment, MatchedBy, RegistrationError, align, align_points};
 use serde_json::{Value, json};
 
@@ -11,7 +11,7 @@ use crate::{
     files::{self, Text},
     points::{self, Pair},
     progress::Progress,
-    report,
+    report::{self, Lines, Seconds},
 };
 
 pub(crate) fn run(arguments: &Align) -> Result<Answer> {
@@ -28,7 +28,7 @@ pub(crate) fn run(arguments: &Align) -> Result<Answer> {
         .collect::<Result<Vec<_>>>()?;
 
     let options = AlignOptions::default();
-    let job = Job::new(arguments.threads.count()).shared_with(progress.clone());
+    let job = progress.job(arguments.common.threads());
     let (from, onto) = (suspect.mesh(), original.mesh());
     let found = if pairs.is_empty() {
         align(onto, from, &options, &job)
@@ -43,11 +43,12 @@ pub(crate) fn run(arguments: &Align) -> Result<Answer> {
     }
     let seconds = progress.finish();
 
-    if arguments.json {
-        report::json(&object(arguments, &found, &seconds))?;
-    } else {
-        report::lines(&summary(arguments, &found, &options, &seconds))?;
-    }
+    let lines = summary(arguments, &found, &options, &seconds);
+    report::print(
+        arguments.common.json,
+        &object(arguments, &found, &seconds),
+        &lines,
+    )?;
     Ok(if found.aligned { Answer::Yes } else { Answer::No })
 }
 
@@ -87,7 +88,7 @@ fn blame(error: RegistrationError, arguments: &Align) -> anyhow::Error {
 }
 
 /// What `--json` prints.
-fn object(arguments: &Align, found: &Alignment, seconds: &[(&'static str, f64)]) -> Value {
+fn object(arguments: &Align, found: &Alignment, seconds: &Seconds) -> Value {
     json!({
         "aligned": found.aligned,
         "output": found.aligned.then_some(&arguments.output),
@@ -107,54 +108,44 @@ fn object(arguments: &Align, found: &Alignment, seconds: &[(&'static str, f64)])
     })
 }
 
-fn summary(
-    arguments: &Align,
-    found: &Alignment,
-    options: &AlignOptions,
-    seconds: &[(&'static str, f64)],
-) -> Vec<String> {
+fn summary(arguments: &Align, found: &Alignment, options: &AlignOptions, seconds: &Seconds) -> Lines {
     let (suspect, original) = (arguments.suspect.display(), arguments.original.display());
-    let mut lines = vec![match (found.aligned, found.mirrored()) {
+    let mut lines = Lines::new(match (found.aligned, found.mirrored()) {
         (true, false) => format!("ALIGNED: {suspect} lies on {original}"),
         (true, true) => format!("ALIGNED: {suspect} lies on {original} as its mirror image"),
         (false, _) => format!("DOES NOT ALIGN: {suspect} is not {original}, nor a part of it"),
-    }];
+    });
     let by = match found.matched_by {
         MatchedBy::Connectivity => "its vertices",
         MatchedBy::Surroundings => "the vertices that are left",
         MatchedBy::Points => "its surface, from the given points",
         _ => "its surface",
     };
-    lines.push(report::field("recognised by", by));
-    lines.push(report::field(
-        "overlap",
-        format!(
-            "{:.1} % of the suspect's surface lies on the original, {:.1} % of the original's on the suspect",
-            100.0 * found.overlap,
-            100.0 * found.coverage
-        ),
-    ));
+    lines.field("recognised by", by);
+    let [overlap, coverage] = [found.overlap, found.coverage].map(|share| 100.0 * share);
+    let overlap = format!(
+        "{overlap:.1} % of the suspect's surface lies on the original, {coverage:.1} % of the original's on the suspect"
+    );
+    lines.field("overlap", overlap);
     if found.aligned {
-        lines.push(report::field(
-            "apart",
-            format!("{:.2e} of the diagonal (RMS)", found.residual),
-        ));
-        lines.push(report::field("scale", format!("{:.9}", found.transform.scale)));
-        lines.extend(ambiguity(found).map(|text| report::field("ambiguous", text)));
+        lines.field("apart", format!("{:.2e} of the diagonal (RMS)", found.residual));
+        lines.field("scale", format!("{:.9}", found.transform.scale));
+        if let Some(ambiguity) = ambiguity(found) {
+            lines.field("ambiguous", ambiguity);
+        }
     } else {
         let needed = 100.0 * options.least_overlap;
-        lines.push(report::field(
+        lines.field(
             "needed",
             format!("{needed:.0} % of the suspect; nothing is written"),
-        ));
+        );
     }
-    lines.push(report::field("time", report::seconds_text(seconds)));
+    lines.field("time", report::seconds_text(seconds));
     if found.aligned {
-        lines.push(report::field("written", arguments.output.display()));
+        lines.field("written", arguments.output.display());
         if found.mirrored() {
-            lines.push(
-                "Its faces wind the other way round now: they were mirrored, and their order is kept.".into(),
-            );
+            lines
+                .line("Its faces wind the other way round now: they were mirrored, and their order is kept.");
         }
     }
     lines

@@ -1,8 +1,4 @@
-use std::{
-    collections::BTreeMap,
-    path::{Path, PathBuf},
-    sync::Arc,
-};
+use std::{collections::BTreeMap, path::PathBuf, sync::Arc};
 
 use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
@@ -19,7 +15,7 @@ use crate::{
     args::{Compare, Heat, MetricName},
     files::{self, Output},
     progress::Progress,
-    report,
+    report::{self, Lines, Seconds},
 };
 
 /// Pixels along each side of the four views of a heat map.
@@ -67,7 +63,7 @@ struct Painted {
 pub(crate) fn run(arguments: &Compare) -> Result<Answer> {
     check_heatmap(arguments)?;
     let progress = Arc::new(Progress::new());
-    let job = progress.job(arguments.threads.count());
+    let job = progress.job(arguments.common.threads());
     progress.begin("reading", "reading");
     let [reference, distorted] =
         [&arguments.reference, &arguments.distorted].map(|path| files::open_mesh(path));
@@ -80,19 +76,13 @@ pub(crate) fn run(arguments: &Compare) -> Result<Answer> {
     let measured = measure(arguments, &pair, &job)?;
     let painted = paint(arguments, &pair, &measured, &job)?;
     if let Some(painted) = &painted {
-        let output = Output {
-            path: &painted.file,
-            bytes: &painted.bytes,
-            private: false,
-        };
+        let output = Output::public((&painted.file, &painted.bytes));
         files::write_together(&[output], arguments.force)?;
     }
     let seconds = progress.finish();
-    if arguments.json {
-        report::json(&object(arguments, &pair, &measured, painted.as_ref(), &seconds))?;
-    } else {
-        report::lines(&summary(arguments, &pair, &measured, painted.as_ref(), &seconds))?;
-    }
+    let object = object(arguments, &pair, &measured, painted.as_ref(), &seconds);
+    let lines = summary(arguments, &pair, &measured, painted.as_ref(), &seconds);
+    report::print(arguments.common.json, &object, &lines)?;
     Ok(Answer::Yes)
 }
 
@@ -100,7 +90,7 @@ fn check_heatmap(arguments: &Compare) -> Result<()> {
     let Some(path) = &arguments.heatmap else {
         return Ok(());
     };
-    if !is(path, "png") && !is(path, "ply") {
+    if !files::has_extension(path, "png") && !files::has_extension(path, "ply") {
         bail!(
             "{}: a heat map is a .png picture or a .ply mesh: give it such a name",
             path.display()
@@ -109,11 +99,6 @@ fn check_heatmap(arguments: &Compare) -> Result<()> {
     files::check_apart(path, &arguments.reference, "the reference")?;
     files::check_apart(path, &arguments.distorted, "the mesh compared")?;
     files::check_free(path, arguments.force)
-}
-
-fn is(path: &Path, extension: &str) -> bool {
-    path.extension()
-        .is_some_and(|own| own.eq_ignore_ascii_case(extension))
 }
 
 /// Measures what was asked for; fails with the first reason if nothing of it can be measured.
@@ -192,7 +177,7 @@ fn paint(arguments: &Compare, pair: &Pair, measured: &Measured, job: &Job) -> Re
     let scale = arguments
         .heatmap_max
         .map_or_else(|| Scale::of(&values), Scale::up_to);
-    let bytes = if is(file, "ply") {
+    let bytes = if files::has_extension(file, "ply") {
         mesh_io::write_coloured_ply(&pair.distorted, &scale.bytes(&values))
     } else {
         heatmap(&pair.distorted, &values, scale, VIEW, unit, factor).to_png()?
@@ -220,7 +205,7 @@ fn object(
     pair: &Pair,
     measured: &Measured,
     painted: Option<&Painted>,
-    seconds: &[(&'static str, f64)],
+    seconds: &Seconds,
 ) -> Value {
     let mut object = json!({
         "reference": arguments.reference,
@@ -242,18 +227,15 @@ fn summary(
     pair: &Pair,
     measured: &Measured,
     painted: Option<&Painted>,
-    seconds: &[(&'static str, f64)],
-) -> Vec<String> {
-    let mut lines = vec![format!(
-        "{} beside {}",
-        arguments.distorted.display(),
-        arguments.reference.display()
-    )];
+    seconds: &Seconds,
+) -> Lines {
+    let (distorted, reference) = (arguments.distorted.display(), arguments.reference.display());
+    let mut lines = Lines::new(format!("{distorted} beside {reference}"));
     for (name, measurement) in &measured.measurements {
-        lines.extend(in_words(name, measurement));
+        tell(&mut lines, name, measurement);
     }
     for (name, reason) in &measured.missing {
-        lines.push(report::field("not computed", format!("{name}: {reason}")));
+        lines.field("not computed", format!("{name}: {reason}"));
     }
     if let Some(painted) = painted {
         let greatest = match arguments.heatmap_of {
@@ -261,80 +243,54 @@ fn summary(
             Heat::Msdm2 => format!("{:.3}", painted.greatest),
         };
         let text = format!("{}, red is {greatest}", painted.file.display());
-        lines.push(report::field("heat map", text));
+        lines.field("heat map", text);
     }
-    let diagonal = format!("{:.6} in the models' unit", pair.diagonal);
-    lines.push(report::field("diagonal", diagonal));
-    lines.push(report::field("time", report::seconds_text(seconds)));
+    lines.field("diagonal", format!("{:.6} in the models' unit", pair.diagonal));
+    lines.field("time", report::seconds_text(seconds));
     lines
 }
 
 /// What a metric found, for people. One without words of its own is told by its figures.
-fn in_words(metric: &str, found: &Measurement) -> Vec<String> {
+fn tell(lines: &mut Lines, metric: &str, found: &Measurement) {
     let number = |name: &str| found.number(name);
     let cent = |name: &str| percentage(found.number(name));
     match metric {
-        "distance" => vec![
-            report::field(
-                "d_rmse",
-                format!(
-                    "{} of the diagonal (mean {}, greatest {})",
-                    cent("d_rmse"),
-                    cent("mean"),
-                    cent("hausdorff_forward")
-                ),
-            ),
-            report::field(
+        "distance" => {
+            let [rms, mean, greatest] = ["d_rmse", "mean", "hausdorff_forward"].map(cent);
+            let forward = format!("{rms} of the diagonal (mean {mean}, greatest {greatest})");
+            lines.field("d_rmse", forward);
+            let [rms, mean, greatest] = ["rmse_backward", "mean_backward", "hausdorff_backward"].map(cent);
+            lines.field(
                 "the other way",
-                format!(
-                    "{} (mean {}, greatest {})",
-                    cent("rmse_backward"),
-                    cent("mean_backward"),
-                    cent("hausdorff_backward")
-                ),
-            ),
-            report::field(
-                "Hausdorff",
-                format!("{}, MRMS {}", cent("hausdorff"), cent("mrms")),
-            ),
-            report::field(
-                "samples",
-                format!(
-                    "{}, every {}",
-                    report::grouped(found.counts("samples").iter().sum()),
-                    cent("interval")
-                ),
-            ),
-        ],
+                format!("{rms} (mean {mean}, greatest {greatest})"),
+            );
+            let [hausdorff, mrms, interval] = ["hausdorff", "mrms", "interval"].map(cent);
+            lines.field("Hausdorff", format!("{hausdorff}, MRMS {mrms}"));
+            let samples = report::grouped(found.counts("samples").iter().sum());
+            lines.field("samples", format!("{samples}, every {interval}"));
+        }
         "shape_dna" => {
             let pieces = match found.counts("components") {
                 [1, 1] => String::new(),
                 [a, b] => format!(" ({a} and {b} components)"),
             };
             let (p, m, distance) = (number("p"), number("m"), number("distance"));
-            vec![report::field(
-                "Shape-DNA",
-                format!("d_{p},{m} = {distance:.6}{pieces}"),
-            )]
+            lines.field("Shape-DNA", format!("d_{p},{m} = {distance:.6}{pieces}"));
         }
         "msdm2" => {
             let [symmetric, forward, backward] = ["symmetric", "forward", "backward"].map(number);
-            vec![report::field(
-                "MSDM2",
-                format!("{symmetric:.4} (forward {forward:.4}, backward {backward:.4}; 0 is the same)"),
-            )]
+            let text =
+                format!("{symmetric:.4} (forward {forward:.4}, backward {backward:.4}; 0 is the same)");
+            lines.field("MSDM2", text);
         }
         "dame" => {
             let edges = report::counted(number("edges") as usize, "edge", "edges");
-            vec![report::field(
-                "DAME",
-                format!("{:.5} rad over {edges}", number("error")),
-            )]
+            lines.field("DAME", format!("{:.5} rad over {edges}", number("error")));
         }
         other => {
             let figures = found.figures().iter();
             let figures = figures.map(|(name, figure)| format!("{name} {}", json!(figure)));
-            vec![report::field(other, figures.collect::<Vec<_>>().join(", "))]
+            lines.field(other, figures.collect::<Vec<_>>().join(", "));
         }
     }
 }

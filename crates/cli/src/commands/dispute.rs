@@ -12,7 +12,7 @@ use crate::{
     claims::{Claim, ClaimFiles},
     files,
     progress::Progress,
-    report,
+    report::{self, Lines, Seconds},
 };
 
 pub(crate) fn run(arguments: &args::Dispute) -> Result<Answer> {
@@ -25,7 +25,7 @@ pub(crate) fn run(arguments: &args::Dispute) -> Result<Answer> {
     let verifiers = [first?, second?];
     let suspect = arguments.suspect.as_deref().map(files::open_mesh).transpose()?;
     let suspect = suspect.map(|asset| PreparedMesh::from(asset.mesh()));
-    let job = progress.job(arguments.threads.count());
+    let job = progress.job(arguments.common.threads());
     let dispute = Dispute::between(&verifiers[0], &verifiers[1], suspect.as_ref(), &job);
     let dispute = dispute.map_err(|error| match error {
         SigmarkError::Job(JobError::Cancelled) => arguments.time_limit.exceeded(),
@@ -35,21 +35,19 @@ pub(crate) fn run(arguments: &args::Dispute) -> Result<Answer> {
     })?;
     let seconds = progress.finish();
 
-    if arguments.json {
-        let described = |verdict: &Verdict, i: usize| described(verdict, &claims[i]);
-        let suspect = dispute.in_suspect.as_ref();
-        report::json(&json!({
-            "outcome": dispute.outcome.name(),
-            "reasons": reasons(&dispute),
-            "first_in_second": described(&dispute.first_in_second, 0),
-            "second_in_first": described(&dispute.second_in_first, 1),
-            "first_in_suspect": suspect.map(|[first, _]| described(first, 0)),
-            "second_in_suspect": suspect.map(|[_, second]| described(second, 1)),
-            "seconds": report::seconds_json(&seconds),
-        }))?;
-    } else {
-        report::lines(&summary(arguments, &dispute, &claims, &seconds))?;
-    }
+    let described = |verdict: &Verdict, i: usize| described(verdict, &claims[i]);
+    let suspect = dispute.in_suspect.as_ref();
+    let object = json!({
+        "outcome": dispute.outcome.name(),
+        "reasons": reasons(&dispute),
+        "first_in_second": described(&dispute.first_in_second, 0),
+        "second_in_first": described(&dispute.second_in_first, 1),
+        "first_in_suspect": suspect.map(|[first, _]| described(first, 0)),
+        "second_in_suspect": suspect.map(|[_, second]| described(second, 1)),
+        "seconds": report::seconds_json(&seconds),
+    });
+    let lines = summary(arguments, &dispute, &claims, &seconds);
+    report::print(arguments.common.json, &object, &lines)?;
     Ok(match dispute.outcome {
         Precedence::First | Precedence::Second => Answer::Yes,
         _ => Answer::No,
@@ -60,25 +58,18 @@ fn verifier(claim: &Claim, path: &Path) -> Result<Verifier> {
     claim.verifier().with_context(|| path.display().to_string())
 }
 
-fn summary(
-    arguments: &args::Dispute,
-    dispute: &Dispute,
-    claims: &[Claim; 2],
-    seconds: &[(&'static str, f64)],
-) -> Vec<String> {
+fn summary(arguments: &args::Dispute, dispute: &Dispute, claims: &[Claim; 2], seconds: &Seconds) -> Lines {
     let first = arguments.first.display();
     let headline = match dispute.outcome {
         Precedence::First => format!("FIRST: the claim of {first} came first"),
         Precedence::Second => format!("SECOND: the claim of {} came first", arguments.second.display()),
         _ => "UNDECIDED: the originals do not say which claim came first".into(),
     };
-    let mut lines = vec![headline];
-    lines.extend(
-        reasons(dispute)
-            .into_iter()
-            .map(|reason| report::field("reason", reason)),
-    );
-    let mut reading = |name: &str, verdict: &Verdict| lines.push(report::field(name, how_read(verdict)));
+    let mut lines = Lines::new(headline);
+    for reason in reasons(dispute) {
+        lines.field("reason", reason);
+    }
+    let mut reading = |name: &str, verdict: &Verdict| lines.field(name, how_read(verdict));
     reading("1st in 2nd", &dispute.first_in_second);
     reading("2nd in 1st", &dispute.second_in_first);
     if let Some([first, second]) = &dispute.in_suspect {
@@ -86,9 +77,9 @@ fn summary(
         reading("2nd in suspect", second);
     }
     for (name, claim) in ["1st key", "2nd key"].into_iter().zip(claims) {
-        lines.push(report::field(name, claim.public_key.fingerprint()));
+        lines.field(name, claim.public_key.fingerprint());
     }
-    lines.push(report::field("time", report::seconds_text(seconds)));
+    lines.field("time", report::seconds_text(seconds));
     lines
 }
 

@@ -12,7 +12,7 @@ use crate::{
     files::{self, Output},
     keys,
     progress::Progress,
-    report,
+    report::{self, Lines, Seconds},
 };
 
 pub(crate) fn run(arguments: &Embed) -> Result<Answer> {
@@ -26,7 +26,7 @@ pub(crate) fn run(arguments: &Embed) -> Result<Answer> {
     let embedder = embedder(arguments, &key)?;
 
     let progress = Arc::new(Progress::new());
-    let job = progress.job(arguments.threads.count());
+    let job = progress.job(arguments.common.threads());
     progress.begin("reading", "reading");
     let asset = files::open_mesh(&arguments.model)?;
     asset.check_name(&arguments.output)?;
@@ -37,11 +37,9 @@ pub(crate) fn run(arguments: &Embed) -> Result<Answer> {
     write(arguments, &certificate_path, &asset, &signed, &job)?;
     let seconds = progress.finish();
 
-    if arguments.json {
-        report::json(&object(arguments, &signed, &certificate_path, &seconds))?;
-    } else {
-        report::lines(&summary(arguments, &signed, &certificate_path, &seconds))?;
-    }
+    let object = object(arguments, &signed, &certificate_path, &seconds);
+    let lines = summary(arguments, &signed, &certificate_path, &seconds);
+    report::print(arguments.common.json, &object, &lines)?;
     Ok(Answer::Yes)
 }
 
@@ -68,7 +66,7 @@ fn write(arguments: &Embed, certificate: &Path, asset: &Asset, signed: &Signed, 
 }
 
 /// What `--json` prints.
-fn object(arguments: &Embed, signed: &Signed, certificate: &Path, seconds: &[(&'static str, f64)]) -> Value {
+fn object(arguments: &Embed, signed: &Signed, certificate: &Path, seconds: &Seconds) -> Value {
     let scheme = signed.certificate().statement().scheme;
     json!({
         "output": arguments.output,
@@ -127,11 +125,9 @@ fn embedder(arguments: &Embed, key: &SigningKey) -> Result<Embedder> {
         }
         embedder = embedder.scheme(profile.scheme());
     }
-    if arguments.sha1 {
-        embedder = match key.curve() {
-            Curve::P256 => embedder.scheme(Scheme::EcdsaP256Sha1),
-            _ => embedder, // the paper's curve, whose scheme hashes with SHA-1 anyway
-        };
+    // On the paper's curve the scheme hashes with SHA-1 anyway.
+    if arguments.sha1 && key.curve() == Curve::P256 {
+        embedder = embedder.scheme(Scheme::EcdsaP256Sha1);
     }
     Ok(embedder)
 }
@@ -143,61 +139,33 @@ fn file_name(path: &Path) -> &str {
         .unwrap_or_default()
 }
 
-fn summary(
-    arguments: &Embed,
-    signed: &Signed,
-    certificate: &Path,
-    seconds: &[(&'static str, f64)],
-) -> Vec<String> {
+fn summary(arguments: &Embed, signed: &Signed, certificate: &Path, seconds: &Seconds) -> Lines {
     let scheme = signed.certificate().statement().scheme;
     let original = signed.original();
-    let mut lines = vec![
-        format!("Signed {}", arguments.model.display()),
-        report::field(
-            "signature",
-            format!(
-                "{scheme}, {} bits, all read back from the file as written",
-                scheme.bits()
-            ),
-        ),
-        report::field(
-            "mark",
-            format!(
-                "{}, {} manifold harmonics in each, every bit {}",
-                report::counted(original.patches().len(), "patch", "patches"),
-                original.layout().functions(),
-                report::counted(arguments.chip_rate, "time", "times")
-            ),
-        ),
-        report::field(
-            "distortion",
-            format!(
-                "RMS {:.4} % of the diagonal (α = {:.3e})",
-                100.0 * signed.layout().distortion_rms(),
-                signed.layout().alpha()
-            ),
-        ),
-    ];
+    let model = arguments.model.display();
+    let mut lines = Lines::new(format!("Signed {model}"));
+    let bits = scheme.bits();
+    let signature = format!("{scheme}, {bits} bits, all read back from the file as written");
+    lines.field("signature", signature);
+    let patches = report::counted(original.patches().len(), "patch", "patches");
+    let functions = original.layout().functions();
+    let times = report::counted(arguments.chip_rate, "time", "times");
+    let mark = format!("{patches}, {functions} manifold harmonics in each, every bit {times}");
+    lines.field("mark", mark);
+    let (rms, alpha) = (signed.layout().distortion_rms(), signed.layout().alpha());
+    let distortion = format!("RMS {:.4} % of the diagonal (α = {alpha:.3e})", 100.0 * rms);
+    lines.field("distortion", distortion);
     let unmarked = original.patches().unmarked_vertices();
     if unmarked > 0 {
-        lines.push(report::field(
-            "left unmarked",
-            format!(
-                "{} between patches, or in pieces too small for the signature",
-                report::counted(unmarked, "vertex", "vertices")
-            ),
-        ));
+        let vertices = report::counted(unmarked, "vertex", "vertices");
+        let where_from = format!("{vertices} between patches, or in pieces too small for the signature");
+        lines.field("left unmarked", where_from);
     }
-    lines.extend([
-        report::field("time", report::seconds_text(seconds)),
-        report::field(
-            "written",
-            format!("{} and {}", arguments.output.display(), certificate.display()),
-        ),
-        format!(
-            "Keep {} and the certificate: both are needed to verify, and whoever has both can remove the mark.",
-            arguments.model.display()
-        ),
-    ]);
+    lines.field("time", report::seconds_text(seconds));
+    let written = format!("{} and {}", arguments.output.display(), certificate.display());
+    lines.field("written", written);
+    lines.line(format!(
+        "Keep {model} and the certificate: both are needed to verify, and whoever has both can remove the mark."
+    ));
     lines
 }

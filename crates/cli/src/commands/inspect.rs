@@ -2,29 +2,28 @@ use anyhow::Result;
 use mesh::TopologyReport;
 use serde_json::json;
 
-use crate::{Answer, args::Inspect, files, report};
+use crate::{
+    Answer,
+    args::Inspect,
+    files,
+    report::{self, Lines},
+};
 
 pub(crate) fn run(arguments: &Inspect) -> Result<Answer> {
     let asset = files::open_mesh(&arguments.model)?;
     let topology = TopologyReport::of_welded(asset.welded());
-    if arguments.json {
-        report::json(&json!({
-            "file": arguments.model,
-            "format": asset.format().to_string(),
-            "gzipped": asset.is_gzipped(),
-            "file_vertices": asset.file_vertex_count(),
-            "topology": topology,
-            "remarks": topology.remarks(),
-        }))?;
-        return Ok(Answer::Yes);
-    }
+    let object = json!({
+        "file": arguments.model,
+        "format": asset.format().to_string(),
+        "gzipped": asset.is_gzipped(),
+        "file_vertices": asset.file_vertex_count(),
+        "topology": topology,
+        "remarks": topology.remarks(),
+    });
     let packed = if asset.is_gzipped() { ", gzipped" } else { "" };
-    let mut lines = vec![format!(
-        "{}: {}{packed}",
-        arguments.model.display(),
-        asset.format()
-    )];
-    lines.extend(topology.to_string().lines().map(String::from));
-    report::lines(&lines)?;
+    let (model, format) = (arguments.model.display(), asset.format());
+    let mut lines = Lines::new(format!("{model}: {format}{packed}"));
+    topology.to_string().lines().for_each(|line| lines.line(line));
+    report::print(arguments.json, &object, &lines)?;
     Ok(Answer::Yes)
 }

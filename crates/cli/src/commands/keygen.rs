@@ -7,7 +7,8 @@ use crate::{
     Answer,
     args::Keygen,
     files::{self, Output},
-    keys, report,
+    keys,
+    report::{self, Lines},
 };
 
 pub(crate) fn run(arguments: &Keygen) -> Result<Answer> {
@@ -33,25 +34,17 @@ pub(crate) fn run(arguments: &Keygen) -> Result<Answer> {
     files::write_together(&outputs, arguments.force)?;
 
     let fingerprint = key.public_key().fingerprint();
-    if arguments.json {
-        report::json(&json!({
-            "private_key": private,
-            "public_key": public,
-            "curve": arguments.profile.curve().name(),
-            "fingerprint": fingerprint,
-        }))?;
-    } else {
-        report::lines(&[
-            format!("New {} key {fingerprint}", arguments.profile.curve()),
-            report::field(
-                "private key",
-                format!("{}  (keep it secret, keep a copy)", private.display()),
-            ),
-            report::field(
-                "public key",
-                format!("{}  (for whoever is to verify)", public.display()),
-            ),
-        ])?;
-    }
+    let curve = arguments.profile.curve();
+    let object = json!({
+        "private_key": private,
+        "public_key": public,
+        "curve": curve.name(),
+        "fingerprint": fingerprint,
+    });
+    let mut lines = Lines::new(format!("New {curve} key {fingerprint}"));
+    let (private, public) = (private.display(), public.display());
+    lines.field("private key", format!("{private}  (keep it secret, keep a copy)"));
+    lines.field("public key", format!("{public}  (for whoever is to verify)"));
+    report::print(arguments.json, &object, &lines)?;
     Ok(Answer::Yes)
 }

@@ -10,7 +10,7 @@ use crate::{
     Answer, args,
     files::{self, Output, Text},
     progress::Progress,
-    report,
+    report::{self, Lines},
 };
 
 /// What is divided: a graph, and the mesh that it came from if it is one.
@@ -41,7 +41,7 @@ pub(crate) fn run(arguments: &args::Partition) -> Result<Answer> {
         ..Options::default()
     };
     let job = progress
-        .job(arguments.threads.count())
+        .job(arguments.common.threads())
         .within(PartitionStage::Refinement);
     let result =
         partition(&input.graph, &options, &job).with_context(|| arguments.input.display().to_string())?;
@@ -49,54 +49,35 @@ pub(crate) fn run(arguments: &args::Partition) -> Result<Answer> {
     write(arguments, &input, &result)?;
     let seconds = progress.finish();
 
-    if arguments.json {
-        report::json(&json!({
-            "parts": arguments.parts,
-            "cut": result.cut,
-            "imbalance": result.imbalance,
-            "components": result.components,
-            "output": arguments.output,
-            "labels": arguments.labels,
-            "seconds": report::seconds_json(&seconds),
-        }))?;
-        return Ok(Answer::Yes);
-    }
-    let pieces = result.components.iter().sum();
-    let mut lines = vec![
-        format!(
-            "{}: {} in {}",
-            arguments.input.display(),
-            report::counted(input.graph.vertex_count(), "vertex", "vertices"),
-            report::counted(arguments.parts, "part", "parts")
-        ),
-        report::field(
-            "cut",
-            report::counted(result.cut.unsigned_abs() as usize, "edge", "edges"),
-        ),
-        report::field("imbalance", format!("{:.2} %", 100.0 * result.imbalance)),
-        report::field(
-            "connected",
-            format!("{} in all", report::counted(pieces, "piece", "pieces")),
-        ),
-        report::field("time", report::seconds_text(&seconds)),
-    ];
-    let written: Vec<String> = [&arguments.output, &arguments.labels]
-        .into_iter()
-        .flatten()
-        .map(|path| path.display().to_string())
-        .collect();
+    let object = json!({
+        "parts": arguments.parts,
+        "cut": result.cut,
+        "imbalance": result.imbalance,
+        "components": result.components,
+        "output": arguments.output,
+        "labels": arguments.labels,
+        "seconds": report::seconds_json(&seconds),
+    });
+    let vertices = report::counted(input.graph.vertex_count(), "vertex", "vertices");
+    let parts = report::counted(arguments.parts, "part", "parts");
+    let mut lines = Lines::new(format!("{}: {vertices} in {parts}", arguments.input.display()));
+    let cut = result.cut.unsigned_abs() as usize;
+    lines.field("cut", report::counted(cut, "edge", "edges"));
+    lines.field("imbalance", format!("{:.2} %", 100.0 * result.imbalance));
+    let pieces = report::counted(result.components.iter().sum(), "piece", "pieces");
+    lines.field("connected", format!("{pieces} in all"));
+    lines.field("time", report::seconds_text(&seconds));
+    let written = [&arguments.output, &arguments.labels].into_iter().flatten();
+    let written: Vec<String> = written.map(|path| path.display().to_string()).collect();
     if !written.is_empty() {
-        lines.push(report::field("written", written.join(" and ")));
+        lines.field("written", written.join(" and "));
     }
-    report::lines(&lines)?;
+    report::print(arguments.common.json, &object, &lines)?;
     Ok(Answer::Yes)
 }
 
 fn read(path: &Path) -> Result<Input> {
-    if path
-        .extension()
-        .is_some_and(|extension| extension.eq_ignore_ascii_case("graph"))
-    {
+    if files::has_extension(path, "graph") {
         let text = files::read_text(path, Text::Graph)?;
         let graph = read_metis(&text).with_context(|| path.display().to_string())?;
         return Ok(Input { graph, asset: None });
@@ -116,33 +97,20 @@ fn read(path: &Path) -> Result<Input> {
 }
 
 fn write(arguments: &args::Partition, input: &Input, result: &Partition) -> Result<()> {
-    let picture = match (&arguments.output, &input.asset) {
-        (Some(path), Some(asset)) => {
-            let colours: Vec<[u8; 3]> = result.part_of.iter().map(|&part| colour(part)).collect();
-            Some((path, mesh_io::write_coloured_ply(asset.mesh(), &colours)))
-        }
-        (Some(path), None) => {
-            bail!(
-                "{}: a graph has no shape to colour; leave out -o, or give a mesh",
-                path.display()
-            )
-        }
-        (None, _) => None,
-    };
-    let labels = arguments
-        .labels
-        .as_ref()
-        .map(|path| (path, labels(input, result).into_bytes()));
-    let outputs: Vec<Output<'_>> = picture
-        .iter()
-        .chain(&labels)
-        .map(|(path, bytes)| Output {
-            path,
-            bytes,
-            private: false,
-        })
-        .collect();
-    files::write_together(&outputs, arguments.force)
+    let mut files = Vec::new();
+    if let Some(path) = &arguments.output {
+        let Some(asset) = &input.asset else {
+            let path = path.display();
+            bail!("{path}: a graph has no shape to colour; leave out -o, or give a mesh");
+        };
+        let colours: Vec<[u8; 3]> = result.part_of.iter().map(|&part| colour(part)).collect();
+        files.push((path, mesh_io::write_coloured_ply(asset.mesh(), &colours)));
+    }
+    if let Some(path) = &arguments.labels {
+        files.push((path, labels(input, result).into_bytes()));
+    }
+    let outputs = files.iter().map(|(path, bytes)| Output::public((path, bytes)));
+    files::write_together(&outputs.collect::<Vec<_>>(), arguments.force)
 }
 
 /// One part number a line, in the order of the file's vertices.

@@ -5,7 +5,12 @@ use mesh_io::Asset;
 use mhb_core::{Spectrum, SpectrumOptions};
 use serde_json::json;
 
-use crate::{Answer, args, files, npz::Npz, progress::Progress, report};
+use crate::{
+    Answer, args, files,
+    npz::Npz,
+    progress::Progress,
+    report::{self, Lines},
+};
 
 pub(crate) fn run(arguments: &args::Spectrum) -> Result<Answer> {
     if let Some(output) = &arguments.output {
@@ -23,7 +28,7 @@ pub(crate) fn run(arguments: &args::Spectrum) -> Result<Answer> {
         tolerance: arguments.tolerance.unwrap_or(defaults.tolerance),
         ..defaults
     };
-    let job = progress.job(arguments.threads.count());
+    let job = progress.job(arguments.common.threads());
     let spectrum = Spectrum::compute(asset.mesh(), &options, &job)
         .with_context(|| arguments.model.display().to_string())?;
     if let Some(output) = &arguments.output {
@@ -35,37 +40,30 @@ pub(crate) fn run(arguments: &args::Spectrum) -> Result<Answer> {
     let max_residual = spectrum.residuals().iter().fold(0.0f64, |most, &r| most.max(r));
     let eigenvalues = spectrum.eigenvalues();
     let counts: Vec<(f64, usize)> = spectrum.inertia().iter().map(|c| (c.shift, c.below)).collect();
-    if arguments.json {
-        report::json(&json!({
-            "count": eigenvalues.len(),
-            "vertices": asset.mesh().vertex_count(),
-            "eigenvalues": eigenvalues,
-            "laplacian": arguments.laplacian.name(),
-            "max_residual": max_residual,
-            "residuals": spectrum.residuals(),
-            "inertia_complete": true,
-            "inertia_counts": counts,
-            "output": arguments.output,
-            "seconds": report::seconds_json(&seconds),
-        }))?;
-        return Ok(Answer::Yes);
-    }
-    let mut lines = vec![
-        format!(
-            "{}: {} of a surface of {}",
-            arguments.model.display(),
-            report::counted(eigenvalues.len(), "eigenpair", "eigenpairs"),
-            report::counted(asset.mesh().vertex_count(), "vertex", "vertices"),
-        ),
-        report::field("eigenvalues", abridged(eigenvalues)),
-        report::field("residual", format!("at most {max_residual:.1e}, relative")),
-        report::field("completeness", COMPLETE),
-        report::field("time", report::seconds_text(&seconds)),
-    ];
+    let object = json!({
+        "count": eigenvalues.len(),
+        "vertices": asset.mesh().vertex_count(),
+        "eigenvalues": eigenvalues,
+        "laplacian": arguments.laplacian.name(),
+        "max_residual": max_residual,
+        "residuals": spectrum.residuals(),
+        "inertia_complete": true,
+        "inertia_counts": counts,
+        "output": arguments.output,
+        "seconds": report::seconds_json(&seconds),
+    });
+    let pairs = report::counted(eigenvalues.len(), "eigenpair", "eigenpairs");
+    let vertices = report::counted(asset.mesh().vertex_count(), "vertex", "vertices");
+    let model = arguments.model.display();
+    let mut lines = Lines::new(format!("{model}: {pairs} of a surface of {vertices}"));
+    lines.field("eigenvalues", abridged(eigenvalues));
+    lines.field("residual", format!("at most {max_residual:.1e}, relative"));
+    lines.field("completeness", COMPLETE);
+    lines.field("time", report::seconds_text(&seconds));
     if let Some(output) = &arguments.output {
-        lines.push(report::field("written", output.display()));
+        lines.field("written", output.display());
     }
-    report::lines(&lines)?;
+    report::print(arguments.common.json, &object, &lines)?;
     Ok(Answer::Yes)
 }
 

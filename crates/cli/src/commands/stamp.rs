@@ -8,7 +8,7 @@ use crate::{
     args::{Attach, Request, Stamp as Arguments, Step},
     claims,
     files::{self, Output, Text},
-    report,
+    report::{self, Lines},
 };
 
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer> {
@@ -27,39 +27,25 @@ fn request(arguments: &Request) -> Result<Answer> {
     let nonce = getrandom::SysRng.try_next_u64();
     let nonce = nonce.context("the operating system gives no random number; try again")?;
     let query = Query::new(certificate.digest()).nonce(nonce).to_der()?;
-    let private = false;
-    files::write_together(
-        &[Output {
-            path: query_path,
-            bytes: &query,
-            private,
-        }],
-        arguments.force,
-    )?;
+    files::write_together(&[Output::public((query_path, &query))], arguments.force)?;
 
-    let digest: String = certificate
-        .digest()
-        .iter()
-        .map(|byte| format!("{byte:02x}"))
-        .collect();
-    if arguments.json {
-        report::json(&json!({
-            "query": query_path,
-            "certificate": certificate_path,
-            "digest": digest,
-        }))?;
-    } else {
-        let (certificate, query) = (certificate_path.display(), query_path.display());
-        let next = format!(
-            "curl -H 'Content-Type: application/timestamp-query' --data-binary @{query} AUTHORITY -o reply.tsr, \
-             then sigmark stamp attach {certificate} reply.tsr"
-        );
-        report::lines(&[
-            format!("Wrote {query}, which asks for a time stamp on {certificate}"),
-            report::field("digest", format!("{digest}  (SHA-256; this is what is stamped)")),
-            report::field("next", next),
-        ])?;
-    }
+    let digest = hex(&certificate.digest());
+    let object = json!({
+        "query": query_path,
+        "certificate": certificate_path,
+        "digest": digest,
+    });
+    let (certificate, query) = (certificate_path.display(), query_path.display());
+    let mut lines = Lines::new(format!(
+        "Wrote {query}, which asks for a time stamp on {certificate}"
+    ));
+    lines.field("digest", format!("{digest}  (SHA-256; this is what is stamped)"));
+    let post = "curl -H 'Content-Type: application/timestamp-query' --data-binary";
+    lines.field(
+        "next",
+        format!("{post} @{query} AUTHORITY -o reply.tsr, then sigmark stamp attach {certificate} reply.tsr"),
+    );
+    report::print(arguments.json, &object, &lines)?;
     Ok(Answer::Yes)
 }
 
@@ -81,26 +67,23 @@ fn attach(arguments: &Attach) -> Result<Answer> {
     let text = certificate
         .to_json()
         .with_context(|| path.display().to_string())?;
-    let (bytes, private) = (text.as_bytes(), false);
-    files::write_together(&[Output { path, bytes, private }], true)?;
+    files::write_together(&[Output::public((path, text.as_bytes()))], true)?;
 
     let (count, time) = (certificate.stamps().len(), stamp.claimed_time());
-    if arguments.json {
-        report::json(&json!({
-            "certificate": path,
-            "stamps": count,
-            "time": time.to_rfc3339(),
-        }))?;
-    } else {
-        report::lines(&[
-            format!("Put {} into {}", blamed(), path.display()),
-            report::field("time", format!("{time}, as the reply says; not checked yet")),
-            report::field("stamps", count),
-            report::field(
-                "next",
-                "check it with `sigmark verify --stamp-roots`, and keep the root certificates",
-            ),
-        ])?;
-    }
+    let object = json!({
+        "certificate": path,
+        "stamps": count,
+        "time": time.to_rfc3339(),
+    });
+    let mut lines = Lines::new(format!("Put {} into {}", blamed(), path.display()));
+    lines.field("time", format!("{time}, as the reply says; not checked yet"));
+    lines.field("stamps", count);
+    let next = "check it with `sigmark verify --stamp-roots`, and keep the root certificates";
+    lines.field("next", next);
+    report::print(arguments.json, &object, &lines)?;
     Ok(Answer::Yes)
+}
+
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }

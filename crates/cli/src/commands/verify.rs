@@ -12,7 +12,7 @@ use crate::{
     claims::{Claim, ClaimFiles},
     files,
     progress::Progress,
-    report,
+    report::{self, Lines, Seconds},
     stamps::Stamps,
 };
 
@@ -42,18 +42,15 @@ pub(crate) fn run(arguments: &Verify) -> Result<Answer> {
     let verdict = verifier
         .p_bound(arguments.p_bound)
         .paper_profile(arguments.profile == Some(Profile::Paper))
-        .verify(suspect.mesh(), &progress.job(arguments.threads.count()))
+        .verify(suspect.mesh(), &progress.job(arguments.common.threads()))
         .map_err(|error| blame(error, arguments, &claim))?;
     let seconds = progress.finish();
 
-    if arguments.json {
-        let mut object = described(&verdict, &claim);
-        object.insert("stamps".into(), stamps.json());
-        object.insert("seconds".into(), report::seconds_json(&seconds));
-        report::json(&object)?;
-    } else {
-        report::lines(&summary(arguments, &verdict, &claim, &stamps, &seconds))?;
-    }
+    let mut object = described(&verdict, &claim);
+    object.insert("stamps".into(), stamps.json());
+    object.insert("seconds".into(), report::seconds_json(&seconds));
+    let lines = summary(arguments, &verdict, &claim, &stamps, &seconds);
+    report::print(arguments.common.json, &object.into(), &lines)?;
     let wanted = match arguments.dispute {
         true => verdict.is_evidence(),
         false => verdict.outcome.is_found(),
@@ -124,8 +121,8 @@ fn summary(
     verdict: &Verdict,
     claim: &Claim,
     stamps: &Stamps,
-    seconds: &[(&'static str, f64)],
-) -> Vec<String> {
+    seconds: &Seconds,
+) -> Lines {
     let (suspect, original) = (arguments.suspect.display(), claim.original_path.display());
     let headline = match verdict.outcome {
         Outcome::Verified if !verdict.binds_original => {
@@ -148,35 +145,30 @@ fn summary(
         }
         _ => format!("NOT FOUND: {suspect} has the shape of {original}, but nothing of its mark"),
     };
-    let mut lines = vec![headline];
+    let mut lines = Lines::new(headline);
     if let Some(mismatch) = verdict.mismatch {
-        lines.push(report::field("reason", remark(mismatch)));
+        lines.field("reason", remark(mismatch));
     }
-    lines.extend(who(verdict, claim));
-    lines.extend(stamps.lines());
+    tell_who(&mut lines, verdict, claim);
+    stamps.tell(&mut lines);
     if let (Some(rate), Some(errors)) = (verdict.extraction_rate, verdict.bit_errors) {
-        let agreeing = verdict.bits - errors;
-        let bits = format!("{agreeing} of {} agree ({:.2} %)", verdict.bits, 100.0 * rate);
-        lines.push(report::field("bits", bits));
-        lines.extend(how_sure(verdict));
+        let (bits, rate) = (verdict.bits, 100.0 * rate);
+        lines.field("bits", format!("{} of {bits} agree ({rate:.2} %)", bits - errors));
+        tell_how_sure(&mut lines, verdict);
     }
     if let (Some(transform), Some(residual)) = (verdict.transform, verdict.residual) {
-        lines.push(report::field("registered", registered(verdict)));
+        lines.field("registered", registered(verdict));
         let mirrored = if transform.mirrors() { ", mirrored" } else { "" };
-        lines.push(report::field(
-            "alignment",
-            format!(
-                "{residual:.2e} of the diagonal apart (RMS), scale {:.6}{mirrored}",
-                transform.scale
-            ),
-        ));
+        let scale = transform.scale;
+        let apart = format!("{residual:.2e} of the diagonal apart (RMS), scale {scale:.6}{mirrored}");
+        lines.field("alignment", apart);
     }
-    lines.push(report::field("time", report::seconds_text(seconds)));
+    lines.field("time", report::seconds_text(seconds));
     lines
 }
 
 /// Whose key, which scheme, what was signed, for whom.
-fn who(verdict: &Verdict, claim: &Claim) -> Vec<String> {
+fn tell_who(lines: &mut Lines, verdict: &Verdict, claim: &Claim) {
     let statement = claim.certificate.statement();
     let whose = match verdict.outcome.is_found() {
         true => "signed by",
@@ -194,23 +186,20 @@ fn who(verdict: &Verdict, claim: &Claim) -> Vec<String> {
              so it does not say whose the model is"
         }
     };
-    let mut lines = vec![
-        report::field(whose, key),
-        report::field("signature", format!("{}, {signed}", statement.scheme)),
-    ];
+    lines.field(whose, key);
+    lines.field("signature", format!("{}, {signed}", statement.scheme));
     for (name, text) in [
         ("message", &statement.message),
         ("recipient", &statement.recipient),
     ] {
         if !text.is_empty() {
-            lines.push(report::field(name, text));
+            lines.field(name, text);
         }
     }
-    lines
 }
 
 /// What the probability says, and to whom.
-fn how_sure(verdict: &Verdict) -> Vec<String> {
+fn tell_how_sure(lines: &mut Lines, verdict: &Verdict) {
     let p = probability(verdict.p_value);
     let owner = format!(
         "a model without this mark agrees this well with probability {p} at most; \
@@ -228,7 +217,8 @@ fn how_sure(verdict: &Verdict) -> Vec<String> {
                 .to_string()
         }
     };
-    vec![report::field("owner", owner), report::field("stranger", stranger)]
+    lines.field("owner", owner);
+    lines.field("stranger", stranger);
 }
 
 /// Why the suspect is another shape.

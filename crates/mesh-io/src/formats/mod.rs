@@ -9,7 +9,7 @@ mod text;
 
 use std::path::Path;
 
-use crate::error::{AssetError, Fault};
+use crate::error::{AssetProblem, Fault};
 use crate::{Format, format};
 pub(crate) use geometry::Geometry;
 
@@ -24,11 +24,8 @@ pub(crate) fn read(format: Format, bytes: &[u8]) -> Result<Geometry, Fault> {
 }
 
 /// The format of a file, by what the caller says, its name and its content.
-pub(crate) fn decide(path: &Path, given: Option<Format>, bytes: &[u8]) -> Result<Format, AssetError> {
-    let unknown = |problem: String| AssetError::UnknownFormat {
-        path: path.into(),
-        problem,
-    };
+pub(crate) fn decide(path: &Path, given: Option<Format>, bytes: &[u8]) -> Result<Format, AssetProblem> {
+    let unknown = AssetProblem::UnknownFormat;
     let extension = format::extension_before_gz(path);
     if bytes.starts_with(b"glTF") || matches!(extension.as_deref(), Some("glb" | "gltf")) {
         return Err(unknown(
@@ -40,24 +37,17 @@ pub(crate) fn decide(path: &Path, given: Option<Format>, bytes: &[u8]) -> Result
         return match (extension, found) {
             (None, Some(found)) => Ok(found),
             (None, None) => Err(unknown("the content is of no known format".into())),
-            (Some(extension), Some(found)) => {
-                let rename = format!(
-                    "but the content looks like {found}: rename it to end in .{}",
-                    found.extension()
-                );
-                Err(unknown(format!("the name ends in .{extension}, {rename}")))
-            }
+            (Some(extension), Some(found)) => Err(unknown(format!(
+                "the name ends in .{extension}, but the content looks like {found}: rename it to end in .{}",
+                found.extension()
+            ))),
             (Some(extension), None) => Err(unknown(format!(
                 "files that end in .{extension} are of no known format"
             ))),
         };
     };
     match Format::marked(bytes) {
-        Some(found) if found != named => Err(AssetError::WrongExtension {
-            path: path.into(),
-            named,
-            found,
-        }),
+        Some(found) if found != named => Err(AssetProblem::WrongExtension { named, found }),
         _ => Ok(named),
     }
 }

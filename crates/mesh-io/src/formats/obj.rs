@@ -7,7 +7,7 @@ use crate::words::{Word, Words};
 
 pub(crate) fn read(bytes: &[u8]) -> Result<Geometry, Fault> {
     let mut words = Words::with_continued_lines(bytes, bytes.len() - format::without_bom(bytes).len());
-    let mut geometry = TextGeometry::new();
+    let mut geometry = TextGeometry::default();
     let mut corners = Vec::new();
     let mut largest: Option<(u32, Word<'_>)> = None;
     while let Some(keyword) = words.next_anywhere() {

@@ -10,7 +10,7 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Geometry, Fault> {
     let counts_on_header_line = read_keyword(&mut words)?;
     let [vertices, faces] = read_counts(&mut words, counts_on_header_line, bytes.len())?;
 
-    let mut geometry = TextGeometry::new();
+    let mut geometry = TextGeometry::default();
     for vertex in 0..vertices {
         let Some(first) = words.next_anywhere() else {
             return Err(words.fault(format!(

@@ -2,16 +2,13 @@
 
 use super::{geometry::Geometry, text::TextGeometry};
 use crate::error::{CUT_SHORT, Fault};
-use crate::format::{STL_FACET, STL_HEADER, is_binary_stl};
+use crate::format::{STL_FACET, STL_HEADER, first_word, is_binary_stl};
 use crate::scalar::{Endian, Scalar};
 use crate::slots::{Slots, binary::BinaryRun};
 use crate::words::{Word, Words};
 
 pub(crate) fn read(bytes: &[u8]) -> Result<Geometry, Fault> {
-    let first = bytes
-        .split(u8::is_ascii_whitespace)
-        .find(|word| !word.is_empty())
-        .unwrap_or(&[]);
+    let first = first_word(bytes);
     let head = &bytes[..bytes.len().min(STL_HEADER)];
     if is_binary_stl(bytes) || !first.eq_ignore_ascii_case(b"solid") || head.contains(&0) {
         read_binary(bytes)
@@ -66,7 +63,7 @@ fn wrong_size(bytes: &[u8]) -> Fault {
 /// `solid`, then for each facet `facet normal`, `outer loop`, three `vertex` lines, `endloop`, `endfacet`; `endsolid`.
 fn read_ascii(bytes: &[u8]) -> Result<Geometry, Fault> {
     let mut words = Words::new(bytes, 0);
-    let mut geometry = TextGeometry::new();
+    let mut geometry = TextGeometry::default();
     let mut open = Open::Nothing;
     let mut corners: Vec<u32> = Vec::with_capacity(4);
     while let Some(keyword) = words.next_anywhere() {

@@ -8,23 +8,16 @@ use crate::slots::{Slots, text::TextSlots};
 use crate::words::{Word, Words, not_a_number};
 
 /// Gathers the vertices and triangles of a text file.
+#[derive(Default)]
 pub(crate) struct TextGeometry {
     positions: Vec<[f64; 3]>,
     starts: Vec<[usize; 3]>,
     triangles: Vec<[u32; 3]>,
-    single: bool,
+    /// Whether a coordinate has more digits than single precision.
+    double: bool,
 }
 
 impl TextGeometry {
-    pub(crate) fn new() -> Self {
-        Self {
-            positions: Vec::new(),
-            starts: Vec::new(),
-            triangles: Vec::new(),
-            single: true,
-        }
-    }
-
     pub(crate) fn vertex_count(&self) -> usize {
         self.positions.len()
     }
@@ -34,7 +27,7 @@ impl TextGeometry {
         let mut position = [0.0; 3];
         for (value, word) in position.iter_mut().zip(xyz) {
             *value = number::parse(word.text).ok_or_else(|| not_a_number(words, word))?;
-            self.single = self.single && number::fits_single(word.text, *value);
+            self.double = self.double || !number::fits_single(word.text, *value);
         }
         self.positions.push(position);
         self.starts.push(xyz.map(|word| word.start));
@@ -60,7 +53,7 @@ impl TextGeometry {
 
     /// The geometry, in the precision that the digits show.
     pub(crate) fn finish(self) -> Geometry {
-        let precision = if self.single { Scalar::F32 } else { Scalar::F64 };
+        let precision = if self.double { Scalar::F64 } else { Scalar::F32 };
         self.finish_as([precision; 3])
     }
 

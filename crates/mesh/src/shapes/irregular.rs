@@ -131,10 +131,8 @@ pub fn bumped(mesh: &TriMesh, amount: f64, seed: u64) -> TriMesh {
         let f: f64 = waves.sum();
         (centre + (1.0 + amount / WAVES as f64 * f) * (p - centre)).into()
     };
-    built(
-        (0..mesh.vertex_count()).map(bump).collect(),
-        mesh.triangles().to_vec(),
-    )
+    let positions = (0..mesh.vertex_count()).map(bump).collect();
+    built(positions, mesh.triangles().to_vec())
 }
 
 /// The mesh with every vertex moved half the way to the mean of its neighbours, `steps` times.

@@ -28,10 +28,8 @@ pub fn cube(side: f64) -> TriMesh {
         [0, 2, 3, 1],
         [4, 5, 7, 6],
     ];
-    built(
-        (0..8).map(corner).collect(),
-        faces.iter().flat_map(|&quad| halves(quad)).collect(),
-    )
+    let triangles = faces.into_iter().flat_map(halves);
+    built((0..8).map(corner).collect(), triangles.collect())
 }
 
 /// The two triangles of a quadrilateral a, b, c, d, cut from a to c.
@@ -70,24 +68,16 @@ fn icosahedron() -> TriMesh {
 fn split_in_four(mesh: &TriMesh) -> TriMesh {
     let edges = Edges::of(mesh);
     let at = |v: u32| mesh.point(v as usize);
-    let midpoints = edges
-        .vertices()
-        .iter()
-        .map(|&[a, b]| (at(a) + at(b)).unit().into());
+    let midpoint = |&[a, b]: &[u32; 2]| (at(a) + at(b)).unit().into();
+    let midpoints = edges.vertices().iter().map(midpoint);
     let positions = mesh.positions().iter().copied().chain(midpoints).collect();
     let first_midpoint = mesh.vertex_count() as u32;
     let split = |(&[a, b, c], sides): (&[u32; 3], &[u32; 3])| {
         let [ab, bc, ca] = sides.map(|e| first_midpoint + e);
         [[a, ab, ca], [b, bc, ab], [c, ca, bc], [ab, bc, ca]]
     };
-    built(
-        positions,
-        mesh.triangles()
-            .iter()
-            .zip(edges.of_triangle())
-            .flat_map(split)
-            .collect(),
-    )
+    let triangles = mesh.triangles().iter().zip(edges.of_triangle());
+    built(positions, triangles.flat_map(split).collect())
 }
 
 /// A grid of nu by nv vertices over (u, v) in [0, 1]², closed in u and v as asked; quads cut along one diagonal.
@@ -95,15 +85,11 @@ fn grid(nu: u32, nv: u32, close_u: bool, close_v: bool, at: impl Fn(f64, f64) ->
     let columns = if close_u { nu } else { nu + 1 };
     let rows = if close_v { nv } else { nv + 1 };
     let index = |i: u32, j: u32| (j % rows) * columns + i % columns;
-    let cells = || (0..nv).flat_map(move |j| (0..nu).map(move |i| (i, j)));
+    let cells = (0..nv).flat_map(|j| (0..nu).map(move |i| (i, j)));
     let vertices = (0..rows).flat_map(|j| (0..columns).map(move |i| (i, j)));
     let quad = |(i, j)| halves([index(i, j), index(i + 1, j), index(i + 1, j + 1), index(i, j + 1)]);
-    built(
-        vertices
-            .map(|(i, j)| at(f64::from(i) / f64::from(nu), f64::from(j) / f64::from(nv)))
-            .collect(),
-        cells().flat_map(quad).collect(),
-    )
+    let place = |(i, j)| at(f64::from(i) / f64::from(nu), f64::from(j) / f64::from(nv));
+    built(vertices.map(place).collect(), cells.flat_map(quad).collect())
 }
 
 /// The rectangle from (0, 0, 0) to (width, height, 0), facing +z, in nx by ny cells cut along their rising diagonals.
@@ -182,10 +168,8 @@ pub fn disjoint_union(meshes: &[TriMesh]) -> TriMesh {
 /// The mesh after a similarity transform. One that mirrors also turns the triangles, so that they face as before.
 pub fn moved(mesh: &TriMesh, transform: &Similarity) -> TriMesh {
     let turn = |&[a, b, c]: &[u32; 3]| if transform.mirrors() { [a, c, b] } else { [a, b, c] };
-    built(
-        transform.apply_all(mesh.positions()),
-        mesh.triangles().iter().map(turn).collect(),
-    )
+    let triangles = mesh.triangles().iter().map(turn).collect();
+    built(transform.apply_all(mesh.positions()), triangles)
 }
 
 /// The mesh `s` times as large.
@@ -223,26 +207,16 @@ pub fn mirrored(mesh: &TriMesh) -> TriMesh {
 
 /// The mesh with every triangle turned over.
 pub fn inside_out(mesh: &TriMesh) -> TriMesh {
-    built(
-        mesh.positions().to_vec(),
-        mesh.triangles().iter().map(|&[a, b, c]| [a, c, b]).collect(),
-    )
+    let triangles = mesh.triangles().iter().map(|&[a, b, c]| [a, c, b]);
+    built(mesh.positions().to_vec(), triangles.collect())
 }
 
 /// The mesh with a copy of its own of every corner of every triangle, as STL files have it; welding undoes it.
 pub fn exploded(mesh: &TriMesh) -> TriMesh {
-    let positions = mesh
-        .triangles()
-        .as_flattened()
-        .iter()
-        .map(|&v| mesh.positions()[v as usize])
-        .collect();
-    built(
-        positions,
-        (0..mesh.triangle_count() as u32)
-            .map(|t| [3 * t, 3 * t + 1, 3 * t + 2])
-            .collect(),
-    )
+    let corners = mesh.triangles().as_flattened().iter();
+    let positions = corners.map(|&v| mesh.positions()[v as usize]).collect();
+    let triangles = (0..mesh.triangle_count() as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]);
+    built(positions, triangles.collect())
 }
 
 /// A block of (2 `holes` + 1) × 3 × 1 unit cubes with `holes` square holes through it: a closed surface of that genus, each

@@ -5,7 +5,9 @@
 //! off than the bound, rounding included, so that the triangles, in double precision, alone decide. Benchmark: `cargo xtask bench
 //! registration`.
 
+use super::stack::Stack;
 use super::tree::{DEEPEST, Node, half_area};
+use super::{greater, lesser};
 use crate::Vec3;
 
 /// Boxes of a node.
@@ -150,13 +152,14 @@ impl Bvh4 {
         best: &mut f64,
         leaf: &mut impl FnMut(usize, usize, &mut f64),
     ) {
-        let mut stack = Stack::<STACK>::new();
-        let mut limit = limit_of(*best);
-        stack.push(Visit {
+        let root = Visit {
             first: 0,
             count: 0,
             bound: 0.0,
-        });
+        };
+        let mut stack = Stack::<Visit, STACK>::new(root);
+        let mut limit = limit_of(*best);
+        stack.push(root);
         while let Some(visit) = stack.pop() {
             if visit.bound > limit {
                 continue;
@@ -231,17 +234,6 @@ impl Node4 {
     }
 }
 
-/// The maximum and minimum as one instruction each; nothing here is NaN.
-#[inline(always)]
-fn greater(x: f32, y: f32) -> f32 {
-    if x > y { x } else { y }
-}
-
-#[inline(always)]
-fn lesser(x: f32, y: f32) -> f32 {
-    if x < y { x } else { y }
-}
-
 /// A point in single precision, from below and from above.
 fn widened(p: Vec3) -> [[f32; 3]; 2] {
     let slack = |x: f32| 0.5 * ROUNDING * x.abs();
@@ -286,47 +278,16 @@ const fn left_behind(depth: usize) -> usize {
     (WIDE - 1) * depth + 1
 }
 
-/// What is still to visit, the next last.
-struct Stack<const SIZE: usize> {
-    visits: [Visit; SIZE],
-    len: usize,
-}
-
-impl<const SIZE: usize> Stack<SIZE> {
-    #[inline(always)]
-    fn new() -> Self {
-        let nothing = Visit {
-            first: 0,
-            count: 0,
-            bound: 0.0,
-        };
-        Self {
-            visits: [nothing; SIZE],
-            len: 0,
-        }
-    }
-
-    #[inline(always)]
-    fn push(&mut self, visit: Visit) {
-        self.visits[self.len] = visit;
-        self.len += 1;
-    }
-
+impl<const SIZE: usize> Stack<Visit, SIZE> {
     /// Puts a box in its place among those from `floor` on: the nearest last.
     #[inline(always)]
     fn insert(&mut self, floor: usize, visit: Visit) {
         let mut place = self.len;
-        while place > floor && self.visits[place - 1].bound < visit.bound {
-            self.visits[place] = self.visits[place - 1];
+        while place > floor && self.items[place - 1].bound < visit.bound {
+            self.items[place] = self.items[place - 1];
             place -= 1;
         }
-        self.visits[place] = visit;
+        self.items[place] = visit;
         self.len += 1;
-    }
-
-    #[inline(always)]
-    fn pop(&mut self) -> Option<Visit> {
-        self.len = self.len.checked_sub(1)?;
-        Some(self.visits[self.len])
     }
 }

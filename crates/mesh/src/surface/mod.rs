@@ -6,6 +6,7 @@
 
 mod bvh4;
 mod packet;
+mod stack;
 mod tree;
 mod triangle;
 
@@ -155,6 +156,17 @@ impl Surface {
             });
         found
     }
+}
+
+// As the vector instructions compare, one instruction each: without the care of `f64::min` for numbers that are none.
+#[inline(always)]
+fn lesser<T: PartialOrd>(x: T, y: T) -> T {
+    if x < y { x } else { y }
+}
+
+#[inline(always)]
+fn greater<T: PartialOrd>(x: T, y: T) -> T {
+    if x > y { x } else { y }
 }
 
 #[cfg(test)]

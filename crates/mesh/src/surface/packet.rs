@@ -7,7 +7,9 @@
 
 use pulp::Arch;
 
+use super::stack::Stack;
 use super::tree::{DEEPEST, Node, Tree};
+use super::{greater, lesser};
 use crate::{BoundingBox, Vec3};
 
 /// Points that are measured in one loop.
@@ -58,8 +60,9 @@ impl Packet {
     fn go_through(&mut self, nodes: &[Node], corners: &[[Vec3; 3]]) {
         // Some triangle near the middle bounds all distances before the search begins.
         self.reach(&corners[near_leaf(nodes, self.bounds.centre())]);
-        let mut stack = Stack::new();
-        stack.push(0, 0.0);
+        // Nodes, each with its squared distance.
+        let mut stack = Stack::<(u32, f64), { DEEPEST + 1 }>::new((0, 0.0));
+        stack.push((0, 0.0));
         while let Some((node, distance)) = stack.pop() {
             if distance >= self.farthest {
                 continue;
@@ -69,8 +72,8 @@ impl Packet {
                 let [near, far] = [node.first, node.first + 1]
                     .map(|child| (child, gap(&self.bounds, &nodes[child as usize].bounds)));
                 let (near, far) = if far.1 < near.1 { (far, near) } else { (near, far) };
-                stack.push(far.0, far.1);
-                stack.push(near.0, near.1);
+                stack.push(far);
+                stack.push(near);
                 continue;
             }
             for corners in &corners[node.first as usize..(node.first + node.count) as usize] {
@@ -164,17 +167,6 @@ impl Triangle {
     }
 }
 
-// As the vector instructions compare: without the care of `f64::min` for numbers that are none.
-#[inline(always)]
-fn lesser(a: f64, b: f64) -> f64 {
-    if a < b { a } else { b }
-}
-
-#[inline(always)]
-fn greater(a: f64, b: f64) -> f64 {
-    if a > b { a } else { b }
-}
-
 /// The squared distance between two boxes.
 fn gap(a: &BoundingBox, b: &BoundingBox) -> f64 {
     let mut sum = 0.0;
@@ -191,31 +183,6 @@ fn box_of([a, b, c]: &[Vec3; 3]) -> BoundingBox {
     BoundingBox {
         min: [0, 1, 2].map(|axis| lesser(a[axis], lesser(b[axis], c[axis]))),
         max: [0, 1, 2].map(|axis| greater(a[axis], greater(b[axis], c[axis]))),
-    }
-}
-
-/// Nodes still to visit, each with its squared distance.
-struct Stack {
-    nodes: [(u32, f64); DEEPEST + 1],
-    len: usize,
-}
-
-impl Stack {
-    fn new() -> Self {
-        Self {
-            nodes: [(0, 0.0); DEEPEST + 1],
-            len: 0,
-        }
-    }
-
-    fn push(&mut self, node: u32, distance: f64) {
-        self.nodes[self.len] = (node, distance);
-        self.len += 1;
-    }
-
-    fn pop(&mut self) -> Option<(u32, f64)> {
-        self.len = self.len.checked_sub(1)?;
-        Some(self.nodes[self.len])
     }
 }
 

@@ -272,9 +272,7 @@ impl Search<'_> {
             residuals: chosen.iter().map(|&k| ritz.residuals[k]).collect(),
         }
     }
-}
 
-impl Search<'_> {
     /// y ← T y / ‖T y‖. Sums of many vectors leave rounding errors of all frequencies, which A amplifies and T damps.
     fn smooth(&self, vectors: &mut Tall, count: usize) {
         self.factor.apply(vectors.all_mut());

@@ -11,6 +11,7 @@ use super::tall::Tall;
 use crate::{InertiaCount, SpectrumError, SpectrumOptions};
 
 /// Pairs of several bands, all of them counted.
+#[derive(Default)]
 pub(crate) struct Certified {
     /// Where eigenvalues were counted, ascending.
     pub(crate) cuts: Vec<InertiaCount>,
@@ -30,14 +31,6 @@ pub(crate) struct Pair {
 }
 
 impl Certified {
-    pub(crate) fn none() -> Self {
-        Self {
-            cuts: Vec::new(),
-            pairs: Vec::new(),
-            vectors: Vec::new(),
-        }
-    }
-
     /// Adds those of the pairs that pass.
     fn add(&mut self, pairs: Pairs, passes: impl Fn(f64) -> bool) {
         let matrix = self.vectors.len();

@@ -55,13 +55,8 @@ pub(crate) fn join(
     })?;
     drop(columns);
     drop(certified);
-    orthonormalise(
-        operator,
-        &mut joined,
-        &residuals,
-        ORTHONORMAL.max(SLACK * tolerance),
-        job,
-    )?;
+    let goal = ORTHONORMAL.max(SLACK * tolerance);
+    orthonormalise(operator, &mut joined, &residuals, goal, job)?;
     Ok(joined)
 }
 

@@ -76,7 +76,7 @@ fn by_bands(
         shift: -1.0,
         below: 0,
     };
-    let mut certified = Certified::none();
+    let mut certified = Certified::default();
     let mut wanted = options.count.max(zeros);
     let eigenvalues = loop {
         job.begin(SpectrumStage::Slicing)?;

@@ -100,54 +100,62 @@ impl WithSimd for Solve<'_> {
         let group = factor.size * registers;
         let (x, _) = S::as_mut_simd_f64s(self.x);
         for node in &factor.supernodes {
-            let (triangle, below, rows) = factor.parts(node);
+            let parts = factor.parts(node);
             for x in x.chunks_exact_mut(group) {
                 for register in 0..registers {
-                    forward(simd, node, triangle, below, rows, x, registers, register);
+                    forward(simd, parts, x, registers, register);
                 }
             }
         }
         for node in factor.supernodes.iter().rev() {
-            let (triangle, below, rows) = factor.parts(node);
-            let pivots = &factor.inverse_pivots[node.first_column..][..node.width];
+            let parts = factor.parts(node);
             for x in x.chunks_exact_mut(group) {
                 for register in 0..registers {
-                    backward(simd, node, triangle, below, rows, pivots, x, registers, register);
+                    backward(simd, parts, x, registers, register);
                 }
             }
         }
     }
 }
 
+/// What a supernode has of the factor.
+#[derive(Clone, Copy)]
+struct Parts<'a> {
+    first_column: usize,
+    width: usize,
+    triangle: &'a [f64],
+    below: &'a [f64],
+    rows: &'a [u32],
+    inverse_pivots: &'a [f64],
+}
+
 impl Packed {
     #[inline(always)]
-    fn parts(&self, node: &Supernode) -> (&[f64], &[f64], &[u32]) {
-        let square = node.width * node.width;
-        let entries = &self.entries[node.first_entry..][..square + node.height * node.width];
+    fn parts(&self, node: &Supernode) -> Parts<'_> {
+        let (first_column, width) = (node.first_column, node.width);
+        let square = width * width;
+        let entries = &self.entries[node.first_entry..][..square + node.height * width];
         let (triangle, below) = entries.split_at(square);
-        (triangle, below, &self.rows[node.first_row..][..node.height])
+        Parts {
+            first_column,
+            width,
+            triangle,
+            below,
+            rows: &self.rows[node.first_row..][..node.height],
+            inverse_pivots: &self.inverse_pivots[first_column..][..width],
+        }
     }
 }
 
 /// x_top ← L_top⁻¹ x_top, x_rows ← x_rows − L_below x_top.
 #[inline(always)]
-#[allow(clippy::too_many_arguments)]
-fn forward<S: Simd>(
-    simd: S,
-    node: &Supernode,
-    triangle: &[f64],
-    below: &[f64],
-    rows: &[u32],
-    x: &mut [S::f64s],
-    registers: usize,
-    register: usize,
-) {
+fn forward<S: Simd>(simd: S, node: Parts<'_>, x: &mut [S::f64s], registers: usize, register: usize) {
     let width = node.width;
     let end = (node.first_column + width) * registers;
     let (head, tail) = x.split_at_mut(end);
     let top = &mut head[node.first_column * registers..];
     for i in 1..width {
-        let row = &triangle[i * width..][..i];
+        let row = &node.triangle[i * width..][..i];
         let mut sum = top[i * registers + register];
         for (k, &l) in row.iter().enumerate() {
             sum = simd.mul_add_e_f64s(simd.splat_f64s(l), top[k * registers + register], sum);
@@ -155,8 +163,8 @@ fn forward<S: Simd>(
         top[i * registers + register] = sum;
     }
     let at = |row: u32| row as usize * registers + register - end;
-    let mut quads = rows.chunks_exact(4);
-    let mut quad_entries = below.chunks_exact(4 * width);
+    let mut quads = node.rows.chunks_exact(4);
+    let mut quad_entries = node.below.chunks_exact(4 * width);
     for (quad, l) in (&mut quads).zip(&mut quad_entries) {
         let [a, b, c, d] = [at(quad[0]), at(quad[1]), at(quad[2]), at(quad[3])];
         let mut sums = [tail[a], tail[b], tail[c], tail[d]];
@@ -193,28 +201,21 @@ fn forward<S: Simd>(
 
 /// x_top ← L_topᵀ⁻¹ (E⁻¹ x_top − L_belowᵀ x_rows).
 #[inline(always)]
-#[allow(clippy::too_many_arguments)]
-fn backward<S: Simd>(
-    simd: S,
-    node: &Supernode,
-    triangle: &[f64],
-    below: &[f64],
-    rows: &[u32],
-    inverse_pivots: &[f64],
-    x: &mut [S::f64s],
-    registers: usize,
-    register: usize,
-) {
+fn backward<S: Simd>(simd: S, node: Parts<'_>, x: &mut [S::f64s], registers: usize, register: usize) {
     let width = node.width;
     let end = (node.first_column + width) * registers;
     let (head, tail) = x.split_at_mut(end);
     let top = &mut head[node.first_column * registers..];
-    for (x, &e) in top[register..].iter_mut().step_by(registers).zip(inverse_pivots) {
+    for (x, &e) in top[register..]
+        .iter_mut()
+        .step_by(registers)
+        .zip(node.inverse_pivots)
+    {
         *x = simd.mul_f64s(*x, simd.splat_f64s(e));
     }
     let at = |row: u32| row as usize * registers + register - end;
-    let mut quads = rows.chunks_exact(4);
-    let mut quad_entries = below.chunks_exact(4 * width);
+    let mut quads = node.rows.chunks_exact(4);
+    let mut quad_entries = node.below.chunks_exact(4 * width);
     for (quad, l) in (&mut quads).zip(&mut quad_entries) {
         let [a, b, c, d] = [
             tail[at(quad[0])],
@@ -250,7 +251,7 @@ fn backward<S: Simd>(
         }
     }
     for i in (1..width).rev() {
-        let row = &triangle[i * width..][..i];
+        let row = &node.triangle[i * width..][..i];
         let x = top[i * registers + register];
         for (k, &l) in row.iter().enumerate() {
             let at = k * registers + register;

@@ -93,12 +93,7 @@ fn inner(a: InertiaCount, b: InertiaCount, band: usize) -> Vec<(f64, f64)> {
     } else {
         1
     };
-    (1..parts)
-        .map(|k| {
-            (
-                lower + width * k as f64 / parts as f64,
-                0.013 * width / parts as f64,
-            )
-        })
-        .collect()
+    let step = 0.013 * width / parts as f64;
+    let shift = |k: usize| lower + width * k as f64 / parts as f64;
+    (1..parts).map(|k| (shift(k), step)).collect()
 }

@@ -93,12 +93,13 @@ pub(crate) fn inner(rows: usize, v: &[f64], w: &[f64]) -> Mat<f64> {
     let mut product = Mat::zeros(p, q);
     if p > 0 && q > 0 {
         let mut tiles = vec![[[0.0; LANES]; LANES]; p / LANES * (q / LANES)];
-        Arch::new().dispatch(Inner {
+        let tiles_mut = &mut tiles;
+        Arch::new().dispatch(InRows(Inner {
             rows,
             v,
             w,
-            tiles: &mut tiles,
-        });
+            tiles: tiles_mut,
+        }));
         for (t, tile) in tiles.iter().enumerate() {
             let (i, j) = (t / (q / LANES) * LANES, t % (q / LANES) * LANES);
             for (k, row) in tile.iter().enumerate() {
@@ -129,13 +130,14 @@ fn combine_blocks(rows: usize, w: &mut [f64], v: &[f64], c: MatRef<'_, f64>, rep
             std::array::from_fn(|k| std::array::from_fn(|l| c[(i + k, j + l)]))
         };
         let tiles: Vec<_> = (0..p / LANES * (q / LANES)).map(tile).collect();
-        Arch::new().dispatch(Add {
+        let tiles = &tiles;
+        Arch::new().dispatch(InRows(Add {
             rows,
             v,
             w,
-            tiles: &tiles,
+            tiles,
             replace,
-        });
+        }));
     }
 }
 
@@ -160,6 +162,27 @@ pub(crate) fn multiply(rows: usize, x: &mut [f64], c: MatRef<'_, f64>) {
 /// A piece of a coefficient matrix: a block of V by a block of W.
 type Tile = [[f64; LANES]; LANES];
 
+/// What is done with vectors of which R make a row of a block.
+trait Kernel {
+    fn run<S: Simd, const R: usize>(self, simd: S);
+}
+
+struct InRows<K>(K);
+
+impl<K: Kernel> WithSimd for InRows<K> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        match LANES / S::F64_LANES {
+            1 => self.0.run::<S, 1>(simd),
+            2 => self.0.run::<S, 2>(simd),
+            4 => self.0.run::<S, 4>(simd),
+            _ => self.0.run::<S, 8>(simd),
+        }
+    }
+}
+
 struct Inner<'a> {
     rows: usize,
     v: &'a [f64],
@@ -167,21 +190,7 @@ struct Inner<'a> {
     tiles: &'a mut [Tile],
 }
 
-impl WithSimd for Inner<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        match LANES / S::F64_LANES {
-            1 => self.run::<S, 1>(simd),
-            2 => self.run::<S, 2>(simd),
-            4 => self.run::<S, 4>(simd),
-            _ => self.run::<S, 8>(simd),
-        }
-    }
-}
-
-impl Inner<'_> {
+impl Kernel for Inner<'_> {
     #[inline(always)]
     fn run<S: Simd, const R: usize>(self, simd: S) {
         let block = self.rows * LANES;
@@ -241,21 +250,7 @@ struct Add<'a> {
     replace: bool,
 }
 
-impl WithSimd for Add<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        match LANES / S::F64_LANES {
-            1 => self.run::<S, 1>(simd),
-            2 => self.run::<S, 2>(simd),
-            4 => self.run::<S, 4>(simd),
-            _ => self.run::<S, 8>(simd),
-        }
-    }
-}
-
-impl Add<'_> {
+impl Kernel for Add<'_> {
     #[inline(always)]
     fn run<S: Simd, const R: usize>(self, simd: S) {
         let block = self.rows * LANES;
@@ -371,12 +366,12 @@ mod tests {
         let ((v, _), (mut w, _)) = (noise(rows, 16, 3), noise(rows, 8, 4));
         let c = inner(rows, v.all(), w.all());
         let mut tiles = vec![[[0.0; LANES]; LANES]; 2];
-        Inner {
+        InRows(Inner {
             rows,
             v: v.all(),
             w: w.all(),
             tiles: &mut tiles,
-        }
+        })
         .with_simd(pulp::Scalar::new());
         for (t, tile) in tiles.iter().enumerate() {
             for k in 0..LANES {
@@ -384,13 +379,13 @@ mod tests {
             }
         }
         let mut scalar = w.clone();
-        Add {
+        InRows(Add {
             rows,
             v: v.all(),
             w: scalar.all_mut(),
             tiles: &tiles,
             replace: false,
-        }
+        })
         .with_simd(pulp::Scalar::new());
         add(rows, w.all_mut(), v.all(), c.as_ref());
         assert!(

@@ -54,14 +54,8 @@ pub(crate) fn heavy_edge_matching(
     let left = (0..count as u32)
         .filter(|&v| partner[v as usize] == NONE)
         .collect();
-    match_heaviest(
-        graph,
-        &visiting_order(graph, left, rng),
-        0,
-        &mut partner,
-        uniform,
-        &fits,
-    );
+    let order = visiting_order(graph, left, rng);
+    match_heaviest(graph, &order, 0, &mut partner, uniform, &fits);
     let alone: Vec<u32> = (0..count as u32)
         .filter(|&v| partner[v as usize] == NONE)
         .collect();

@@ -6,7 +6,7 @@ use std::collections::BinaryHeap;
 use job::{Job, JobError};
 
 use super::{greedy, kway::KWay, rebalance};
-use crate::Graph;
+use crate::result::first_connected;
 use crate::rng::Rng;
 
 /// Makes every part connected within each component of the graph, whatever becomes of the balance: stray pieces join a
@@ -40,7 +40,6 @@ pub(crate) fn make_contiguous(state: &mut KWay<'_>, rng: &mut Rng, job: &Job) ->
 /// Rounds after which balance or a shorter border is given up: each round costs one run over the boundary, and a round
 /// that gains nothing is the last anyway.
 const MAX_ROUNDS: usize = 8;
-const NONE: u32 = u32::MAX;
 
 /// The connected components of all parts.
 struct Pieces {
@@ -54,64 +53,33 @@ struct Pieces {
 
 impl Pieces {
     fn of(state: &KWay<'_>) -> Self {
-        let count = state.graph.vertex_count();
-        let mut pieces = Self {
-            of: vec![NONE; count],
-            weight: Vec::new(),
-            main: Vec::new(),
-        };
-        let component = components(state.graph);
-        let mut ranks = Vec::new();
-        let mut stack = Vec::new();
-        for root in 0..count {
-            if pieces.of[root] != NONE {
-                continue;
+        let component = first_connected(state.graph, |_, _| true);
+        let first = first_connected(state.graph, |u, v| state.part[u] == state.part[v]);
+        let (mut of, mut weight, mut firsts) = (Vec::with_capacity(first.len()), Vec::new(), Vec::new());
+        for (v, &first) in first.iter().enumerate() {
+            let first = first as usize;
+            if first == v {
+                of.push(weight.len() as u32);
+                weight.push((0, 0));
+                firsts.push(v);
+            } else {
+                of.push(of[first]);
             }
-            let piece = pieces.weight.len() as u32;
-            let (mut weight, mut size) = (0, 0);
-            pieces.of[root] = piece;
-            stack.push(root as u32);
-            while let Some(v) = stack.pop() {
-                weight += i64::from(state.graph.vertex_weights[v as usize]);
-                size += 1;
-                for &u in state.graph.neighbours(v as usize) {
-                    if pieces.of[u as usize] == NONE && state.part[u as usize] == state.part[root] {
-                        pieces.of[u as usize] = piece;
-                        stack.push(u);
-                    }
-                }
-            }
-            pieces.weight.push((weight, size));
-            ranks.push((component[root], state.part[root], Reverse((weight, size)), piece));
+            let (sum, size) = &mut weight[of[v] as usize];
+            *sum += i64::from(state.graph.vertex_weights[v]);
+            *size += 1;
         }
+        let rank = |(piece, &v): (u32, &usize)| {
+            let heaviest_first = Reverse(weight[piece as usize]);
+            (component[v], state.part[v], heaviest_first, piece)
+        };
+        let mut ranks: Vec<_> = (0..).zip(&firsts).map(rank).collect();
         ranks.sort_unstable();
         ranks.dedup_by_key(|rank| (rank.0, rank.1));
-        pieces.main = ranks.into_iter().map(|rank| rank.3).collect();
-        pieces.main.sort_unstable();
-        pieces
+        let mut main: Vec<u32> = ranks.into_iter().map(|rank| rank.3).collect();
+        main.sort_unstable();
+        Self { of, weight, main }
     }
-}
-
-/// Component of the graph of each vertex.
-fn components(graph: &Graph) -> Vec<u32> {
-    let mut component = vec![NONE; graph.vertex_count()];
-    let mut stack = Vec::new();
-    for root in 0..component.len() {
-        if component[root] != NONE {
-            continue;
-        }
-        component[root] = root as u32;
-        stack.push(root as u32);
-        while let Some(v) = stack.pop() {
-            for &u in graph.neighbours(v as usize) {
-                if component[u as usize] == NONE {
-                    component[u as usize] = root as u32;
-                    stack.push(u);
-                }
-            }
-        }
-    }
-    component
 }
 
 /// Gives each piece that is not its part's main one to the main piece that its edges weigh most to, of those with room

@@ -68,7 +68,11 @@ impl<'a> Searches<'a> {
         for _ in 0..search.rounds {
             rng.shuffle(&mut seeds);
             // Where nothing changed the next round would find nothing either.
-            seeds = self.round(state, &seeds, &bounds, rng)?;
+            seeds = if state.limits.len() < MANY_PARTS || seeds.len() < MANY_SEEDS {
+                self.first.search_all(state, &seeds, &bounds, self.job)?
+            } else {
+                self.round_by_halves(state, &seeds, &bounds, rng)?
+            };
             boundary.extend_from_slice(&seeds);
             seeds.retain(|&v| state.on_boundary(v as usize));
             if seeds.is_empty() {
@@ -77,21 +81,6 @@ impl<'a> Searches<'a> {
         }
         state.update_boundary(boundary, &[]);
         Ok(())
-    }
-
-    /// One search from every few seeds; answers with the vertices that moved and their neighbours.
-    fn round(
-        &mut self,
-        state: &mut KWay<'_>,
-        seeds: &[u32],
-        bounds: &Bounds,
-        rng: &mut Rng,
-    ) -> Result<Vec<u32>, JobError> {
-        if state.limits.len() < MANY_PARTS || seeds.len() < MANY_SEEDS {
-            self.first.search_all(state, seeds, bounds, self.job)
-        } else {
-            self.round_by_halves(state, seeds, bounds, rng)
-        }
     }
 
     /// First the moves inside of either half of the parts, at the same time and without regard to the other half; then

@@ -24,21 +24,16 @@ impl Correspondence {
             .collect()
     }
 
-    /// The least-squares similarity that takes the suspect's vertices to their partners in the original.
+    /// The least-squares similarity, of either hand, that takes the suspect's vertices to their partners in the original.
     ///
     /// Squares are summed in the suspect's frame, where its noise is, so that noise does not shrink the
     /// scale.
     ///
     /// # Errors
     /// When the matched vertices do not determine one: see [`fit_similarity`].
-    pub fn fit(
-        &self,
-        original: &TriMesh,
-        suspect: &TriMesh,
-        handedness: Handedness,
-    ) -> Result<Fit, RegistrationError> {
+    pub fn fit(&self, original: &TriMesh, suspect: &TriMesh) -> Result<Fit, RegistrationError> {
         let (here, there) = self.pairs(original, suspect);
-        inverse_fit(&here, &there, None, handedness)
+        inverse_fit(&here, &there, None)
     }
 
     /// As [`Self::fit`], with Welsch's weights exp(−r²/2m²), where m is the median of the distances r.
@@ -48,14 +43,9 @@ impl Correspondence {
     ///
     /// # Errors
     /// As [`Self::fit`].
-    pub fn fit_robustly(
-        &self,
-        original: &TriMesh,
-        suspect: &TriMesh,
-        handedness: Handedness,
-    ) -> Result<Fit, RegistrationError> {
+    pub fn fit_robustly(&self, original: &TriMesh, suspect: &TriMesh) -> Result<Fit, RegistrationError> {
         let (here, there) = self.pairs(original, suspect);
-        let mut fit = inverse_fit(&here, &there, None, handedness)?;
+        let mut fit = inverse_fit(&here, &there, None)?;
         for _round in 0..ROBUST_ROUNDS {
             let apart = |(&x, &y): (&[f64; 3], &[f64; 3])| (fit.transform.apply(Vec3(y)) - Vec3(x)).norm();
             let distances: Vec<f64> = here.iter().zip(&there).map(apart).collect();
@@ -69,7 +59,7 @@ impl Correspondence {
                 .iter()
                 .map(|r| (-0.5 * (r / median).powi(2)).exp())
                 .collect();
-            fit = inverse_fit(&here, &there, Some(&weights), handedness)?;
+            fit = inverse_fit(&here, &there, Some(&weights))?;
         }
         Ok(fit)
     }
@@ -91,13 +81,12 @@ fn inverse_fit(
     here: &[[f64; 3]],
     there: &[[f64; 3]],
     weights: Option<&[f64]>,
-    handedness: Handedness,
 ) -> Result<Fit, RegistrationError> {
     let Fit {
         transform,
         residual,
         mirrored_residual,
-    } = fit_similarity(here, there, weights, handedness)?;
+    } = fit_similarity(here, there, weights, Handedness::Either)?;
     let unit = 1.0 / transform.scale;
     let transform = transform.inverse();
     Ok(Fit {

@@ -193,31 +193,6 @@ fn map_candidates(
     Ok(maps)
 }
 
-/// As [`match_connectivity`], for a suspect that kept only some connected parts of the original, or gained
-/// others.
-///
-/// Parts are matched whole: a part of the original without a counterpart stays unmatched. Nothing matched is
-/// an answer too.
-///
-/// # Errors
-/// When the job was cancelled.
-pub fn match_components(
-    original: &TriMesh,
-    suspect: &TriMesh,
-    job: &Job,
-) -> Result<Correspondence, JobError> {
-    if let Some(same_order) = identity(original, suspect) {
-        return Ok(same_order);
-    }
-    let (here, there) = (Connectivity::of(original), Connectivity::of(suspect));
-    let (from, onto) = (here.graph(original), there.graph(suspect));
-    let colours = colours::refine(&from, &onto, job)?;
-    let best = placement::candidates(&from, &onto, &colours, 1, job)?.pop();
-    Ok(best.unwrap_or_else(|| Correspondence {
-        suspect_of: vec![None; original.vertex_count()],
-    }))
-}
-
 /// As [`match_connectivity`], for a suspect that was cut or altered in places: maps the regions that are left
 /// unaltered.
 ///
@@ -241,7 +216,7 @@ fn identity(original: &TriMesh, suspect: &TriMesh) -> Option<Correspondence> {
     let same =
         original.vertex_count() == suspect.vertex_count() && original.triangles() == suspect.triangles();
     same.then(|| {
-        let in_use = (0..).zip(in_use(original));
+        let in_use = (0..).zip(original.used_vertices());
         Correspondence {
             suspect_of: in_use.map(|(v, used)| used.then_some(v)).collect(),
         }
@@ -258,13 +233,4 @@ fn compare_counts(from: &Graph<'_>, onto: &Graph<'_>) -> Result<(), Difference> 
         return Err(Difference::TriangleCount { original, suspect });
     }
     Ok(())
-}
-
-/// Whether each vertex has a triangle.
-fn in_use(mesh: &TriMesh) -> Vec<bool> {
-    let mut used = vec![false; mesh.vertex_count()];
-    for &v in mesh.triangles().as_flattened() {
-        used[v as usize] = true;
-    }
-    used
 }

@@ -45,21 +45,18 @@ impl PatchBasis {
     /// Coefficients of a vector field over the patch's vertices (MHT, eq. 6): m by 3.
     pub fn transform(&self, field: &[[f64; 3]]) -> Vec<[f64; 3]> {
         let unit = self.area.sqrt().recip();
-        self.spectrum
-            .transform_positions(field)
-            .into_iter()
-            .map(|row| row.map(|x| unit * x))
-            .collect()
+        let rows = self.spectrum.transform_positions(field).into_iter();
+        rows.map(|row| row.map(|x| unit * x)).collect()
     }
 
     /// The vector field with given coefficients (IMHT, eq. 7): #V by 3.
     pub fn inverse_transform(&self, coefficients: &[[f64; 3]]) -> Vec<[f64; 3]> {
         let unit = self.area.sqrt();
-        self.spectrum
+        let rows = self
+            .spectrum
             .inverse_transform_positions(coefficients)
-            .into_iter()
-            .map(|row| row.map(|x| unit * x))
-            .collect()
+            .into_iter();
+        rows.map(|row| row.map(|x| unit * x)).collect()
     }
 
     /// What the mark adds to the coefficients (eqs. 12, 13): α s″ φ along each axis, m by 3.

@@ -22,7 +22,7 @@ impl<'a> Ascii<'a> {
             words,
             triangles: Triangles::new(header.elements[vertex].count),
         };
-        let mut geometry = TextGeometry::new();
+        let mut geometry = TextGeometry::default();
         for (number, element) in header.elements.iter().enumerate() {
             // A digit and a blank a value; the last blank may lack.
             element.check_count((bytes.len() + 1).saturating_sub(ascii.words.position()), |_| 2)?;

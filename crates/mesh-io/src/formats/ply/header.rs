@@ -147,14 +147,8 @@ impl<'a> Element<'a> {
 
     /// Bytes of a binary record, if it has no lists; [`Self::check_count`] proves that all records are there.
     pub(super) fn fixed_size(&self) -> Option<usize> {
-        let sizes = self.properties.iter().map(|p| {
-            if p.count.is_none() {
-                Some(p.value.size())
-            } else {
-                None
-            }
-        });
-        sizes.sum()
+        let size = |p: &Property<'_>| p.count.is_none().then(|| p.value.size());
+        self.properties.iter().map(size).sum()
     }
 
     /// A fault unless as many records as the header says can fit into `available` bytes.

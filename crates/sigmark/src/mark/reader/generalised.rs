@@ -15,7 +15,7 @@
 use faer::{Mat, Side};
 use job::Job;
 use mesh::Similarity;
-use registration::{Correspondence, Handedness, PreparedMesh};
+use registration::{Correspondence, PreparedMesh};
 
 use crate::mark::{MarkError, MarkLayout, Patch, PatchBasis};
 
@@ -30,7 +30,7 @@ pub(super) fn fit(
     job: &Job,
 ) -> Result<Similarity, MarkError> {
     let (original, suspect) = (layout.original(), suspect.mesh());
-    let coarse = map.fit(original.mesh(), suspect, Handedness::Either)?.transform;
+    let coarse = map.fit(original.mesh(), suspect)?.transform;
     let bounds = original.mesh().bounding_box();
     let (centre, diagonal) = (bounds.centre(), bounds.diagonal());
     let unit = |p: [f64; 3]| std::array::from_fn(|axis| (p[axis] - centre[axis]) / diagonal);

@@ -16,9 +16,7 @@ pub use suspect::Suspect;
 use std::fmt;
 
 use job::Job;
-use registration::{
-    AlignOptions, Aligner, Alignment, Correspondence, MatchedBy, Placement, PreparedMesh, RegistrationStage,
-};
+use registration::{AlignOptions, Aligner, Alignment, MatchedBy, Placement, PreparedMesh, RegistrationStage};
 
 use super::{MarkError, MarkStage};
 use suspect::SeenBy;
@@ -73,15 +71,10 @@ impl Reader {
         job.begin(MarkStage::Registration)?;
         let suspect = suspect.into();
         let job = job.within(RegistrationStage::Hypotheses);
-        let placement = match self.aligner.find(&suspect, &job)? {
-            Placement::ByVertices(maps) => FoundBy::Vertices(maps),
-            Placement::BySurface(alignment) => FoundBy::Surface(alignment),
-            _ => return Err(MarkError::Alignment),
-        };
         Ok(Found {
             reference: self.reference().clone(),
+            placement: self.aligner.find(&suspect, &job)?,
             suspect,
-            placement,
         })
     }
 
@@ -126,29 +119,23 @@ impl fmt::Debug for Reader {
 pub struct Found {
     reference: PreparedMesh,
     suspect: PreparedMesh,
-    placement: FoundBy,
-}
-
-enum FoundBy {
-    /// Maps of the vertices, at least one.
-    Vertices(Vec<Correspondence>),
-    Surface(Alignment),
+    placement: Placement,
 }
 
 impl Found {
     /// The alignment of the surfaces; none where the suspect was found by its vertices.
     pub fn alignment(&self) -> Option<&Alignment> {
         match &self.placement {
-            FoundBy::Vertices(_) => None,
-            FoundBy::Surface(alignment) => Some(alignment),
+            Placement::ByVertices(_) => None,
+            Placement::BySurface(alignment) => Some(alignment),
         }
     }
 
     /// In how many ways it can lie there; above 1 for symmetric shapes.
     pub fn poses(&self) -> usize {
         match &self.placement {
-            FoundBy::Vertices(maps) => maps.len(),
-            FoundBy::Surface(alignment) => 1 + alignment.alternatives.len(),
+            Placement::ByVertices(maps) => maps.len(),
+            Placement::BySurface(alignment) => 1 + alignment.alternatives.len(),
         }
     }
 

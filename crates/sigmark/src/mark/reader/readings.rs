@@ -2,9 +2,9 @@ use std::sync::OnceLock;
 
 use job::Job;
 use mesh::Similarity;
-use registration::Correspondence;
+use registration::{Correspondence, Placement};
 
-use super::{Found, FoundBy, Reading, ReadingMethod, Suspect, by_vertices, suspect::SeenBy};
+use super::{Found, Reading, ReadingMethod, Suspect, by_vertices, suspect::SeenBy};
 use crate::mark::{MarkError, MarkStage, SoftBits, correlation};
 
 /// All that can be read of a suspect, whatever the bits are that are looked for: one suspect can be asked for many.
@@ -31,7 +31,7 @@ impl<'a> Readings<'a> {
     pub(super) fn of(found: &'a Found, method: &'a ReadingMethod, job: &Job) -> Result<Self, MarkError> {
         method.layout().original().keep_small_bases(job)?;
         let by = match &found.placement {
-            FoundBy::Vertices(maps) => {
+            Placement::ByVertices(maps) => {
                 job.begin(MarkStage::Detection)?;
                 let read = |map| by_vertices::first_look(&found.suspect, map, method, job);
                 ReadBy::Vertices {
@@ -40,7 +40,7 @@ impl<'a> Readings<'a> {
                     maps,
                 }
             }
-            FoundBy::Surface(alignment) => {
+            Placement::BySurface(alignment) => {
                 let seen_by = SeenBy::Surface(alignment.correspondence.clone());
                 let suspect = Suspect::new(found.reference.clone(), found.suspect.clone(), seen_by);
                 let poses = std::iter::once(&alignment.transform).chain(&alignment.alternatives);
