@@ -322,6 +322,16 @@ class Resamplings(AttackCase):
             self.assertLess(lengths.std() / lengths.mean(), 0.5 * before.std() / before.mean())
             self.assertLess(abs(area(after) / area(stretched) - 1), 0.03)
 
+    def test_a_distance_field_gives_a_closed_surface_back_within_a_cell(self):
+        mesh = torus()
+        for cells in (32, 64):
+            after = attacked(mesh, f"sdf:{cells}")
+            self.assert_closed_and_oriented(after)
+            self.assertLess(abs(volume(after) / volume(mesh) - 1), 0.02)
+            cell = numpy.ptp(mesh.positions, axis=0).max() / cells
+            away = numpy.abs(numpy.ptp(after.positions, axis=0) - numpy.ptp(mesh.positions, axis=0))
+            self.assertLess(away.max(), 2 * cell)
+
 
 class Chains(AttackCase):
     def test_a_chain_is_its_steps_one_after_the_other(self):
