@@ -1,0 +1,126 @@
+//! p-values where there is no mark: P(p ≤ a) ≤ a, whatever the suspect is, symmetric shapes and strangers' marks included.
+
+#![allow(clippy::unwrap_used)] // in the helpers of tests, too
+
+use std::sync::Arc;
+
+use job::Job;
+use mesh::{TriMesh, shapes};
+use rand_chacha::{
+    ChaCha20Rng,
+    rand_core::{Rng, SeedableRng},
+};
+use sigmark::{
+    PatchCount,
+    claim::statistics::p_value,
+    mark::{ChipLayout, JointEstimator, MarkLayout, Original, Reader, ReadingMethod, Strength},
+};
+
+/// Fewer than a signature's: enough, and much faster.
+const BITS: usize = 192;
+const TRIALS_A_SUSPECT: u64 = 1000;
+const LEVELS: [f64; 4] = [0.1, 0.01, 1e-3, 1e-4];
+
+/// A mesh that is cut for so many bits.
+fn layout(mesh: &TriMesh) -> Arc<MarkLayout> {
+    let chips = ChipLayout::new(BITS, 1).unwrap();
+    let original = Original::cut(mesh.clone(), chips, PatchCount::Auto, &Job::default()).unwrap();
+    original.keep_bases(&Job::default()).unwrap();
+    Arc::new(MarkLayout::with_strength(Arc::new(original), Strength::default()).unwrap())
+}
+
+/// The mesh with a stranger's mark.
+fn marked_by_a_stranger(layout: &MarkLayout) -> TriMesh {
+    let bits = random_bits(&mut ChaCha20Rng::from_seed([9; 32]));
+    let original = layout.original();
+    let written = layout.write(&bits, &Job::default()).unwrap();
+    original
+        .mesh()
+        .with_positions(written.positions(original))
+        .unwrap()
+}
+
+fn random_bits(rng: &mut ChaCha20Rng) -> Vec<bool> {
+    (0..BITS).map(|_| rng.next_u32() & 1 == 1).collect()
+}
+
+/// None bears the mark that is looked for.
+fn suspects(layout: &MarkLayout, another: &TriMesh) -> Vec<TriMesh> {
+    let mesh = layout.original().mesh();
+    let theirs = marked_by_a_stranger(layout);
+    vec![
+        shapes::scaled(mesh, 3.0),
+        shapes::mirrored(mesh),
+        shapes::jittered(mesh, 0.3, 1),
+        shapes::flipped(&theirs, 2),
+        theirs,
+        another.clone(),
+    ]
+}
+
+/// The p-values of random bits, as the verifier computes them; none where the suspect does not lie on the original.
+fn p_values(layout: &Arc<MarkLayout>, suspect: &TriMesh, seed: u64) -> Option<Vec<f64>> {
+    let job = Job::default();
+    let reader = Reader::new(layout.original().mesh()).unwrap();
+    let found = reader.find(suspect, &job).unwrap();
+    if found.alignment().is_some_and(|alignment| !alignment.aligned) {
+        return None;
+    }
+    let method = ReadingMethod::joint(JointEstimator::new(layout).into());
+    let readings = found.readings(&method, &job).unwrap();
+    let mut rng = ChaCha20Rng::seed_from_u64(seed);
+    let p = (0..TRIALS_A_SUSPECT).map(|_| {
+        let bits = random_bits(&mut rng);
+        let reading = readings.best(&bits, &job).unwrap();
+        (p_value(&bits, &reading.soft.0) * reading.tries as f64).min(1.0)
+    });
+    Some(p.collect())
+}
+
+/// P(X ≥ k) for X ~ Binomial(n, p).
+fn at_least(k: usize, n: usize, p: f64) -> f64 {
+    let odds = (p / (1.0 - p)).ln();
+    let (mut log_term, mut below) = (n as f64 * (-p).ln_1p(), 0.0);
+    for i in 0..k {
+        below += log_term.exp();
+        log_term += ((n - i) as f64 / (i + 1) as f64).ln() + odds;
+    }
+    1.0 - below
+}
+
+/// No count of small p-values is one that chance would exceed in less than one of a thousand cases.
+fn assert_bounded(p: &[f64], what: &str) {
+    for level in LEVELS {
+        let count = p.iter().filter(|&&p| p <= level).count();
+        let likely = at_least(count, p.len(), level);
+        assert!(likely >= 1e-3, "{what}: {count} of {} at most {level}", p.len());
+    }
+}
+
+#[test]
+fn small_p_values_are_as_rare_without_a_mark_as_they_say() {
+    let (sphere, torus) = (shapes::icosphere(2), shapes::torus(20, 14, 2.0, 0.8));
+    let models = [
+        ("sphere", sphere.clone(), shapes::bumped(&sphere, 0.01, 8)),
+        ("torus", torus.clone(), shapes::torus(22, 16, 2.0, 0.8)),
+        (
+            "bumpy sphere",
+            shapes::bumpy_sphere(3, 9),
+            shapes::bumpy_sphere(3, 10),
+        ),
+        ("bumpy torus", shapes::bumpy_torus(40, 20, 2), torus),
+    ];
+    let mut all = Vec::new();
+    for (seed, (name, mesh, another)) in models.iter().enumerate() {
+        let layout = layout(mesh);
+        for (number, suspect) in suspects(&layout, another).iter().enumerate() {
+            let seed = 100 * seed + number;
+            if let Some(p) = p_values(&layout, suspect, seed as u64) {
+                assert_bounded(&p, &format!("{name}, suspect {number}"));
+                all.extend(p);
+            }
+        }
+    }
+    assert!(all.len() >= 18_000, "only {} trials", all.len());
+    assert_bounded(&all, "all");
+}
