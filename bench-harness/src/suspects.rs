@@ -20,7 +20,7 @@ pub(crate) fn attacked(
     spec: &str,
     seed: u64,
 ) -> Result<TriMesh> {
-    let folder = kept::folder("registration/suspects")?;
+    let folder = kept::folder("suspects")?;
     let bytes = write_mesh(original, Format::Ply, Precision::Double);
     let inputs = digest(&[&bytes, sources::digest_of_attacks()?.as_bytes()].concat());
     let name_of_attack = spec.replace(':', "-");

@@ -6,6 +6,7 @@ use bench_harness::{
     partition::{LoneDivision, PartitionBench},
     quality::QualityBench,
     registration::RegistrationBench,
+    security::SecurityBench,
 };
 use clap::Subcommand;
 
@@ -30,6 +31,11 @@ pub(crate) enum Bench {
     ///
     /// Makes a Python environment in bench-harness/.venv. What peers finished is kept in .cache/bench/quality.
     Quality(QualityBench),
+    /// Security: marks that were drowned, overwritten, averaged and extracted anew, and p-values where there is no mark
+    ///
+    /// Makes a Python environment in attacks/.venv. Some minutes for each model. Finished models are kept in .cache/bench/security by the digest
+    /// of the code that made them, so that a run that was interrupted goes on.
+    Security(SecurityBench),
     /// Solve one problem in a process of its own, for `eigen`
     #[command(hide = true)]
     Solve(LoneSolve),
@@ -45,6 +51,7 @@ impl Bench {
             Self::Eigen(bench) => bench.run(),
             Self::Registration(bench) => bench.run(),
             Self::Quality(bench) => bench.run(),
+            Self::Security(bench) => bench.run(),
             Self::Solve(alone) => alone.run(),
             Self::Divide(alone) => alone.run(),
         }

@@ -15,8 +15,8 @@ use mesh::{TriMesh, shapes};
 use mesh_io::Asset;
 use registration::{AlignOptions, ResampleOptions, align, resample};
 
-use super::{suspects::attacked, trial};
-use crate::measure::timed;
+use super::trial;
+use crate::{measure::timed, suspects::attacked};
 
 const MESH: &str = "ct_skull_1081k_closed";
 

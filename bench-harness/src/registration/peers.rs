@@ -17,8 +17,12 @@ use mesh_io::{Asset, Format, Precision, write_mesh};
 use registration::{AlignOptions, PointPair, PreparedMesh, ResampleOptions, align_points, resample};
 use serde::{Deserialize, de::DeserializeOwned};
 
-use super::suspects::{attacked, misfit};
-use crate::{kept, measure::timed, peers, results};
+use crate::{
+    kept,
+    measure::timed,
+    peers, results,
+    suspects::{attacked, misfit},
+};
 
 /// Meshes of the comparison: small, middling, large.
 const MESHES: [&str; 3] = ["rocker_arm_10k", "stanford_bunny_closed_35k", "igea_134k"];

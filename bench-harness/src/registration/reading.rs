@@ -13,7 +13,7 @@ use sigmark::{
     mark::{CoefficientDetector, Detector, JointEstimator, Reader, ReadingMethod, SoftBits, extraction_rate},
 };
 
-use super::suspects::misfit;
+use crate::suspects::misfit;
 
 /// Transforms that bring the suspect's vertices nearer to each other than this fraction of the diagonal, root mean square, read
 /// the same: a thousandth of a mark.

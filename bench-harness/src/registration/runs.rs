@@ -13,10 +13,13 @@ use serde_json::json;
 use super::{
     draw::{PoseDraw, TrialDraws},
     reading::{MarkedMesh, ReadingRule},
-    suspects::{attacked, misfit},
     trial::PoseTrial,
 };
-use crate::{kept, measure::timed};
+use crate::{
+    kept,
+    measure::timed,
+    suspects::{attacked, misfit},
+};
 
 /// Draws of each trial before the next trial of a mesh has its turn, so that a run that ends early has some of each.
 const ROUND: u64 = 4;

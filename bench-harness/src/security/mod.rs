@@ -1,0 +1,122 @@
+//! What removes a mark, and how often chance alone is taken for one.
+//!
+//! `marked.rs` has a model with its owner's mark and those who read it, `removal.rs` what an opponent does to it, `null.rs` the suspects that don't
+//! bear it, `bounds.rs` what counts say of probabilities; `page.rs` writes.
+
+mod bounds;
+mod marked;
+mod null;
+mod page;
+mod removal;
+
+use std::path::PathBuf;
+
+use anyhow::{Result, ensure};
+use clap::Args;
+use evaluation::{
+    inputs::{is_chosen, mesh_files, name_of},
+    python::Python,
+    sources,
+};
+use mesh_io::Asset;
+
+use self::{marked::MarkedModel, null::NullPair, removal::Removal};
+use crate::kept;
+
+/// The models of the page.
+const MODELS: [&str; 4] = [
+    "stanford_bunny_bun_zipper_36k",
+    "stanford_bunny_closed_35k",
+    "rocker_arm_10k",
+    "horse_48k",
+];
+
+/// What to attack, and how long to try by chance.
+#[derive(Args)]
+pub struct SecurityBench {
+    /// Mesh files
+    #[arg(long, value_name = "DIR")]
+    pub meshes: PathBuf,
+    /// Only files whose name begins so; may be given again [default: two bunnies, the rocker arm, the horse]
+    #[arg(long, value_name = "NAME")]
+    pub only: Vec<String>,
+    /// Random signatures that every suspect without the mark is asked for
+    #[arg(long, value_name = "N", default_value_t = 2500)]
+    pub trials: usize,
+}
+
+impl SecurityBench {
+    /// Removes marks, looks for marks that are not there, and writes `results/security.md`, `security_removal.csv` and `security_null.csv`.
+    pub fn run(&self) -> Result<()> {
+        let attacks = Python::prepare()?;
+        let code = sources::digest_of_all_but(&NO_PART)?;
+        let folder = kept::folder(&format!("security/{code}"))?;
+        let models = self.models()?;
+        let mut removals: Vec<Removal> = Vec::new();
+        let mut pairs: Vec<NullPair> = Vec::new();
+        for (i, (name, mesh)) in models.iter().enumerate() {
+            let marked = MarkedModel::new(name, mesh);
+            removals.extend(kept::figures(&folder, name, || {
+                removal::of(marked.get()?, &attacks)
+            })?);
+            let stranger = &models[(i + 1) % models.len()].1;
+            let kept = format!("{name}-null-{}", self.trials);
+            pairs.extend(kept::figures(&folder, &kept, || {
+                null::of(marked.get()?, stranger, &attacks, self.trials)
+            })?);
+        }
+        for (name, mesh, stranger) in null::shapes() {
+            let marked = MarkedModel::new(name, &mesh);
+            let kept = format!("{name}-null-{}", self.trials);
+            pairs.extend(kept::figures(&folder, &kept, || {
+                null::of(marked.get()?, &stranger, &attacks, self.trials)
+            })?);
+        }
+        page::write(&removals, &pairs, &attacks, &code)
+    }
+
+    fn models(&self) -> Result<Vec<(String, mesh::TriMesh)>> {
+        let mut models = Vec::new();
+        for path in mesh_files(&self.meshes)? {
+            let name = name_of(&path);
+            let chosen = match self.only[..] {
+                [] => MODELS.contains(&name.as_str()),
+                _ => is_chosen(&name, &self.only),
+            };
+            if chosen {
+                models.push((name, Asset::open(&path)?.mesh().clone()));
+            }
+        }
+        let shown = self.meshes.display();
+        ensure!(
+            !models.is_empty(),
+            "{shown}: no mesh file there has a name that was asked for"
+        );
+        Ok(models)
+    }
+}
+
+/// What has no part in the figures.
+const NO_PART: [&str; 9] = [
+    "crates/baselines",
+    "crates/cli",
+    "crates/evaluation/src/pages",
+    "crates/sigmark/tests",
+    "bench-harness/src/eigen",
+    "bench-harness/src/partition",
+    "bench-harness/src/quality",
+    "bench-harness/src/registration",
+    "bench-harness/src/security/page.rs",
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_has_no_part_is_there() {
+        for path in NO_PART {
+            assert!(evaluation::process::root().join(path).exists(), "{path}");
+        }
+    }
+}
