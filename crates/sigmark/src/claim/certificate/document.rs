@@ -18,8 +18,8 @@ const FORMAT: &str = "sigmark-certificate";
 /// What tells whether a text is a certificate, and of which version. Everything else is passed over.
 #[derive(Deserialize)]
 struct Header {
-    format: String,
-    version: u64,
+    format: Option<String>,
+    version: Option<u64>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -87,15 +87,20 @@ impl Document {
     /// Parses a text. Only one that does not fit is looked at again, for what is to be said of it.
     pub(super) fn parse(text: &str) -> Result<Self, CertificateError> {
         let parsed = serde_json::from_str::<Self>(text);
-        match parsed {
-            Ok(document) if document.format == FORMAT && document.version == VERSION => Ok(document),
-            Ok(document) => Err(refusal(&document.format, document.version)),
-            Err(error) => match serde_json::from_str::<Header>(text) {
-                Ok(header) if header.format != FORMAT || header.version != VERSION => {
-                    Err(refusal(&header.format, header.version))
-                }
-                _ => Err(malformed(error)),
-            },
+        let (format, version) = match &parsed {
+            Ok(document) => (Some(document.format.clone()), Some(document.version)),
+            Err(error) => {
+                let header: Header = serde_json::from_str(text).map_err(|_| malformed(error))?;
+                (header.format, header.version)
+            }
+        };
+        match (format.as_deref() == Some(FORMAT), version) {
+            (false, _) => Err(malformed(format_args!(
+                "the field \"format\" is not \"{FORMAT}\""
+            ))),
+            (true, Some(found)) if found < VERSION => Err(CertificateError::Outdated { found }),
+            (true, Some(found)) if found > VERSION => Err(CertificateError::Version { found }),
+            _ => parsed.map_err(malformed),
         }
     }
 
@@ -204,13 +209,5 @@ impl Document {
                 field: "stamps",
                 problem: format!("is not base64 ({error})"),
             })
-    }
-}
-
-fn refusal(format: &str, version: u64) -> CertificateError {
-    match (format == FORMAT, version) {
-        (false, _) => malformed(format_args!("the field \"format\" is not \"{FORMAT}\"")),
-        (true, found) if found < VERSION => CertificateError::Outdated { found },
-        (true, found) => CertificateError::Version { found },
     }
 }
