@@ -1,4 +1,4 @@
-//! Files: which may be written, which may not, and those that are no meshes: keys, certificates, graphs, arrays.
+//! Files: which may be written, which may not, and those that are no meshes: keys, certificates, time stamps, graphs, arrays.
 
 use std::{
     fs,
@@ -11,14 +11,17 @@ use mesh_io::Asset;
 
 const KEY: &str = "a key";
 const CERTIFICATE: &str = "a certificate";
+const ROOTS: &str = "a list of root certificates";
 
-/// A kind of text file that a command reads.
+/// A kind of file that a command reads; all are text but a reply.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Text {
     PrivateKey,
     PublicKey,
     Certificate,
     Claim,
+    Roots,
+    Reply,
     Graph,
     Points,
 }
@@ -30,6 +33,8 @@ impl Text {
             Self::PublicKey => "a public key",
             Self::Certificate => CERTIFICATE,
             Self::Claim => "a claim",
+            Self::Roots => ROOTS,
+            Self::Reply => "an authority's reply",
             Self::Graph => "a graph",
             Self::Points => "a list of points",
         }
@@ -49,6 +54,8 @@ impl Text {
             Self::PublicKey => "give the .pub.pem file that `sigmark keygen` wrote",
             Self::Certificate => "give the .cert.json file that `sigmark embed` wrote",
             Self::Claim => "give a JSON file that names original, certificate and public_key",
+            Self::Roots => "give the PEM file of the authority's root certificate",
+            Self::Reply => "give the file that the authority sent, in DER",
             Self::Graph => "give a .graph file in METIS format",
             Self::Points => {
                 "give a text file with a pair of points in each line, as `sigmark align --help` says"
@@ -61,13 +68,27 @@ impl Text {
         match self {
             Self::Graph => 4 << 30,
             Self::Points => 64 << 20,
+            Self::Roots | Self::Reply => time_stamp::MOST_BYTES as u64,
             _ => sigmark::claim::LARGEST as u64,
         }
     }
 }
 
-/// Reads a file of a kind.
+/// Reads a text file of a kind.
 pub(crate) fn read_text(path: &Path, kind: Text) -> Result<String> {
+    let bytes = read_bytes(path, kind)?;
+    String::from_utf8(bytes).map_err(|error| {
+        let (name, remedy) = (kind.name(), kind.remedy());
+        let place = error.utf8_error().valid_up_to();
+        anyhow!(
+            "{}: is not text (byte {place}), so it is not {name}: {remedy}",
+            path.display()
+        )
+    })
+}
+
+/// Reads a file of a kind.
+pub(crate) fn read_bytes(path: &Path, kind: Text) -> Result<Vec<u8>> {
     let (name, remedy) = (kind.name(), kind.remedy());
     let failed = |error: &io::Error| {
         let remedy = match error.kind() {
@@ -100,13 +121,7 @@ pub(crate) fn read_text(path: &Path, kind: Text) -> Result<String> {
     if let Some(found) = recognised(&bytes).filter(|&found| found != kind.family()) {
         bail!("{}: is {found}, not {name}: {remedy}", path.display());
     }
-    String::from_utf8(bytes).map_err(|error| {
-        let place = error.utf8_error().valid_up_to();
-        anyhow!(
-            "{}: is not text (byte {place}), so it is not {name}: {remedy}",
-            path.display()
-        )
-    })
+    Ok(bytes)
 }
 
 /// Opens a mesh; a certificate or a key in its place is recognised.
@@ -129,6 +144,8 @@ fn recognised(beginning: &[u8]) -> Option<&'static str> {
     let beginning = String::from_utf8_lossy(&beginning[..beginning.len().min(200)]);
     if beginning.starts_with('{') && beginning.contains("sigmark-certificate") {
         Some(CERTIFICATE)
+    } else if beginning.starts_with("-----BEGIN CERTIFICATE") {
+        Some(ROOTS)
     } else if beginning.starts_with("-----BEGIN ") {
         Some(KEY)
     } else {

@@ -12,12 +12,13 @@ mod npz;
 mod points;
 mod progress;
 mod report;
+mod stamps;
 mod usage;
 
 use std::process::ExitCode;
 
 use args::Command;
-use commands::{align, compare, dispute, embed, inspect, keygen, partition, spectrum, verify};
+use commands::{align, compare, dispute, embed, inspect, keygen, partition, spectrum, stamp, verify};
 
 /// What a command that was carried out has to say.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,6 +38,7 @@ fn main() -> ExitCode {
         Command::Keygen(arguments) => keygen::run(arguments),
         Command::Embed(arguments) => embed::run(arguments),
         Command::Verify(arguments) => verify::run(arguments),
+        Command::Stamp(arguments) => stamp::run(arguments),
         Command::Dispute(arguments) => dispute::run(arguments),
         Command::Align(arguments) => align::run(arguments),
         Command::Compare(arguments) => compare::run(arguments),

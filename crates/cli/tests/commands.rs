@@ -172,6 +172,7 @@ fn what_embed_writes_verify_finds_in_every_format() {
                 "scheme",
                 "seconds",
                 "signed",
+                "stamps",
                 "transform"
             ]
         );
@@ -663,6 +664,8 @@ fn every_command_has_help_with_an_example() {
         "embed",
         "verify",
         "dispute",
+        "stamp request",
+        "stamp attach",
         "align",
         "inspect",
         "spectrum",

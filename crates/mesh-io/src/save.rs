@@ -37,7 +37,9 @@ fn replace(path: &Path, bytes: &[u8], overwrite: bool, mode: u32) -> Result<(), 
     } else {
         path.to_path_buf()
     };
-    let mut file = temporary_in(&folder_of(&target), mode).map_err(failed)?;
+    // Until it has the permissions of a file that it replaces, which may be private, only its owner reads it.
+    let at_first = if old.is_some() { 0o600 } else { mode };
+    let mut file = temporary_in(&folder_of(&target), at_first).map_err(failed)?;
     file.write_all(bytes)
         .and_then(|()| file.as_file().sync_all())
         .map_err(failed)?;

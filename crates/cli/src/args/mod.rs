@@ -6,6 +6,7 @@ mod disputing;
 mod numbers;
 mod shared;
 mod signing;
+mod stamping;
 
 use clap::{Parser, Subcommand};
 
@@ -15,6 +16,7 @@ pub(crate) use self::{
     disputing::Dispute,
     shared::{Common, TimeLimit},
     signing::{Embed, Keygen, Profile, Verify},
+    stamping::{Attach, Request, Stamp, Step},
 };
 
 /// Sign 3D models in their shape, and find the signature again
@@ -48,6 +50,8 @@ pub(crate) enum Command {
     Embed(Embed),
     /// Ask whether a suspect mesh carries a signature
     Verify(Verify),
+    /// Have an authority say when a certificate existed
+    Stamp(Stamp),
     /// Ask which of two claims on a model came first
     Dispute(Dispute),
     /// Move a suspect onto its original

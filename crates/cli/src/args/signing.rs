@@ -165,7 +165,7 @@ bit_errors, registration (connectivity, surroundings or surface), poses (how man
 suspect's surface that lies on the original, 0 to 1), coverage (share of the original's that lies on the suspect), missing \
 (share of the original's vertices that were not seen), residual (fraction of the diagonal), transform (4 × 4, suspect to \
 original), mirrored, attack_model (of what moved the suspect, the shares of squared displacements that mark, misalignment, \
-smoothing, tessellation_bias and noise explain; null where the paper's rule alone read it), remark (why it is another shape), message, recipient, public_key (fingerprint), seconds (of each stage). What can't be said \
+smoothing, tessellation_bias and noise explain; null where the paper's rule alone read it), remark (why it is another shape), message, recipient, public_key (fingerprint), stamps (time, authority and serial of each; null where --stamp-roots is not given), seconds (of each stage). What can't be said \
 is null.")]
 pub(crate) struct Verify {
     /// The mesh in question
@@ -185,6 +185,9 @@ pub(crate) struct Verify {
     /// Read marks of the paper's profile, too, which do not say whose the model is
     #[arg(long, value_enum)]
     pub(crate) profile: Option<Profile>,
+    /// Check the certificate's time stamps against these root certificates, in PEM [default: stamps are mentioned, not checked]
+    #[arg(long, value_name = "PEM")]
+    pub(crate) stamp_roots: Option<PathBuf>,
     /// The largest probability of being wrong that counts as detected
     #[arg(long, value_name = "P", default_value = "1e-6", allow_negative_numbers = true, value_parser = numbers::between_0_and_1)]
     pub(crate) p_bound: f64,

@@ -8,4 +8,5 @@ pub(crate) mod inspect;
 pub(crate) mod keygen;
 pub(crate) mod partition;
 pub(crate) mod spectrum;
+pub(crate) mod stamp;
 pub(crate) mod verify;

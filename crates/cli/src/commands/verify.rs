@@ -13,6 +13,7 @@ use crate::{
     files,
     progress::Progress,
     report::{self, Lines, Seconds},
+    stamps::Stamps,
 };
 
 pub(crate) fn run(arguments: &Verify) -> Result<Answer> {
@@ -24,6 +25,11 @@ pub(crate) fn run(arguments: &Verify) -> Result<Answer> {
         public_key: arguments.public_key.clone(),
     };
     let claim = files.read()?;
+    let stamps = Stamps::of(
+        &claim.certificate,
+        &arguments.certificate,
+        arguments.stamp_roots.as_deref(),
+    )?;
     let suspect = files::open_mesh(&arguments.suspect)?;
     let verifier = claim.verifier().map_err(|error| {
         let swapped = matches!(error, SigmarkError::AnotherOriginal { .. })
@@ -41,8 +47,9 @@ pub(crate) fn run(arguments: &Verify) -> Result<Answer> {
     let seconds = progress.finish();
 
     let mut object = described(&verdict, &claim);
+    object.insert("stamps".into(), stamps.json());
     object.insert("seconds".into(), report::seconds_json(&seconds));
-    let lines = summary(arguments, &verdict, &claim, &seconds);
+    let lines = summary(arguments, &verdict, &claim, &stamps, &seconds);
     report::print(arguments.common.json, &object.into(), &lines)?;
     let wanted = match arguments.dispute {
         true => verdict.is_evidence(),
@@ -109,7 +116,13 @@ fn the_wrong_way_round(suspect: &Path, original: &Path) -> anyhow::Error {
     )
 }
 
-fn summary(arguments: &Verify, verdict: &Verdict, claim: &Claim, seconds: &Seconds) -> Lines {
+fn summary(
+    arguments: &Verify,
+    verdict: &Verdict,
+    claim: &Claim,
+    stamps: &Stamps,
+    seconds: &Seconds,
+) -> Lines {
     let (suspect, original) = (arguments.suspect.display(), claim.original_path.display());
     let headline = match verdict.outcome {
         Outcome::Verified if !verdict.binds_original => {
@@ -137,6 +150,7 @@ fn summary(arguments: &Verify, verdict: &Verdict, claim: &Claim, seconds: &Secon
         lines.field("reason", remark(mismatch));
     }
     tell_who(&mut lines, verdict, claim);
+    stamps.tell("existed", &mut lines);
     if let (Some(rate), Some(errors)) = (verdict.extraction_rate, verdict.bit_errors) {
         let (bits, rate) = (verdict.bits, 100.0 * rate);
         lines.field("bits", format!("{} of {bits} agree ({rate:.2} %)", bits - errors));

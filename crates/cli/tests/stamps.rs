@@ -1,0 +1,259 @@
+//! Time stamps on certificates, by an authority that OpenSSL plays.
+
+mod common;
+
+use std::{io::ErrorKind, process::Command};
+
+use common::Folder;
+use serde_json::{Value, json};
+
+const CERTIFICATE: &str = "signed.ply.cert.json";
+const VERIFY: &str =
+    "verify signed.ply --original model.ply --certificate signed.ply.cert.json --public-key owner.pub.pem";
+
+/// An authority's root, its certificate for stamps, and how it answers.
+const AUTHORITY: &str = "\
+[req]
+distinguished_name = name
+[name]
+[root]
+basicConstraints = critical, CA:TRUE
+keyUsage = critical, keyCertSign
+[tsa]
+extendedKeyUsage = critical, timeStamping
+[answers]
+serial = ./serial
+signer_digest = sha256
+default_policy = 1.2.3.4
+digests = sha256
+";
+
+/// Runs `openssl`; its arguments are words of a line.
+fn openssl(folder: &Folder, line: &str) {
+    let mut command = Command::new("openssl");
+    let run = command
+        .current_dir(folder.path(""))
+        .env("OPENSSL_CONF", "authority.cnf");
+    let output = match run.args(line.split_whitespace()).output() {
+        Err(error) if error.kind() == ErrorKind::NotFound => {
+            panic!(
+                "these tests need the command `openssl`: install OpenSSL 3, in most systems the package openssl"
+            )
+        }
+        output => output.expect("openssl runs"),
+    };
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "openssl {line}: {errors}");
+}
+
+/// A signed model, and an authority with the root certificate root.pem.
+fn folder() -> Folder {
+    let folder = Folder::with_signed_model();
+    folder.write("authority.cnf", AUTHORITY);
+    folder.write("serial", "4711\n");
+    for line in [
+        "genpkey -algorithm EC -pkeyopt ec_paramgen_curve:P-256 -out root.key",
+        "genpkey -algorithm EC -pkeyopt ec_paramgen_curve:P-256 -out tsa.key",
+        "req -x509 -new -key root.key -extensions root -subj /CN=Root -days 3650 -out root.pem",
+        "req -x509 -new -key tsa.key -extensions root -subj /CN=Stranger -days 3650 -out stranger.pem",
+        "req -new -key tsa.key -subj /O=Example/CN=Stamps -out tsa.csr",
+        "x509 -req -in tsa.csr -CA root.pem -CAkey root.key -set_serial 2 -days 3650 -extfile authority.cnf -extensions tsa -out tsa.pem",
+    ] {
+        openssl(&folder, line);
+    }
+    folder
+}
+
+/// The authority answers a query.
+fn answer(folder: &Folder, query: &str, reply: &str) {
+    let who = "-config authority.cnf -section answers -signer tsa.pem -inkey tsa.key";
+    openssl(
+        folder,
+        &format!("ts -reply {who} -queryfile {query} -out {reply}"),
+    );
+}
+
+fn verified(folder: &Folder, options: &str) -> Value {
+    folder.done(&format!("{VERIFY} {options} --json")).json()
+}
+
+#[test]
+fn a_certificate_is_stamped_and_its_stamps_are_checked() {
+    let folder = folder();
+    assert_eq!(verified(&folder, "")["stamps"], Value::Null);
+    assert_eq!(verified(&folder, "--stamp-roots root.pem")["stamps"], json!([]));
+
+    let request = folder
+        .done(&format!("stamp request {CERTIFICATE} -o query.tsq --json"))
+        .json();
+    assert_eq!(request["query"], "query.tsq");
+    assert_eq!(request["digest"].as_str().map(str::len), Some(64));
+    answer(&folder, "query.tsq", "reply.tsr");
+    let attached = folder
+        .done(&format!("stamp attach {CERTIFICATE} reply.tsr --json"))
+        .json();
+    assert_eq!(attached["stamps"], 1);
+
+    assert_eq!(verified(&folder, "")["stamps"], Value::Null);
+    let stamp = json!([{ "time": attached["time"], "authority": "CN=Stamps,O=Example", "serial": "4712" }]);
+    assert_eq!(verified(&folder, "--stamp-roots root.pem")["stamps"], stamp);
+    let text = folder.done(&format!("{VERIFY} --stamp-roots root.pem")).out;
+    assert!(
+        text.contains("time-stamped 20") && text.contains(" UTC by CN=Stamps,O=Example"),
+        "{text}"
+    );
+    let text = folder.done(VERIFY).out;
+    assert!(
+        text.contains("1 time stamp, not checked") && text.contains("--stamp-roots"),
+        "{text}"
+    );
+
+    // Stamped again, the certificate is the same, and so is what is stamped.
+    let again = folder
+        .done(&format!(
+            "stamp request {CERTIFICATE} -o query.tsq --force --json"
+        ))
+        .json();
+    assert_eq!(again["digest"], request["digest"]);
+    answer(&folder, "query.tsq", "second.tsr");
+    folder.done(&format!("stamp attach {CERTIFICATE} second.tsr"));
+    let stamps = &verified(&folder, "--stamp-roots root.pem")["stamps"];
+    assert_eq!(stamps.as_array().map(Vec::len), Some(2));
+    openssl(
+        &folder,
+        &format!(
+            "ts -verify -digest {} -in reply.tsr -CAfile root.pem",
+            request["digest"].as_str().expect("a digest")
+        ),
+    );
+}
+
+#[test]
+fn every_query_has_a_nonce_of_its_own() {
+    let folder = Folder::with_signed_model();
+    folder.done(&format!("stamp request {CERTIFICATE} -o first.tsq"));
+    let text = folder
+        .done(&format!("stamp request {CERTIFICATE} -o second.tsq"))
+        .out;
+    assert!(
+        text.contains("curl") && text.contains("sigmark stamp attach"),
+        "{text}"
+    );
+    assert_ne!(folder.read("first.tsq"), folder.read("second.tsq"));
+    folder.refused(
+        &format!("stamp request {CERTIFICATE} -o first.tsq"),
+        &["first.tsq: exists already", "--force"],
+    );
+    folder.refused(
+        &format!("stamp request {CERTIFICATE} -o {CERTIFICATE} --force"),
+        &[CERTIFICATE, "the certificate"],
+    );
+}
+
+#[test]
+fn replies_that_are_no_stamps_of_this_certificate_are_refused() {
+    let folder = folder();
+    folder.done("stamp request theirs.ply.cert.json -o query.tsq");
+    answer(&folder, "query.tsq", "theirs.tsr");
+    folder.done(&format!("stamp request {CERTIFICATE} -o mine.tsq"));
+    answer(&folder, "mine.tsq", "mine.tsr");
+    // PKIStatusInfo with rejection(2), "closed" and badRequest(2).
+    folder.write(
+        "refusal.tsr",
+        b"\x30\x13\x30\x11\x02\x01\x02\x30\x08\x0c\x06closed\x03\x02\x05\x20",
+    );
+    folder.write("page.tsr", "<html>502 Bad Gateway</html>");
+    folder.write("empty.tsr", "");
+    folder.write("large.tsr", vec![0; (1 << 20) + 1]);
+    for (reply, words) in [
+        (
+            "theirs.tsr",
+            [
+                "theirs.tsr: the stamp is of something else",
+                "attach it to what it was made for",
+            ],
+        ),
+        (
+            "refusal.tsr",
+            [
+                "refusal.tsr: the authority refused: rejection: closed",
+                "ask again",
+            ],
+        ),
+        (
+            "page.tsr",
+            ["page.tsr: the reply can't be read", "as the authority sent it"],
+        ),
+        ("empty.tsr", ["empty.tsr: is empty", "the authority sent"]),
+        ("large.tsr", ["large.tsr: has 1 MiB", "the authority sent"]),
+        ("mine.tsq", ["mine.tsq: ", "can't be read"]),
+        (
+            "missing.tsr",
+            ["missing.tsr: can't be read", "check the spelling"],
+        ),
+        (".", [".: is a directory", "the authority sent"]),
+    ] {
+        folder.refused(&format!("stamp attach {CERTIFICATE} {reply}"), &words);
+    }
+    folder.done(&format!("stamp attach {CERTIFICATE} mine.tsr"));
+    folder.refused(
+        &format!("stamp attach {CERTIFICATE} mine.tsr"),
+        &["already", "nothing was changed"],
+    );
+    folder.refused(
+        "stamp attach model.ply mine.tsr",
+        &["model.ply: ", "the .cert.json file"],
+    );
+}
+
+#[test]
+fn a_stamp_that_does_not_check_is_an_error_that_says_which_and_why() {
+    let folder = folder();
+    folder.done(&format!("stamp request {CERTIFICATE} -o query.tsq"));
+    answer(&folder, "query.tsq", "reply.tsr");
+    folder.done(&format!("stamp attach {CERTIFICATE} reply.tsr"));
+    let mut reply = folder.read("reply.tsr");
+    let last = reply.len() - 1;
+    reply[last] ^= 1;
+    folder.write("forged.tsr", &reply);
+    folder.refused(
+        &format!("{VERIFY} --stamp-roots stranger.pem"),
+        &[
+            "signed.ply.cert.json: time stamp 1",
+            "none has issued for CN=Root",
+        ],
+    );
+    folder.done(&format!("stamp attach {CERTIFICATE} forged.tsr"));
+    folder.refused(
+        &format!("{VERIFY} --stamp-roots root.pem"),
+        &[
+            "signed.ply.cert.json: time stamp 2",
+            "the signature of the stamp does not check",
+        ],
+    );
+    for (roots, words) in [
+        ("tsa.pem", ["tsa.pem: no root", "self-signed"]),
+        ("owner.pub.pem", ["owner.pub.pem: is a key", "root certificate"]),
+        ("model.ply", ["model.ply: ", "root certificate"]),
+        (
+            "missing.pem",
+            ["missing.pem: can't be read", "check the spelling"],
+        ),
+    ] {
+        folder.refused(&format!("{VERIFY} --stamp-roots {roots}"), &words);
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn a_certificate_keeps_its_permissions() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = folder();
+    let permissions = std::fs::Permissions::from_mode(0o640);
+    std::fs::set_permissions(folder.path(CERTIFICATE), permissions).expect("permissions");
+    folder.done(&format!("stamp request {CERTIFICATE} -o query.tsq"));
+    answer(&folder, "query.tsq", "reply.tsr");
+    folder.done(&format!("stamp attach {CERTIFICATE} reply.tsr"));
+    let metadata = std::fs::metadata(folder.path(CERTIFICATE)).expect("the certificate");
+    assert_eq!(metadata.permissions().mode() & 0o777, 0o640);
+}
