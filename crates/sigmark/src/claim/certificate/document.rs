@@ -15,6 +15,9 @@ use crate::{
 
 const FORMAT: &str = "sigmark-certificate";
 
+/// More than anybody asks for.
+const MOST_STAMPS: usize = 100;
+
 /// What tells whether a text is a certificate, and of which version. Everything else is passed over.
 #[derive(Deserialize)]
 struct Header {
@@ -201,7 +204,14 @@ impl Document {
         Signature::from_hex(self.mark.scheme, &self.seal).map_err(|_| CertificateError::Seal)
     }
 
+    /// They are not sealed, so anybody can add some.
     pub(super) fn stamps(&self) -> Result<Vec<Vec<u8>>, CertificateError> {
+        if self.stamps.len() > MOST_STAMPS {
+            return Err(CertificateError::Field {
+                field: "stamps",
+                problem: format!("has {}, more than {MOST_STAMPS}", self.stamps.len()),
+            });
+        }
         let decoded = self.stamps.iter().map(|stamp| BASE64.decode(stamp));
         decoded
             .collect::<Result<_, _>>()
