@@ -125,6 +125,7 @@ fn meshes_in(folder: &Path) -> Result<Vec<PathBuf>> {
     let mut meshes = Vec::new();
     for entry in fs::read_dir(folder)? {
         let path = entry?.path();
+        let path = path.strip_prefix(".").map(Path::to_path_buf).unwrap_or(path);
         if mesh_io::Format::of_path(&path).is_some() && path.is_file() {
             meshes.push(path);
         }

@@ -43,20 +43,21 @@ impl Stamps {
         }
     }
 
-    pub(crate) fn tell(&self, lines: &mut Lines) {
+    /// Says under a name since when the certificate existed.
+    pub(crate) fn tell(&self, name: &str, lines: &mut Lines) {
         match self {
             Self::Unchecked(0) => {}
             Self::Unchecked(count) => {
                 let stamps = report::counted(*count, "time stamp", "time stamps");
                 let remedy = "give the root certificates of their authorities with --stamp-roots";
-                lines.field("existed", format!("{stamps}, not checked: {remedy}"));
+                lines.field(name, format!("{stamps}, not checked: {remedy}"));
             }
             Self::Checked(stamps) if stamps.is_empty() => {
-                lines.field("existed", "no time stamp says since when");
+                lines.field(name, "no time stamp says since when");
             }
             Self::Checked(stamps) => {
                 for Stamped { time, authority, .. } in stamps {
-                    lines.field("existed", format!("time-stamped {time} by {authority}"));
+                    lines.field(name, format!("time-stamped {time} by {authority}"));
                 }
             }
         }

@@ -465,7 +465,11 @@ fn command_lines_that_are_wrong_are_refused_in_one_line() {
         ("embed model.ply", &["--output <FILE>, --key <PEM>"]),
         (
             "verify signed.ply --original model.ply",
-            &["--certificate <FILE>", "--public-key <PEM>"],
+            &["--certificate <FILE>"],
+        ),
+        (
+            "verify signed.ply --certificate signed.ply.cert.json --dispute",
+            &["--original <FILE>, --public-key <PEM>"],
         ),
         ("keygen", &["--output <FILE>", "see `sigmark keygen --help`"]),
         ("keygen -o x.pem --profile best", &["best", "standard, paper"]),
@@ -638,7 +642,8 @@ fn certificates_that_are_none_are_refused() {
     folder.write("empty.json", "");
     folder.write("cut.json", &json[..json.len() / 2]);
     folder.write("other.json", "{\"asset\": {\"version\": \"2.0\"}}");
-    folder.write("next.json", json.replace("\"version\": 2", "\"version\": 3"));
+    folder.write("next.json", json.replace("\"version\": 3", "\"version\": 4"));
+    folder.write("before.json", json.replace("\"version\": 3", "\"version\": 2"));
     folder.write("extra.json", json.replacen('{', "{\"note\": \"mine\",", 1));
     folder.write("deep.json", "[".repeat(100_000));
     let remedy = ".cert.json file that `sigmark embed` wrote";
@@ -650,7 +655,11 @@ fn certificates_that_are_none_are_refused() {
         ("deep.json", &["not a Sigmark certificate", remedy]),
         (
             "next.json",
-            &["version 3", "reads version 2", "use the Sigmark that wrote it"],
+            &["version 4", "reads version 3", "use the Sigmark that wrote it"],
+        ),
+        (
+            "before.json",
+            &["version 2", "a rival could forge", "sign the original again"],
         ),
         ("extra.json", &["note", "line 1", remedy]),
         ("owner.pem", &["is a key, not a certificate", remedy]),
@@ -711,9 +720,13 @@ fn no_field_of_a_certificate_can_be_edited_or_left_out_unnoticed() {
         *value = edited(value);
         folder.write("edited.json", serde_json::to_string_pretty(&certificate).unwrap());
         let noticed = match field.as_str() {
-            "/version" => "version 3",
-            "/format" | "/public_key" => "not a Sigmark certificate",
-            _ => "seal",
+            "/version" => "version 4",
+            "/format" | "/public_key" | "/mark/carrier" => "not a Sigmark certificate",
+            "/mark/payload" | "/mark/laplacian" | "/mark/scheme" => "certificate",
+            "/original/name" | "/seal" | "/mark/patches/0/last_eigenvalue" => "seal",
+            "/mark/chip_rate" | "/mark/patches/0/vertices" => "patches",
+            "/original/vertices" | "/mark/labels" => "labels",
+            _ => "not one by its key over what it states",
         };
         folder.refused(&line, &["edited.json", noticed]);
 
@@ -726,7 +739,12 @@ fn no_field_of_a_certificate_can_be_edited_or_left_out_unnoticed() {
             .unwrap()
             .remove(name);
         folder.write("edited.json", serde_json::to_string_pretty(&certificate).unwrap());
-        folder.refused(&line, &["edited.json", "not a Sigmark certificate"]);
+        // The name of the original is a help, and may be empty; but what was sealed is sealed.
+        let noticed = match field.as_str() {
+            "/original/name" => "seal",
+            _ => "not a Sigmark certificate",
+        };
+        folder.refused(&line, &["edited.json", noticed]);
     }
     // Only spelled otherwise, it is the same certificate.
     folder.write("edited.json", serde_json::to_string(&whole).unwrap());

@@ -152,19 +152,27 @@ fn what_embed_writes_verify_finds_in_every_format() {
                 "bits",
                 "correlation",
                 "coverage",
+                "evidence",
                 "extraction_rate",
                 "message",
                 "mirrored",
                 "missing",
+                "original",
                 "outcome",
                 "overlap",
+                "own_key",
+                "p_dispute",
                 "p_value",
                 "poses",
                 "public_key",
+                "recipient",
                 "registration",
                 "remark",
                 "residual",
+                "scheme",
                 "seconds",
+                "signed",
+                "stamps",
                 "transform"
             ]
         );
@@ -315,10 +323,30 @@ fn the_papers_profile_signs_with_324_bits() {
     );
     assert_eq!(report["scheme"], "ecdsa-b163-sha1");
     let certificate: Value = serde_json::from_str(&folder.text("p.ply.cert.json")).unwrap();
-    assert_eq!(certificate["mark"]["coverage"], "message");
-    let verify =
-        "verify p.ply --original model.ply --certificate p.ply.cert.json --public-key paper.pub.pem --json";
-    assert_eq!(folder.done(verify).json()["outcome"], "verified");
+    assert_eq!(certificate["mark"]["payload"], "plain-signature");
+    let verify = "verify p.ply --certificate p.ply.cert.json --original model.ply --public-key paper.pub.pem";
+    folder.refused(
+        verify,
+        &["p.ply.cert.json", "the message alone", "--profile paper"],
+    );
+    let verify = format!("{verify} --profile paper");
+    let report = folder.done(&format!("{verify} --json")).json();
+    assert_eq!(
+        (&report["outcome"], &report["signed"]),
+        (&"verified".into(), &"message".into())
+    );
+    assert_eq!(
+        (&report["evidence"], &report["p_dispute"]),
+        (&false.into(), &1.0.into())
+    );
+    assert!(
+        folder
+            .done(&verify)
+            .out
+            .contains("does not say whose the model is")
+    );
+    // What anybody can make up is evidence for nobody.
+    assert_eq!(folder.run(&format!("{verify} --dispute")).code, Some(1));
 }
 
 #[test]
@@ -635,6 +663,7 @@ fn every_command_has_help_with_an_example() {
         "keygen",
         "embed",
         "verify",
+        "dispute",
         "stamp request",
         "stamp attach",
         "align",

@@ -1,4 +1,4 @@
-use crate::{Format, number};
+use crate::{Format, formats, number};
 use mesh::TriMesh;
 
 /// The floating point numbers of a file.
@@ -23,12 +23,7 @@ pub enum Precision {
 /// # Ok::<(), mesh::MeshError>(())
 /// ```
 pub fn write_mesh(mesh: &TriMesh, format: Format, precision: Precision) -> Vec<u8> {
-    match format {
-        Format::Obj => obj(mesh, precision),
-        Format::Ply => ply(mesh, precision, None),
-        Format::Stl => stl(mesh),
-        Format::Off => off(mesh, precision),
-    }
+    formats::write(format, mesh, precision)
 }
 
 /// A binary little-endian PLY of the mesh with a colour (red, green, blue) for each vertex; positions in single precision.
@@ -40,7 +35,7 @@ pub fn write_coloured_ply(mesh: &TriMesh, colours: &[[u8; 3]]) -> Vec<u8> {
     ply(mesh, Precision::Single, Some(colours))
 }
 
-fn obj(mesh: &TriMesh, precision: Precision) -> Vec<u8> {
+pub(crate) fn obj(mesh: &TriMesh, precision: Precision) -> Vec<u8> {
     let mut out = Vec::new();
     for position in mesh.positions() {
         out.push(b'v');
@@ -53,7 +48,7 @@ fn obj(mesh: &TriMesh, precision: Precision) -> Vec<u8> {
     out
 }
 
-fn off(mesh: &TriMesh, precision: Precision) -> Vec<u8> {
+pub(crate) fn off(mesh: &TriMesh, precision: Precision) -> Vec<u8> {
     let mut out = format!("OFF\n{} {} 0\n", mesh.vertex_count(), mesh.triangle_count()).into_bytes();
     for position in mesh.positions() {
         let start = out.len();
@@ -78,7 +73,7 @@ fn write_coordinates(position: &[f64; 3], precision: Precision, out: &mut Vec<u8
     out.push(b'\n');
 }
 
-fn ply(mesh: &TriMesh, precision: Precision, colours: Option<&[[u8; 3]]>) -> Vec<u8> {
+pub(crate) fn ply(mesh: &TriMesh, precision: Precision, colours: Option<&[[u8; 3]]>) -> Vec<u8> {
     let real = match precision {
         Precision::Single => "float",
         Precision::Double => "double",
@@ -110,7 +105,7 @@ fn ply(mesh: &TriMesh, precision: Precision, colours: Option<&[[u8; 3]]>) -> Vec
     out
 }
 
-fn stl(mesh: &TriMesh) -> Vec<u8> {
+pub(crate) fn stl(mesh: &TriMesh) -> Vec<u8> {
     let mut out = vec![b' '; 80];
     out.extend((mesh.triangle_count() as u32).to_le_bytes());
     for triangle in 0..mesh.triangle_count() {

@@ -64,6 +64,7 @@ fn every_edit_is_noticed() {
         ("/public_key", other["public_key"].clone()),
         ("/original/name", json!("other.obj")),
         ("/original/vertices", json!(7)),
+        ("/original/vertices", json!(1u64 << 63)),
         ("/original/triangles", json!(7)),
         ("/original/digest", json!(elsewhere)),
         ("/mark/scheme", json!("ecdsa-p256-sha1")),
@@ -98,6 +99,11 @@ fn every_edit_is_noticed() {
         *value.pointer_mut(pointer).unwrap() = old;
         assert!(Certificate::from_json(&value.to_string()).is_ok());
     }
+    value["stamps"] = vec!["AA=="; 101].into();
+    assert!(matches!(
+        refusal(&value),
+        CertificateError::Field { field: "stamps", .. }
+    ));
     value["extra"] = true.into();
     assert!(matches!(refusal(&value), CertificateError::Malformed(_)));
     for cut in (0..json.len() - 2)

@@ -22,7 +22,8 @@ came first. Only marks count that are evidence against a stranger (p at most 2^-
 Exit code 0 if one came first, 1 if that is undecided.
 
 --json prints: outcome (first, second or undecided), reasons, first_in_second, second_in_first, first_in_suspect, second_in_suspect \
-(each as `sigmark verify --json` prints it, or null), seconds (of each stage).")]
+(each as `sigmark verify --json` prints it, or null), stamps (of both, each a list of time, authority and serial, or null where \
+--stamp-roots was not given), seconds (of each stage).")]
 pub(crate) struct Dispute {
     /// The first claim
     #[arg(value_name = "A")]
@@ -33,6 +34,9 @@ pub(crate) struct Dispute {
     /// The model that both claim
     #[arg(long, value_name = "FILE")]
     pub(crate) suspect: Option<PathBuf>,
+    /// Check the time stamps of both certificates against these root certificates
+    #[arg(long, value_name = "PEM")]
+    pub(crate) stamp_roots: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) time_limit: TimeLimit,
     #[command(flatten)]

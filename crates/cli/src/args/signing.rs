@@ -139,13 +139,13 @@ impl Embed {
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
-Examples:
+Example:
   sigmark verify found.obj --certificate signed.obj.cert.json
+
+That is for the owner: the original is looked for beside the certificate, by its name, then by its digest, and the key is the \
+certificate's own. A third party has the key from its owner:
   sigmark verify found.obj --certificate signed.obj.cert.json --original model.obj \\
       --public-key owner.pub.pem --dispute
-
-The first is for the owner: the original is looked for beside the certificate, by its name, then by its digest, and the key is the \
-certificate's own. The second is for a third party, who has the key from its owner.
 
 Exit code 0 if the signature was read back (verified) or its presence is beyond doubt (detected), 1 if it was not found.
 

@@ -13,6 +13,7 @@ use crate::{
     files,
     progress::Progress,
     report::{self, Lines, Seconds},
+    stamps::Stamps,
 };
 
 pub(crate) fn run(arguments: &args::Dispute) -> Result<Answer> {
@@ -21,6 +22,9 @@ pub(crate) fn run(arguments: &args::Dispute) -> Result<Answer> {
     let paths = [&*arguments.first, &*arguments.second];
     let [first, second] = paths.map(|path| ClaimFiles::listed_in(path)?.read());
     let claims = [first?, second?];
+    let roots = arguments.stamp_roots.as_deref();
+    let [first, second] = [0, 1].map(|i| Stamps::of(&claims[i].certificate, paths[i], roots));
+    let stamps = [first?, second?];
     let [first, second] = [0, 1].map(|i| verifier(&claims[i], paths[i]));
     let verifiers = [first?, second?];
     let suspect = arguments.suspect.as_deref().map(files::open_mesh).transpose()?;
@@ -44,9 +48,10 @@ pub(crate) fn run(arguments: &args::Dispute) -> Result<Answer> {
         "second_in_first": described(&dispute.second_in_first, 1),
         "first_in_suspect": suspect.map(|[first, _]| described(first, 0)),
         "second_in_suspect": suspect.map(|[_, second]| described(second, 1)),
+        "stamps": stamps.each_ref().map(Stamps::json),
         "seconds": report::seconds_json(&seconds),
     });
-    let lines = summary(arguments, &dispute, &claims, &seconds);
+    let lines = summary(arguments, &dispute, &claims, &stamps, &seconds);
     report::print(arguments.common.json, &object, &lines)?;
     Ok(match dispute.outcome {
         Precedence::First | Precedence::Second => Answer::Yes,
@@ -58,7 +63,13 @@ fn verifier(claim: &Claim, path: &Path) -> Result<Verifier> {
     claim.verifier().with_context(|| path.display().to_string())
 }
 
-fn summary(arguments: &args::Dispute, dispute: &Dispute, claims: &[Claim; 2], seconds: &Seconds) -> Lines {
+fn summary(
+    arguments: &args::Dispute,
+    dispute: &Dispute,
+    claims: &[Claim; 2],
+    stamps: &[Stamps; 2],
+    seconds: &Seconds,
+) -> Lines {
     let first = arguments.first.display();
     let headline = match dispute.outcome {
         Precedence::First => format!("FIRST: the claim of {first} came first"),
@@ -78,6 +89,9 @@ fn summary(arguments: &args::Dispute, dispute: &Dispute, claims: &[Claim; 2], se
     }
     for (name, claim) in ["1st key", "2nd key"].into_iter().zip(claims) {
         lines.field(name, claim.public_key.fingerprint());
+    }
+    for (name, stamps) in ["1st existed", "2nd existed"].into_iter().zip(stamps) {
+        stamps.tell(name, &mut lines);
     }
     lines.field("time", report::seconds_text(seconds));
     lines

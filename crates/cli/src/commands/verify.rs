@@ -150,7 +150,7 @@ fn summary(
         lines.field("reason", remark(mismatch));
     }
     tell_who(&mut lines, verdict, claim);
-    stamps.tell(&mut lines);
+    stamps.tell("existed", &mut lines);
     if let (Some(rate), Some(errors)) = (verdict.extraction_rate, verdict.bit_errors) {
         let (bits, rate) = (verdict.bits, 100.0 * rate);
         lines.field("bits", format!("{} of {bits} agree ({rate:.2} %)", bits - errors));
@@ -200,11 +200,15 @@ fn tell_who(lines: &mut Lines, verdict: &Verdict, claim: &Claim) {
 
 /// What the probability says, and to whom.
 fn tell_how_sure(lines: &mut Lines, verdict: &Verdict) {
-    let p = probability(verdict.p_value);
-    let owner = format!(
-        "a model without this mark agrees this well with probability {p} at most; \
-         that holds for a claim that was there before the suspect"
+    let chance = format!(
+        "a model without this mark agrees this well with probability {} at most",
+        probability(verdict.p_value)
     );
+    if !verdict.outcome.is_found() {
+        lines.field("chance", chance);
+        return;
+    }
+    let owner = format!("{chance}; that holds for a claim that was there before the suspect");
     let stranger = match (verdict.binds_original, verdict.is_evidence()) {
         (false, _) => "no evidence: claims of this profile can be made up afterwards".to_string(),
         (_, true) => format!(

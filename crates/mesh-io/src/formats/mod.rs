@@ -9,8 +9,10 @@ mod text;
 
 use std::path::Path;
 
+use mesh::TriMesh;
+
 use crate::error::{AssetProblem, Fault};
-use crate::{Format, format};
+use crate::{Format, Precision, export, format};
 pub(crate) use geometry::Geometry;
 
 /// Reads the bytes of a file.
@@ -20,6 +22,16 @@ pub(crate) fn read(format: Format, bytes: &[u8]) -> Result<Geometry, Fault> {
         Format::Ply => ply::read(bytes),
         Format::Stl => stl::read(bytes),
         Format::Off => off::read(bytes),
+    }
+}
+
+/// The bytes of a new file with nothing but a mesh.
+pub(crate) fn write(format: Format, mesh: &TriMesh, precision: Precision) -> Vec<u8> {
+    match format {
+        Format::Obj => export::obj(mesh, precision),
+        Format::Ply => export::ply(mesh, precision, None),
+        Format::Stl => export::stl(mesh),
+        Format::Off => export::off(mesh, precision),
     }
 }
 

@@ -122,6 +122,12 @@ impl Statement {
     /// that a small file can't ask for much memory.
     pub(super) fn checked(&self) -> Result<Checked, CertificateError> {
         let least = self.layout()?.functions().saturating_mul(VERTICES_PER_FUNCTION);
+        if u32::try_from(self.original.vertices).is_err() {
+            return Err(CertificateError::Field {
+                field: "vertices",
+                problem: format!("is {}, more than any mesh has", self.original.vertices),
+            });
+        }
         if let Some(i) = self.alphas.iter().position(|&a| !(a > 0.0 && a.is_finite())) {
             return Err(CertificateError::Field {
                 field: "alpha",

@@ -59,10 +59,10 @@ pub enum Mismatch {
 
 /// The largest p-value that is evidence against a stranger, 2⁻¹²⁰: who is free in key, message, original, patches and strengths, and
 /// tries 2⁸⁰ of them, comes as far with probability 2⁻⁴⁰ at most.
-pub const EVIDENCE: f64 = 7.523163845262640e-37;
+pub const EVIDENCE: f64 = 7.52316384526264e-37;
 
 /// How many claims a stranger may try: 2⁸⁰.
-pub const STRANGERS_TRIES: f64 = 1.208925819614629174706176e24;
+pub const STRANGERS_TRIES: f64 = 1.2089258196146292e24;
 
 /// What was found, and how.
 #[derive(Clone, Debug)]

@@ -15,11 +15,14 @@ use crate::{
 
 const FORMAT: &str = "sigmark-certificate";
 
+/// More than anybody asks for.
+const MOST_STAMPS: usize = 100;
+
 /// What tells whether a text is a certificate, and of which version. Everything else is passed over.
 #[derive(Deserialize)]
 struct Header {
-    format: String,
-    version: u64,
+    format: Option<String>,
+    version: Option<u64>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -87,15 +90,20 @@ impl Document {
     /// Parses a text. Only one that does not fit is looked at again, for what is to be said of it.
     pub(super) fn parse(text: &str) -> Result<Self, CertificateError> {
         let parsed = serde_json::from_str::<Self>(text);
-        match parsed {
-            Ok(document) if document.format == FORMAT && document.version == VERSION => Ok(document),
-            Ok(document) => Err(refusal(&document.format, document.version)),
-            Err(error) => match serde_json::from_str::<Header>(text) {
-                Ok(header) if header.format != FORMAT || header.version != VERSION => {
-                    Err(refusal(&header.format, header.version))
-                }
-                _ => Err(malformed(error)),
-            },
+        let (format, version) = match &parsed {
+            Ok(document) => (Some(document.format.clone()), Some(document.version)),
+            Err(error) => {
+                let header: Header = serde_json::from_str(text).map_err(|_| malformed(error))?;
+                (header.format, header.version)
+            }
+        };
+        match (format.as_deref() == Some(FORMAT), version) {
+            (false, _) => Err(malformed(format_args!(
+                "the field \"format\" is not \"{FORMAT}\""
+            ))),
+            (true, Some(found)) if found < VERSION => Err(CertificateError::Outdated { found }),
+            (true, Some(found)) if found > VERSION => Err(CertificateError::Version { found }),
+            _ => parsed.map_err(malformed),
         }
     }
 
@@ -196,7 +204,14 @@ impl Document {
         Signature::from_hex(self.mark.scheme, &self.seal).map_err(|_| CertificateError::Seal)
     }
 
+    /// They are not sealed, so anybody can add some.
     pub(super) fn stamps(&self) -> Result<Vec<Vec<u8>>, CertificateError> {
+        if self.stamps.len() > MOST_STAMPS {
+            return Err(CertificateError::Field {
+                field: "stamps",
+                problem: format!("has {}, more than {MOST_STAMPS}", self.stamps.len()),
+            });
+        }
         let decoded = self.stamps.iter().map(|stamp| BASE64.decode(stamp));
         decoded
             .collect::<Result<_, _>>()
@@ -204,13 +219,5 @@ impl Document {
                 field: "stamps",
                 problem: format!("is not base64 ({error})"),
             })
-    }
-}
-
-fn refusal(format: &str, version: u64) -> CertificateError {
-    match (format == FORMAT, version) {
-        (false, _) => malformed(format_args!("the field \"format\" is not \"{FORMAT}\"")),
-        (true, found) if found < VERSION => CertificateError::Outdated { found },
-        (true, found) => CertificateError::Version { found },
     }
 }
