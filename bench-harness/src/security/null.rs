@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sigmark::{
     Embedder,
-    claim::statistics::p_value,
+    claim::statistics::p_of_chosen,
     mark::{JointEstimator, Reader, ReadingMethod},
 };
 
@@ -77,8 +77,7 @@ pub(super) fn of(
                 .map(|trial| {
                     let expected = random_bits(bits, number, trial);
                     let reading = readings.best(&expected, &Job::default())?;
-                    let p = p_value(&expected, &reading.soft.0) * reading.tries as f64;
-                    Ok((reading.tries, p.min(1.0)))
+                    Ok((reading.tries, p_of_chosen(&expected, &reading)))
                 })
                 .collect();
             let asked = asked?;

@@ -140,7 +140,7 @@ fn two_claims_on_the_same_unmarked_original_are_undecided() {
 }
 
 #[test]
-fn two_originals_that_bear_each_others_marks_are_undecided() {
+fn two_claims_on_copies_that_the_other_signed_by_another_claim_are_undecided() {
     // Each has a copy that the other signed before, and signs it again.
     let anna = sign(sign(&model(), BERT, 4e-4).mesh(), ANNA, 4e-4);
     let earlier = sign(&model(), ANNA, 4e-4);

@@ -22,7 +22,10 @@ use sha2::{Digest, Sha256};
 use sigmark::{
     Certificate, CertificateError, Embedder, GeometryDigest, PatchCount, Scheme, SigmarkError, Signature,
     SigningKey, Strength, Verdict, Verifier,
-    claim::{EVIDENCE, statistics::p_value},
+    claim::{
+        EVIDENCE,
+        statistics::{p_of_chosen, p_value},
+    },
     mark::{
         ChipLayout, JointEstimator, MarkLayout, Original, Patch, PatchBasis, Reader, ReadingMethod,
         correlation,
@@ -171,7 +174,7 @@ mod old {
             .find(suspect, &job())
             .unwrap();
         let reading = found.read(&method, bits, &job()).unwrap();
-        let p = p_value(bits, &reading.soft.0) * reading.tries as f64;
+        let p = p_of_chosen(bits, &reading);
         (reading.soft.hard(), p)
     }
 }

@@ -12,7 +12,7 @@ use rand_chacha::{
 };
 use sigmark::{
     PatchCount,
-    claim::statistics::p_value,
+    claim::statistics::p_of_chosen,
     mark::{ChipLayout, JointEstimator, MarkLayout, Original, Reader, ReadingMethod, Strength},
 };
 
@@ -72,7 +72,7 @@ fn p_values(layout: &Arc<MarkLayout>, suspect: &TriMesh, seed: u64) -> Option<Ve
     let p = (0..TRIALS_A_SUSPECT).map(|_| {
         let bits = random_bits(&mut rng);
         let reading = readings.best(&bits, &job).unwrap();
-        (p_value(&bits, &reading.soft.0) * reading.tries as f64).min(1.0)
+        p_of_chosen(&bits, &reading)
     });
     Some(p.collect())
 }

@@ -99,9 +99,7 @@ fn blame(error: SigmarkError, arguments: &Verify, claim: &Claim) -> anyhow::Erro
     let file: &Path = match error {
         SigmarkError::Job(JobError::Cancelled) => return arguments.time_limit.exceeded(),
         SigmarkError::AnotherKey { .. } => arguments.public_key.as_deref().unwrap_or(&arguments.certificate),
-        SigmarkError::Certificate(_)
-        | SigmarkError::PaperProfile
-        | SigmarkError::Mark(MarkError::EmptyLayout { .. }) => &arguments.certificate,
+        SigmarkError::Certificate(_) | SigmarkError::PaperProfile => &arguments.certificate,
         SigmarkError::Mark(MarkError::Registration(_) | MarkError::Mesh(_)) => &arguments.suspect,
         _ => &claim.original_path,
     };

@@ -5,6 +5,8 @@
 
 pub use crate::mark::{correlation, extraction_rate};
 
+use crate::mark::Reading;
+
 /// The probability that a mesh without the mark agrees with `signature` at least as well as `soft` does, or better: an
 /// upper bound that holds for every attack and every noise.
 ///
@@ -21,6 +23,11 @@ pub fn p_value(signature: &[bool], soft: &[f64]) -> f64 {
         matches += usize::from(s == (x > 0.0));
     }
     (2.0 * by_correlation.min(binomial_tail(n, matches))).min(1.0)
+}
+
+/// The [`p_value`] of a reading that was chosen, times the number of all that could have been (union bound), at most 1.
+pub fn p_of_chosen(signature: &[bool], reading: &Reading) -> f64 {
+    (p_value(signature, &reading.soft.0) * reading.tries as f64).min(1.0)
 }
 
 /// P(X ≥ k) for X ~ Binomial(n, ½), to about 12 digits.

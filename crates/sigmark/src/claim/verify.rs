@@ -7,7 +7,7 @@ use registration::{AlignOptions, Alignment, MatchedBy, PreparedMesh};
 use super::{
     Certificate, Mismatch, Outcome, SigmarkError, Verdict,
     keys::PublicKey,
-    statistics::{correlation, extraction_rate, p_value},
+    statistics::{correlation, extraction_rate, p_of_chosen},
 };
 use crate::{
     mark::{
@@ -172,7 +172,7 @@ impl Verifier {
     /// The verdict on a reading, as if by vertices in one pose. To choose it by T gave chance as many tries as there were.
     fn judge(&self, reading: &Reading, expected: &[bool]) -> Verdict {
         let extracted = reading.soft.hard();
-        let p = (p_value(expected, &reading.soft.0) * reading.tries as f64).min(1.0);
+        let p = p_of_chosen(expected, reading);
         let outcome = match (self.certificate.confirms(&extracted), p <= self.p_bound) {
             (true, _) => Outcome::Verified,
             (false, true) => Outcome::Detected { p },
