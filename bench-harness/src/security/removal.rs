@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use sigmark::{
     Embedder, Strength, Verdict, Verifier,
     claim::EVIDENCE,
-    mark::{ChipLayout, Patch, PatchBasis},
+    mark::{Chip, ChipLayout, Patch, PatchBasis},
 };
 
 use super::marked::{Marked, cut, job, key};
@@ -142,10 +142,10 @@ pub(super) fn of(marked: &Marked, attacks: &Python) -> Result<Vec<Removal>> {
 fn with_chips_at_random(marked: &Marked, energy: f64) -> Result<TriMesh> {
     let (layout, original) = (marked.signed.layout(), marked.signed.original());
     let chips = original.layout();
-    let every_chip = ChipLayout::new(chips.bits() * chips.rate(), 1)?;
+    let every_chip: Vec<Chip> = ChipLayout::new(chips.bits() * chips.rate(), 1)?.chips().collect();
     let of_patch = |patch: usize, _: &Patch, basis: &PatchBasis| {
         let mut rng = ChaCha20Rng::seed_from_u64(patch as u64);
-        let signs: Vec<bool> = (0..every_chip.bits()).map(|_| rng.next_u32() & 1 == 1).collect();
+        let signs: Vec<bool> = (0..every_chip.len()).map(|_| rng.next_u32() & 1 == 1).collect();
         basis.displacement(&every_chip, &signs, energy.sqrt() * layout.alphas()[patch])
     };
     let added = original.map_bases(of_patch, &job())?;

@@ -21,7 +21,7 @@ use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 use sigmark::{
     Certificate, CertificateError, Embedder, GeometryDigest, PatchCount, Scheme, SigmarkError, Signature,
-    SigningKey, Strength, Verdict, Verifier,
+    Signed, SigningKey, Strength, Verdict, Verifier,
     claim::{
         EVIDENCE,
         statistics::{p_of_chosen, p_value},
@@ -235,8 +235,11 @@ fn claim_what_a_mark_was_taken_off(mesh: &TriMesh, strength: f64) {
     let s_cut = cut(&s);
     let original = inverted(&s_cut, &first.bits(), strength);
     let honest = claim(&forger, &original, strength);
-    assert_not_found(&judge(&original, &honest, &s), "an honest claim on S − W");
+    let verdict = judge(&original, &honest, &s);
+    println!("an honest claim on S − W: p {:.1e}", verdict.p_value);
+    assert_not_found(&verdict, "an honest claim on S − W");
     let (read, p) = old::read(&original, strength, &first.bits(), &s);
+    println!("old construction: p {p:.1e}");
     paste_the_bits(&forger, &honest, &first);
     // Nobody checked the signature. A few bits are wrong, since the steps to S − W are few.
     let agreeing = read.iter().zip(first.bits()).filter(|(a, b)| **a == *b).count();
@@ -289,7 +292,12 @@ fn keep_the_nonce(
 
     let signed = honest.statement().signed_bytes(honest.statement_hash());
     let valid = with_signature(forger, honest, &forger.sign(&nonce(1), &signed)).unwrap();
-    assert_not_found(&judge(original, &valid, s), "a signature with the nonce of W");
+    let verdict = judge(original, &valid, s);
+    println!(
+        "a signature with the nonce of W: p {:.1e}, old {p:.1e}",
+        verdict.p_value
+    );
+    assert_not_found(&verdict, "a signature with the nonce of W");
 }
 
 #[test]
@@ -304,6 +312,35 @@ fn a_mark_of_full_strength_that_was_taken_off_is_no_claim() {
     for mesh in [0, 1, 3] {
         claim_what_a_mark_was_taken_off(&meshes()[mesh], STRENGTHS[1]);
     }
+}
+
+/// The same on meshes of files, from the faintest mark to the default.
+#[test]
+#[ignore = "wants a folder of meshes and ten minutes: SIGMARK_MESHES=DIR cargo test --test forgery -- --ignored"]
+fn marks_that_were_taken_off_real_meshes_are_no_claims() {
+    let folder = std::env::var("SIGMARK_MESHES").expect("SIGMARK_MESHES names a folder of meshes");
+    let mut files: Vec<_> = std::fs::read_dir(&folder)
+        .expect("a folder")
+        .map(|entry| entry.unwrap().path())
+        .filter(|path| path.is_file())
+        .collect();
+    files.sort();
+    let small = files
+        .iter()
+        .filter_map(|path| Some((path, mesh_io::Asset::open(path).ok()?)))
+        .filter(|(_, asset)| (10_000..50_000).contains(&asset.mesh().vertex_count()));
+    let mut tried = 0;
+    for (path, asset) in small {
+        for strength in STRENGTHS {
+            println!("{}, {strength:e} of the diagonal", path.display());
+            claim_what_a_mark_was_taken_off(asset.mesh(), strength);
+        }
+        tried += 1;
+    }
+    assert!(
+        tried >= 5,
+        "{folder} has {tried} meshes of 10 000 to 50 000 vertices"
+    );
 }
 
 /// Of signatures with nonces of one's choice none comes nearer to bits that were fixed before than chance would let it.
@@ -327,48 +364,27 @@ fn a_free_nonce_gains_no_more_than_chance() {
     assert!((280..=312).contains(&best), "{best}");
 }
 
-/// A genuine signature over S with a little noise; then only those patches are kept strong in which its bits agree with S by chance.
+/// A genuine signature over S with a little noise; then each patch is made as strong as its bits agree with S by chance. The forger tries a
+/// few messages: chance alone says p = 1/8 for the best of eight.
 #[test]
 fn strengths_and_patches_can_not_be_chosen_after_the_bits() {
+    const MESSAGES: usize = 8;
     let forger = Person::numbered(2);
     let s = shapes::bumpy_torus(200, 100, 4);
     let noisy = shapes::jittered(&s, 0.02, 8);
-    let embedder = forger.embedder(4e-4).patches(PatchCount::Exactly(44));
-    let claimed = embedder.embed(&noisy, &job()).unwrap();
-    let layout = claimed.layout();
-    let bits = claimed.certificate().bits();
-
-    // What each patch says for the claim.
-    let moved: Vec<[f64; 3]> = s
-        .positions()
-        .iter()
-        .zip(noisy.positions())
-        .map(|(s, n)| std::array::from_fn(|axis| s[axis] - n[axis]))
-        .collect();
-    let original = layout.original();
-    let of_patch = |_: usize, patch: &Patch, basis: &PatchBasis| {
-        let coefficients = basis.transform(&patch.gather(&moved));
-        let chips = original.layout().chips();
-        chips
-            .map(|chip| coefficients[chip.frequency][chip.axis])
-            .collect()
-    };
-    let said: Vec<Vec<f64>> = original.map_bases(of_patch, &job()).unwrap();
-    let normed = |soft: &Vec<f64>| {
-        let norm = soft.iter().map(|x| x * x).sum::<f64>().sqrt();
-        soft.iter().map(|x| x / norm).collect::<Vec<f64>>()
-    };
-    let sum = |kept: &dyn Fn(f64) -> bool| {
-        let mut sum = vec![0.0; bits.len()];
-        for soft in said.iter().filter(|soft| kept(correlation(&bits, soft))) {
-            sum.iter_mut().zip(normed(soft)).for_each(|(sum, x)| *sum += x);
-        }
-        p_value(&bits, &sum)
-    };
-    let (steered, all) = (sum(&|t| t > 0.0), sum(&|_| true));
+    let layout = ChipLayout::new(512, 1).unwrap();
+    let original = Original::cut(noisy, layout, PatchCount::Exactly(44), &job()).unwrap();
+    original.keep_bases(&job()).unwrap();
+    let original = Arc::new(original);
+    let claims = (0..MESSAGES).map(|message| {
+        let embedder = forger.embedder(4e-4).message(message.to_string());
+        embedder.embed_in(&original, &job()).unwrap()
+    });
+    let steered = claims.map(|claimed| (steered(&claimed, &s), claimed));
+    let ((best, honest), claimed) = steered.min_by(|a, b| a.0.0.total_cmp(&b.0.0)).unwrap();
     assert!(
-        steered < 1e-3 && all > 1e-2,
-        "steering itself works: {steered}, {all}"
+        best < 1e-4 && honest > 1e-2,
+        "steering itself works: {best}, {honest}"
     );
 
     let certificate = claimed.certificate();
@@ -379,11 +395,37 @@ fn strengths_and_patches_can_not_be_chosen_after_the_bits() {
         let refused = issued(&forger, certificate, &[(pointer, edited)]);
         assert!(matches!(refused, Err(CertificateError::Statement)), "{pointer}");
     }
-    let verifier = Verifier::with_original(original, certificate, certificate.public_key());
-    assert_not_found(
-        &verifier.unwrap().verify(&s, &job()).unwrap(),
-        "an honest claim on S and noise",
-    );
+    let honest = judge(&original, certificate, &s);
+    assert_not_found(&honest, "an honest claim on S and noise");
+}
+
+/// p of a claim on S with each patch as strong as it agrees with S, and with all of one strength.
+fn steered(claimed: &Signed, s: &TriMesh) -> (f64, f64) {
+    let (layout, original) = (claimed.layout(), claimed.original());
+    let bits = claimed.certificate().bits();
+    let pairs = s.positions().iter().zip(original.mesh().positions());
+    let moved: Vec<[f64; 3]> = pairs
+        .map(|(s, n)| std::array::from_fn(|axis| s[axis] - n[axis]))
+        .collect();
+    let of_patch = |index: usize, patch: &Patch, basis: &PatchBasis| {
+        let coefficients = basis.transform(&patch.gather(&moved));
+        let mut said = vec![0.0; bits.len()];
+        for chip in layout.chips(index) {
+            said[chip.bit] += coefficients[chip.frequency][chip.axis];
+        }
+        let norm = said.iter().map(|x| x * x).sum::<f64>().sqrt();
+        said.iter().map(|x| x / norm).collect()
+    };
+    let said: Vec<Vec<f64>> = original.map_bases(of_patch, &job()).unwrap();
+    let p = |strength: &dyn Fn(f64) -> f64| {
+        let strengths = said.iter().map(|soft| strength(correlation(&bits, soft)));
+        let mut sum = vec![0.0; bits.len()];
+        for (strength, soft) in strengths.zip(&said) {
+            sum.iter_mut().zip(soft).for_each(|(sum, x)| *sum += strength * x);
+        }
+        p_value(&bits, &sum)
+    };
+    (p(&|t| t.max(0.0)), p(&|_| 1.0))
 }
 
 /// Whatever field its issuer edits once the bits are known, however he seals: the signature is not over it.

@@ -13,8 +13,8 @@ use sigmark::{
     Certificate, Curve, Embedder, Mismatch, Outcome, PatchCount, Scheme, SigmarkError, Signed, SigningKey,
     Strength, Verdict, Verifier,
     mark::{
-        ChipLayout, CoefficientDetector, Detector, MarkError, MarkLayout, Original, Patch, PatchBasis,
-        Registered,
+        Chip, ChipLayout, ChipOrder, CoefficientDetector, Detector, MarkError, MarkLayout, Original, Patch,
+        PatchBasis, Registered,
     },
 };
 
@@ -100,7 +100,7 @@ proptest! {
             let difference = spectrum.reconstruction_difference(positions);
             let mut coefficients = spectrum.transform_positions(positions);
             // α belongs to unit area: coefficients in the model's own measure are √area times larger.
-            for (row, added) in coefficients.iter_mut().zip(basis.modulation(&layout, &bits, alpha)) {
+            for (row, added) in coefficients.iter_mut().zip(basis.modulation(&layout.chips().collect::<Vec<_>>(), &bits, alpha)) {
                 for axis in 0..3 {
                     row[axis] += basis.area().sqrt() * added[axis];
                 }
@@ -117,19 +117,25 @@ proptest! {
         mesh in surface(),
         bits in prop::collection::vec(any::<bool>(), 6..40),
         rate in 1usize..4,
+        key in any::<Option<[u8; 32]>>(),
     ) {
         // eq. 16
         let (layout, alpha) = (ChipLayout::new(bits.len(), rate).unwrap(), 1e-4);
         let original = cut(&mesh, layout);
-        let added = displacement(&original, &bits, alpha, 1);
+        let alphas = vec![alpha; original.patches().len()];
+        let mark = MarkLayout::new(Arc::new(original.clone()), alphas).unwrap();
+        let mark = Arc::new(mark.with_order(key.map_or(ChipOrder::Natural, ChipOrder::Keyed)));
+        let added = mark.write(&bits, &Job::default()).unwrap().displacement;
         let positions = mesh.positions().iter().zip(&added)
             .map(|(p, d)| Some(std::array::from_fn(|i| p[i] + d[i]))).collect();
-        let detector = CoefficientDetector::new(&uniform(original.clone(), alpha));
+        let detector = CoefficientDetector::new(&mark);
         let soft = detector.detect(&Registered::by_vertices(positions), &Job::default()).unwrap();
         let mut expected = vec![0.0; bits.len()];
-        for chip in layout.chips() {
-            let phi: f64 = original.patches().iter().map(|patch| patch.size()[chip.axis]).sum();
-            expected[chip.bit] += if bits[chip.bit] { alpha * phi } else { -alpha * phi };
+        for (i, patch) in original.patches().iter().enumerate() {
+            for chip in mark.chips(i) {
+                let added = alpha * patch.size()[chip.axis];
+                expected[chip.bit] += if bits[chip.bit] { added } else { -added };
+            }
         }
         let tolerance = 1e-10 * mesh.bounding_box().diagonal();
         for (q, e) in soft.0.iter().zip(&expected) {
@@ -203,10 +209,11 @@ fn the_mark_does_not_depend_on_the_solver_s_settings() {
                 tolerance,
                 ..SpectrumOptions::default()
             };
+            let chips: Vec<Chip> = layout.chips().collect();
             let other = |_: usize, patch: &Patch, basis: &PatchBasis| {
                 let spectrum = Spectrum::compute(patch.mesh(), &settings, &job::Job::default()).unwrap();
                 let unit = basis.area().sqrt();
-                let coefficients: Vec<[f64; 3]> = basis.modulation(&layout, &bits, 1e-4);
+                let coefficients: Vec<[f64; 3]> = basis.modulation(&chips, &bits, 1e-4);
                 let other = spectrum.inverse_transform_positions(&coefficients);
                 other
                     .into_iter()

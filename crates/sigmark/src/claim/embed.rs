@@ -128,6 +128,7 @@ impl Embedder {
         let statement = self.statement(&layout);
         let hash = statement.hash()?;
         let signature = self.key.sign(self.scheme, &statement.signed_bytes(&hash))?;
+        let layout = layout.with_order(statement.order(hash));
         let written = layout.write(&statement.payload(hash).bits(&signature), job)?;
         job.begin(MarkStage::Embedding)?;
         let marked = original.mesh().with_positions(written.positions(original));
@@ -162,7 +163,10 @@ impl Embedder {
                 triangles: mesh.triangle_count(),
             },
             scheme: self.scheme,
-            carrier: Carrier::Harmonics,
+            carrier: match self.scheme.is_of_paper() {
+                true => Carrier::Harmonics,
+                false => Carrier::KeyedHarmonics,
+            },
             chip_rate: self.chip_rate,
             laplacian: original.laplacian(),
             labels: PackedLabels::pack(original.patches().labels()),

@@ -4,7 +4,7 @@ use sha2::{Digest, Sha256};
 
 use super::{CertificateError, PackedLabels, certificate::VERSION, keys::PublicKey};
 use crate::{
-    mark::{ChipLayout, LARGEST_PATCH, VERTICES_PER_FUNCTION},
+    mark::{ChipLayout, ChipOrder, LARGEST_PATCH, VERTICES_PER_FUNCTION},
     payload::{GeometryDigest, Payload, PayloadKind, Scheme},
 };
 
@@ -55,6 +55,8 @@ pub struct OriginalRecord {
 pub enum Carrier {
     /// The lowest manifold harmonics of each patch, all of one strength, in the order of eq. 15.
     Harmonics,
+    /// The same harmonics, in an order keyed by h.
+    KeyedHarmonics,
 }
 
 impl Carrier {
@@ -62,6 +64,7 @@ impl Carrier {
     pub fn name(self) -> &'static str {
         match self {
             Self::Harmonics => "harmonics",
+            Self::KeyedHarmonics => "keyed-harmonics",
         }
     }
 }
@@ -105,6 +108,14 @@ impl Statement {
     /// The way from the signature to the bits in the shape, given h.
     pub(super) fn payload(&self, hash: [u8; 32]) -> Payload {
         Payload::new(self.scheme, hash)
+    }
+
+    /// In which order the bits lie there, given h.
+    pub(super) fn order(&self, hash: [u8; 32]) -> ChipOrder {
+        match self.carrier {
+            Carrier::Harmonics => ChipOrder::Natural,
+            Carrier::KeyedHarmonics => ChipOrder::Keyed(hash),
+        }
     }
 
     /// How the bits lie in a patch.

@@ -73,7 +73,8 @@ impl Verifier {
     fn of(original: &Original, certificate: &Certificate) -> Result<Self, SigmarkError> {
         let statement = certificate.statement();
         let original = Arc::new(original.expecting(certificate.last_eigenvalues().to_vec())?);
-        let layout = Arc::new(MarkLayout::new(Arc::clone(&original), statement.alphas.clone())?);
+        let layout = MarkLayout::new(Arc::clone(&original), statement.alphas.clone())?;
+        let layout = Arc::new(layout.with_order(statement.order(*certificate.statement_hash())));
         let method = ReadingMethod::joint(Arc::new(JointEstimator::new(&layout)));
         let method = match statement.scheme.is_of_paper() {
             true => method.with_papers_rule(),

@@ -1,6 +1,6 @@
 use mhb_core::Spectrum;
 
-use super::{ChipLayout, Patch};
+use super::{Chip, Patch};
 
 /// The manifold harmonics of a patch in the scale-free convention: the patch is taken to unit area, so that Σ Dᵢᵢ = 1 and
 /// every basis function has mean square 1. Coefficients keep the unit of length of the model.
@@ -59,19 +59,19 @@ impl PatchBasis {
         rows.map(|row| row.map(|x| unit * x)).collect()
     }
 
-    /// What the mark adds to the coefficients (eqs. 12, 13): α s″ φ along each axis, m by 3.
-    pub fn modulation(&self, layout: &ChipLayout, bits: &[bool], alpha: f64) -> Vec<[f64; 3]> {
-        let mut added = vec![[0.0; 3]; layout.functions()];
-        for chip in layout.chips() {
+    /// What chips add to the coefficients (eqs. 12, 13): α s″ φ along each axis, m by 3.
+    pub fn modulation(&self, chips: &[Chip], bits: &[bool], alpha: f64) -> Vec<[f64; 3]> {
+        let mut added = vec![[0.0; 3]; self.spectrum.eigenvalues().len()];
+        for chip in chips {
             let sign = if bits[chip.bit] { 1.0 } else { -1.0 };
             added[chip.frequency][chip.axis] = alpha * sign * self.size[chip.axis];
         }
         added
     }
 
-    /// What the mark adds to the positions. Adding the reconstruction difference (eqs. 8, 14) to the modulated
+    /// What chips add to the positions. Adding the reconstruction difference (eqs. 8, 14) to the modulated
     /// reconstruction leaves the original plus the reconstruction of the modulation alone (eq. 26, Theorem 1).
-    pub fn displacement(&self, layout: &ChipLayout, bits: &[bool], alpha: f64) -> Vec<[f64; 3]> {
-        self.inverse_transform(&self.modulation(layout, bits, alpha))
+    pub fn displacement(&self, chips: &[Chip], bits: &[bool], alpha: f64) -> Vec<[f64; 3]> {
+        self.inverse_transform(&self.modulation(chips, bits, alpha))
     }
 }

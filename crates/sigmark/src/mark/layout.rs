@@ -2,13 +2,14 @@ use std::sync::Arc;
 
 use job::Job;
 
-use super::{MarkError, Original, Patch, PatchBasis, Strength, strength::distortion};
+use super::{Chip, ChipOrder, MarkError, Original, Patch, PatchBasis, Strength, strength::distortion};
 
-/// Where a mark lies in an original, and how strong it is in each patch, whatever its bits are.
+/// Where a mark lies in an original, in which order, and how strong it is in each patch, whatever its bits are.
 #[derive(Clone, Debug)]
 pub struct MarkLayout {
     original: Arc<Original>,
     alphas: Vec<f64>,
+    order: ChipOrder,
 }
 
 impl MarkLayout {
@@ -18,7 +19,11 @@ impl MarkLayout {
     /// [`MarkError::Patches`] when there is not one α a patch.
     pub fn new(original: Arc<Original>, alphas: Vec<f64>) -> Result<Self, MarkError> {
         original.check_patches(alphas.len())?;
-        Ok(Self { original, alphas })
+        Ok(Self {
+            original,
+            alphas,
+            order: ChipOrder::Natural,
+        })
     }
 
     /// A mark of a strength that was asked for.
@@ -27,7 +32,17 @@ impl MarkLayout {
     /// As [`Strength::alphas`].
     pub fn with_strength(original: Arc<Original>, strength: Strength) -> Result<Self, MarkError> {
         let alphas = strength.alphas(&original)?;
-        Ok(Self { original, alphas })
+        Self::new(original, alphas)
+    }
+
+    /// The same places and strengths, with the bits in another order.
+    pub fn with_order(self, order: ChipOrder) -> Self {
+        Self { order, ..self }
+    }
+
+    /// The chips of a patch, by its number from 0.
+    pub fn chips(&self, patch: usize) -> Vec<Chip> {
+        self.order.chips(self.original.layout(), patch)
     }
 
     /// The original with its patches.
@@ -64,7 +79,7 @@ impl MarkLayout {
             return Err(MarkError::Bits { given, wanted });
         }
         let of_patch = |index: usize, _: &Patch, basis: &PatchBasis| {
-            let added = basis.displacement(layout, bits, self.alphas[index]);
+            let added = basis.displacement(&self.chips(index), bits, self.alphas[index]);
             (added, basis.last_eigenvalue())
         };
         let mut written = Written {

@@ -19,7 +19,7 @@ mod strength;
 
 pub use basis::PatchBasis;
 pub use bits::{SoftBits, correlation, extraction_rate};
-pub use chips::{Chip, ChipLayout};
+pub use chips::{Chip, ChipLayout, ChipOrder};
 pub use detect::{AttackModel, CoefficientDetector, Detector, JointEstimate, JointEstimator};
 pub use error::MarkError;
 pub use layout::{MarkLayout, Written};

@@ -28,7 +28,7 @@ impl Detector for CoefficientDetector {
         let original = self.layout.original();
         suspect.check(original.mesh().vertex_count())?;
         let layout = original.layout();
-        let sums_of_patch = |_: usize, patch: &Patch, basis: &PatchBasis| {
+        let sums_of_patch = |index: usize, patch: &Patch, basis: &PatchBasis| {
             let seen = patch.gather(&suspect.positions);
             // The transform is linear: the difference of coefficients is the transform of the difference.
             let difference: Vec<[f64; 3]> = seen
@@ -38,7 +38,7 @@ impl Detector for CoefficientDetector {
                 .collect();
             let coefficients = basis.transform(&difference);
             let mut sums = vec![0.0; layout.bits()];
-            for chip in layout.chips() {
+            for chip in self.layout.chips(index) {
                 sums[chip.bit] += coefficients[chip.frequency][chip.axis];
             }
             sums

@@ -7,11 +7,11 @@ use super::{
     fields::{FIELDS, SIMILARITY_FIELDS, SMOOTHING_FIELDS, similarity_fields},
     observations::Observation,
 };
-use crate::mark::{ChipLayout, Original, Patch, PatchBasis};
+use crate::mark::{Chip, Original, Patch, PatchBasis};
 
 /// What the rows of all patches have in common.
 pub(super) struct Design<'a> {
-    layout: &'a ChipLayout,
+    bits: usize,
     /// L x, L² x, … at each vertex of the original, in diagonals.
     smoothing: &'a [[Vec3; SMOOTHING_FIELDS]],
     centre: Vec3,
@@ -23,6 +23,7 @@ pub(super) struct Design<'a> {
 /// The patch of some observations, and where its chips are.
 pub(super) struct View<'a> {
     pub(super) alpha: f64,
+    pub(super) chips: Vec<Chip>,
     pub(super) patch: &'a Patch,
     pub(super) basis: &'a PatchBasis,
 }
@@ -31,7 +32,7 @@ impl<'a> Design<'a> {
     pub(super) fn new(original: &'a Original, smoothing: &'a [[Vec3; SMOOTHING_FIELDS]]) -> Self {
         let bounds = original.mesh().bounding_box();
         Self {
-            layout: original.layout(),
+            bits: original.layout().bits(),
             smoothing,
             centre: Vec3(bounds.centre()),
             diagonal: bounds.diagonal(),
@@ -45,7 +46,7 @@ impl<'a> Design<'a> {
     }
 
     pub(super) fn bits(&self) -> usize {
-        self.layout.bits()
+        self.bits
     }
 
     /// X, G and u·d, one row an observation, without weights.
@@ -55,7 +56,7 @@ impl<'a> Design<'a> {
             .size()
             .map(|phi| view.alpha * phi * basis.area().sqrt() / self.diagonal);
         let mut rows = Mat::<f64>::zeros(block.len(), self.unknowns() + 1);
-        for chip in self.layout.chips() {
+        for chip in &view.chips {
             let harmonic = basis.spectrum().eigenfunction(chip.frequency);
             let column = rows.col_as_slice_mut(chip.bit).iter_mut();
             for (entry, observation) in column.zip(block) {

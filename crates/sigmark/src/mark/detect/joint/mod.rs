@@ -121,6 +121,7 @@ impl JointEstimator {
         let of_patch = |index: usize, patch: &Patch, basis: &PatchBasis| {
             let view = View {
                 alpha: self.layout.alphas()[index],
+                chips: self.layout.chips(index),
                 patch,
                 basis,
             };
