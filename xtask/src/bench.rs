@@ -7,6 +7,7 @@ use bench_harness::{
     quality::QualityBench,
     registration::RegistrationBench,
     security::SecurityBench,
+    visibility::VisibilityBench,
 };
 use clap::Subcommand;
 
@@ -36,6 +37,10 @@ pub(crate) enum Bench {
     /// Makes a Python environment in attacks/.venv. Some minutes for each model. Finished models are kept in .cache/bench/security by the digest
     /// of the code that made them, so that a run that was interrupted goes on.
     Security(SecurityBench),
+    /// Visibility: how far facets turn inside patches and at their borders, what people notice, and what is read after attacks
+    ///
+    /// Makes a Python environment in attacks/.venv. Finished models are kept in .cache/bench/visibility by the digest of the code that made them.
+    Visibility(VisibilityBench),
     /// Solve one problem in a process of its own, for `eigen`
     #[command(hide = true)]
     Solve(LoneSolve),
@@ -52,6 +57,7 @@ impl Bench {
             Self::Registration(bench) => bench.run(),
             Self::Quality(bench) => bench.run(),
             Self::Security(bench) => bench.run(),
+            Self::Visibility(bench) => bench.run(),
             Self::Solve(alone) => alone.run(),
             Self::Divide(alone) => alone.run(),
         }

@@ -7,13 +7,15 @@ use crate::triangle::{Triangle, edge_lengths};
 
 /// A discrete Laplace–Beltrami operator: stiffness S and mass (both #V by #V).
 ///
-/// S is positive semidefinite, the negative of the paper's Q; its rows sum to zero. The lumped mass D is diagonal and positive; the full mass
+/// S is positive semidefinite, the negative of the paper's Q; its rows sum to zero, but where neighbours are held fixed. The lumped mass D is diagonal and positive; the full mass
 /// B, where there is one, has the same row sums.
 #[derive(Clone, Debug)]
 pub struct Laplacian {
     stiffness: CsMat<f64>,
     mass: Vec<f64>,
     full_mass: Option<CsMat<f64>>,
+    /// Vertices beside one that is held fixed; none where all are free.
+    grounded: Option<Vec<bool>>,
 }
 
 /// Which Laplacian a mesh is given.
@@ -81,6 +83,7 @@ impl Laplacian {
             stiffness: assemble_stiffness(n, corners, triangles),
             mass: checked(assemble_lumped_mass(n, corners, triangles))?,
             full_mass: (mass == Mass::Full).then(|| assemble_full_mass(n, corners, triangles)),
+            grounded: None,
         })
     }
 
@@ -117,7 +120,52 @@ impl Laplacian {
             stiffness,
             mass: checked(mass)?,
             full_mass: None,
+            grounded: None,
         })
+    }
+
+    /// The Laplacian of functions that are zero at all vertices but the `free` ones (ascending): their rows and columns.
+    ///
+    /// # Errors
+    /// [`SpectrumError::Count`] if none is free.
+    pub(crate) fn restricted(&self, free: &[u32]) -> Result<Self, SpectrumError> {
+        if free.is_empty() {
+            return Err(SpectrumError::Count {
+                count: 1,
+                vertices: 0,
+            });
+        }
+        let mut place = vec![None; self.mass.len()];
+        for (i, &v) in free.iter().enumerate() {
+            place[v as usize] = Some(i);
+        }
+        let among_free = |matrix: &CsMat<f64>| {
+            let mut kept = TriMat::with_capacity((free.len(), free.len()), matrix.nnz());
+            for (i, &v) in free.iter().enumerate() {
+                let row = matrix.outer_view(v as usize);
+                for (w, &value) in row.iter().flat_map(|row| row.iter()) {
+                    if let Some(j) = place[w] {
+                        kept.add_triplet(i, j, value);
+                    }
+                }
+            }
+            kept.to_csr()
+        };
+        let beside_fixed = |&v: &u32| {
+            let row = self.stiffness.outer_view(v as usize);
+            row.is_some_and(|row| row.iter().any(|(w, _)| place[w].is_none()))
+        };
+        Ok(Self {
+            stiffness: among_free(&self.stiffness),
+            mass: free.iter().map(|&v| self.mass[v as usize]).collect(),
+            full_mass: self.full_mass.as_ref().map(among_free),
+            grounded: Some(free.iter().map(beside_fixed).collect()),
+        })
+    }
+
+    /// Whether a vertex lies beside one that is held fixed.
+    pub(crate) fn is_grounded(&self, vertex: usize) -> bool {
+        self.grounded.as_ref().is_some_and(|grounded| grounded[vertex])
     }
 
     /// S, #V by #V, in compressed rows.

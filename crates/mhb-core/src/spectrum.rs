@@ -32,6 +32,49 @@ impl Spectrum {
         Self::of_laplacian(&laplacian, options, job)
     }
 
+    /// The spectrum of functions on a mesh that are zero at `fixed` vertices (Dirichlet's condition) and free elsewhere, the mesh's own
+    /// boundary included. Eigenfunctions have a value at every vertex; no eigenvalue is 0, but for components without a fixed vertex.
+    ///
+    /// # Errors
+    /// As [`compute`](Self::compute); [`SpectrumError::Count`] where fewer vertices are free than pairs are asked for.
+    ///
+    /// # Panics
+    /// If there is not one value a vertex.
+    pub fn with_fixed(
+        mesh: &TriMesh,
+        fixed: &[bool],
+        options: &SpectrumOptions,
+        job: &Job,
+    ) -> Result<Self, SpectrumError> {
+        assert_eq!(fixed.len(), mesh.vertex_count(), "one value a vertex");
+        if !fixed.contains(&true) {
+            return Self::compute(mesh, options, job);
+        }
+        let free: Vec<u32> = (0u32..)
+            .zip(fixed)
+            .filter(|(_, fixed)| !**fixed)
+            .map(|(v, _)| v)
+            .collect();
+        options.checked(free.len())?;
+        job.begin(SpectrumStage::Assembly)?;
+        let laplacian = Laplacian::of(mesh, options.laplacian, options.mass)?;
+        let of_free = Self::of_laplacian(&laplacian.restricted(&free)?, options, job)?;
+        let mut eigenfunctions = Mat::zeros(mesh.vertex_count(), of_free.eigenvalues.len());
+        for k in 0..eigenfunctions.ncols() {
+            let column = eigenfunctions.col_as_slice_mut(k);
+            let values = of_free.eigenfunction(k).iter();
+            values
+                .zip(&free)
+                .for_each(|(&value, &v)| column[v as usize] = value);
+        }
+        Ok(Self {
+            eigenfunctions,
+            mass: laplacian.mass().to_vec(),
+            full_mass: laplacian.full_mass().cloned(),
+            ..of_free
+        })
+    }
+
     /// The spectrum of any Laplacian; [`SpectrumOptions::laplacian`] and
     /// [`mass`](SpectrumOptions::mass) are not looked at.
     ///
@@ -44,7 +87,7 @@ impl Spectrum {
     ) -> Result<Self, SpectrumError> {
         let options = options.checked(laplacian.mass().len())?;
         let operator = Operator::new(laplacian);
-        let kernel = kernel(&operator);
+        let kernel = kernel(&operator, |v| laplacian.is_grounded(v));
         let solution = solver::lowest(&operator, kernel.as_ref(), &options, job)?;
         finish(laplacian, &operator, kernel.ncols(), solution, options.count, job)
     }
@@ -55,7 +98,7 @@ impl Spectrum {
     }
 
     /// H, #V by m, column-major: column k belongs to eigenvalue k, Hᵀ B H = I, where B is the mass, D if it is lumped. The basis is canonical: it depends on
-    /// the mesh alone, and the first columns do not depend on how many were asked for. Column 0 is a positive constant.
+    /// the mesh alone, and the first columns do not depend on how many were asked for. Column 0 is a positive constant, unless vertices are fixed.
     pub fn eigenfunctions(&self) -> MatRef<'_, f64> {
         self.eigenfunctions.as_ref()
     }

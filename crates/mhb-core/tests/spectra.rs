@@ -487,3 +487,83 @@ fn an_observer_sees_the_stages_in_order_and_can_stop_in_each() {
         assert_eq!(stopped.unwrap_err(), SpectrumError::Job(JobError::Cancelled));
     }
 }
+
+/// Vertices of a rectangle that lie on its border.
+fn on_border(mesh: &TriMesh, [a, b]: [f64; 2]) -> Vec<bool> {
+    let near = |x: f64, y: f64| (x - y).abs() < 1e-9;
+    let is_there = |&[x, y, _]: &[f64; 3]| near(x, 0.0) || near(x, a) || near(y, 0.0) || near(y, b);
+    mesh.positions().iter().map(is_there).collect()
+}
+
+#[test]
+fn a_rectangle_that_is_held_along_its_border_has_the_dirichlet_spectrum_with_errors_of_second_order() {
+    let [a, b] = [1.3, 1.0];
+    let mut exact: Vec<f64> = (1..12)
+        .flat_map(|j| (1..12).map(move |k| (PI * f64::from(j) / a).powi(2) + (PI * f64::from(k) / b).powi(2)))
+        .collect();
+    exact.sort_by(f64::total_cmp);
+    let error = |n: u32| {
+        let mesh = shapes::rectangle(n, n, a, b);
+        let fixed = on_border(&mesh, [a, b]);
+        let spectrum = Spectrum::with_fixed(&mesh, &fixed, &options(10), &Job::default()).unwrap();
+        assert!(orthonormality_defect(&spectrum) < 1e-9);
+        for k in 0..10 {
+            let at_border = spectrum
+                .eigenfunction(k)
+                .iter()
+                .zip(&fixed)
+                .filter(|(_, fixed)| **fixed);
+            assert!(at_border.into_iter().all(|(h, _)| *h == 0.0));
+        }
+        worst_error(spectrum.eigenvalues(), &exact[..10])
+    };
+    let (coarse, fine) = (error(30), error(60));
+    assert!(fine < 4e-3 && coarse / fine > 3.5, "{coarse} {fine}");
+}
+
+/// Cauchy's interlacing theorem: to hold k vertices lifts an eigenvalue at most to the one k places above.
+#[test]
+fn to_hold_vertices_lifts_eigenvalues_no_farther_than_interlacing_allows() {
+    let mesh = shapes::bumpy_sphere(4, 3);
+    let free = spectrum(&mesh, 30);
+    let mut fixed = vec![false; mesh.vertex_count()];
+    [7, 300, 1999].into_iter().for_each(|v| fixed[v] = true);
+    let held = Spectrum::with_fixed(&mesh, &fixed, &options(27), &Job::default()).unwrap();
+    for k in 0..27 {
+        let [least, found, most] = [
+            free.eigenvalues()[k],
+            held.eigenvalues()[k],
+            free.eigenvalues()[k + 3],
+        ];
+        assert!(
+            least - 1e-9 <= found && found <= most + 1e-9,
+            "{least} {found} {most}"
+        );
+    }
+    let none = vec![false; mesh.vertex_count()];
+    let same = Spectrum::with_fixed(&mesh, &none, &options(30), &Job::default()).unwrap();
+    assert_eq!(same.eigenvalues(), free.eigenvalues());
+}
+
+#[test]
+fn a_component_that_nothing_holds_keeps_its_constant() {
+    for level in [2, 4] {
+        let piece = shapes::icosphere(level);
+        let n = piece.vertex_count();
+        let mesh = shapes::disjoint_union(&[piece.clone(), shapes::translated(&piece, [4.0, 0.0, 0.0])]);
+        let mut fixed = vec![false; 2 * n];
+        fixed[0] = true;
+        let spectrum = Spectrum::with_fixed(&mesh, &fixed, &options(8), &Job::default()).unwrap();
+        assert!(spectrum.eigenvalues()[0] == 0.0 && spectrum.eigenvalues()[1] > 1e-3);
+        let constant = spectrum.eigenfunction(0);
+        assert!(
+            constant[..n].iter().all(|h| *h == 0.0)
+                && constant[n..]
+                    .iter()
+                    .all(|h| (h / constant[n] - 1.0).abs() < 1e-12)
+        );
+    }
+    let all = vec![true; 12];
+    let refused = Spectrum::with_fixed(&shapes::icosphere(0), &all, &options(1), &Job::default());
+    assert!(matches!(refused, Err(SpectrumError::Count { vertices: 0, .. })));
+}

@@ -50,6 +50,7 @@
 
 mod distance;
 mod error;
+mod facet_turn;
 mod heatmap;
 mod metric;
 mod perceptual;
@@ -61,6 +62,7 @@ pub use distance::{
     DistanceMetric, DistanceOptions, SurfaceDistance, SymmetricDistance, surface_distance, vertex_distances,
 };
 pub use error::{QualityError, Side};
+pub use facet_turn::{FacetTurn, FacetTurnMetric, TurnSummary};
 pub use heatmap::{Scale, heatmap};
 pub use metric::{Figure, Measurement, Metric, Needs};
 pub use mhb_core::Mass;

@@ -187,7 +187,7 @@ mod tests {
     /// The lowest pairs by both ways.
     fn both(mesh: &TriMesh, mass: Mass, count: usize) -> [Solution; 2] {
         let operator = Operator::new(&Laplacian::of(mesh, LaplacianKind::Cotangent, mass).unwrap());
-        let (kernel, job) = (kernel(&operator), Job::default());
+        let (kernel, job) = (kernel(&operator, |_| false), Job::default());
         let options = SpectrumOptions {
             count: count.min(mesh.vertex_count()),
             ..Default::default()

@@ -23,7 +23,7 @@ pub use chips::{Chip, ChipLayout, ChipOrder};
 pub use detect::{AttackModel, CoefficientDetector, Detector, JointEstimate, JointEstimator};
 pub use error::MarkError;
 pub use layout::{MarkLayout, Written};
-pub use original::Original;
+pub use original::{Borders, Original};
 pub use patches::{LARGEST_PATCH, Patch, PatchCount, Patches, VERTICES_PER_FUNCTION};
 pub use reader::{Found, Reader, Reading, ReadingMethod, Readings, Suspect};
 pub use registered::Registered;

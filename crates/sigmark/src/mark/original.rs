@@ -20,9 +20,20 @@ pub struct Original {
     layout: ChipLayout,
     patches: Arc<Patches>,
     laplacian: LaplacianKind,
+    borders: Borders,
     /// The last eigenvalue of each basis, where it is known.
     expected: Option<Vec<f64>>,
     kept: Arc<OnceLock<Vec<PatchBasis>>>,
+}
+
+/// What harmonics do where a patch borders on another, or on what is unmarked.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Borders {
+    /// They end with any value (Neumann's condition), as in the paper: the mark jumps from patch to patch.
+    #[default]
+    Free,
+    /// They are zero there (Dirichlet's condition): the mark is continuous.
+    Fixed,
 }
 
 /// Two correct programs agree on eigenvalues far better than this, relative to them.
@@ -55,6 +66,7 @@ impl Original {
             layout,
             patches: Arc::new(patches),
             laplacian: LaplacianKind::default(),
+            borders: Borders::default(),
             expected: None,
             kept: Arc::default(),
         }
@@ -64,6 +76,15 @@ impl Original {
     pub fn with_laplacian(self, laplacian: LaplacianKind) -> Self {
         Self {
             laplacian,
+            kept: Arc::default(),
+            ..self
+        }
+    }
+
+    /// Takes harmonics that behave otherwise at borders than freely. Bases kept so far are not used.
+    pub fn with_borders(self, borders: Borders) -> Self {
+        Self {
+            borders,
             kept: Arc::default(),
             ..self
         }
@@ -95,6 +116,11 @@ impl Original {
     /// Which Laplacian the patches' harmonics belong to.
     pub fn laplacian(&self) -> LaplacianKind {
         self.laplacian
+    }
+
+    /// What harmonics do at borders between patches.
+    pub fn borders(&self) -> Borders {
+        self.borders
     }
 
     /// The patches.
@@ -188,7 +214,11 @@ impl Original {
             laplacian: self.laplacian,
             ..Default::default()
         };
-        let spectrum = Spectrum::compute(patch.mesh(), &options, &job.within(SpectrumStage::Solving));
+        let job = job.within(SpectrumStage::Solving);
+        let spectrum = match self.borders {
+            Borders::Free => Spectrum::compute(patch.mesh(), &options, &job),
+            Borders::Fixed => Spectrum::with_fixed(patch.mesh(), patch.at_border(), &options, &job),
+        };
         let spectrum = spectrum.map_err(|source| match source {
             SpectrumError::Job(error) => MarkError::Job(error),
             source => MarkError::Spectrum { patch: index, source },

@@ -9,6 +9,8 @@ use super::MarkError;
 pub struct Patch {
     vertices: Vec<u32>,
     mesh: TriMesh,
+    /// Vertices of the patch with neighbours that are not of it.
+    at_border: Vec<bool>,
 }
 
 impl Patch {
@@ -20,6 +22,12 @@ impl Patch {
     /// The patch as a mesh of its own; a triangle belongs to a patch if its three vertices do.
     pub fn mesh(&self) -> &TriMesh {
         &self.mesh
+    }
+
+    /// Whether each vertex of the patch has a neighbour in the mesh that is not of the patch: there it borders on another patch, or on what is
+    /// unmarked. The mesh's own boundary is no such border.
+    pub fn at_border(&self) -> &[bool] {
+        &self.at_border
     }
 
     /// φ, the edges of the patch's bounding box.
@@ -151,8 +159,19 @@ impl Patches {
             let triangles = triangles.iter().map(|t| t.map(|v| place[v as usize])).collect();
             patches.push(Patch {
                 mesh: TriMesh::new(positions, triangles)?,
+                at_border: vec![false; vertices.len()],
                 vertices,
             });
+        }
+        let mut at_border = vec![false; labels.len()];
+        for triangle in mesh.triangles() {
+            let [a, b, c] = triangle.map(|v| labels[v as usize]);
+            if a != b || b != c {
+                triangle.iter().for_each(|&v| at_border[v as usize] = true);
+            }
+        }
+        for patch in &mut patches {
+            patch.at_border = patch.gather(&at_border);
         }
         Ok(Self { labels, patches })
     }
