@@ -33,14 +33,14 @@ impl EigenProblem {
     }
 
     /// The surface of a mesh file, or, where it is larger than `sigmark` lets a patch be, the largest of the patches that
-    /// `sigmark embed` would cut it into.
+    /// the paper's profile cuts it into.
     pub(crate) fn of_file(path: &Path, folder: &Path) -> Result<Self> {
         let asset = Asset::open(path)?;
         let name = name_of(path);
         if asset.mesh().vertex_count() <= LARGEST_PATCH {
             return Self::new(&name, asset.mesh(), folder);
         }
-        let patches = cut(asset.mesh(), PatchCount::Auto)?;
+        let patches = cut(asset.mesh(), PatchCount::Paper)?;
         let name = format!("{name}, largest of {} patches", patches.len());
         Self::new(&name, &patches[0], folder)
     }

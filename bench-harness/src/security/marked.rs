@@ -11,8 +11,8 @@ use sigmark::{
     mark::{ChipLayout, CoefficientDetector, Original},
 };
 
-/// What `sigmark embed` does by default: 512 bits, each three times.
-const BITS_AND_RATE: [usize; 2] = [512, 3];
+/// What `sigmark embed` does by default: 512 bits, each once in every patch.
+const BITS_AND_RATE: [usize; 2] = [512, 1];
 
 /// All cores.
 pub(super) fn job() -> Job {

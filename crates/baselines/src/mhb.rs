@@ -2,7 +2,8 @@ use std::sync::Arc;
 
 use job::Job;
 use sigmark::mark::{
-    ChipLayout, CoefficientDetector, Detector, MarkLayout, Original, ReadingMethod, Registered, SoftBits,
+    Borders, ChipLayout, CoefficientDetector, Detector, MarkLayout, Original, ReadingMethod, Registered,
+    SoftBits,
 };
 
 use crate::{
@@ -74,6 +75,7 @@ impl Algorithm for Mhb {
         check_vertices(subject.patches.labels().len(), subject.mesh.vertex_count())?;
         let layout = ChipLayout::new(subject.bits, self.chip_rate)?;
         let original = Original::with_patches(subject.mesh.clone(), layout, subject.patches.clone());
+        let original = original.with_borders(Borders::Free);
         original.keep_bases(job)?;
         Ok(Box::new(PreparedMhb {
             original: Arc::new(original),

@@ -15,7 +15,7 @@ const FUNCTIONS: usize = 325;
 /// Components with fewer vertices stay unmarked.
 const LEAST: usize = 2 * FUNCTIONS;
 
-/// Patches by `auto` have fewer vertices.
+/// The paper's patches have fewer vertices.
 const LIMIT: usize = 30_000;
 
 /// Cuts every mesh file below a folder into patches, and says what is not as it should be.
@@ -25,7 +25,7 @@ pub fn run(folder: &Path) -> Result<()> {
         let mesh = asset.mesh();
         let parts = components(mesh);
         let counted = format!("components {}, ", parts.count);
-        let patches = Patches::cut(mesh, FUNCTIONS, PatchCount::Auto, &Job::new(threads))
+        let patches = Patches::cut(mesh, FUNCTIONS, PatchCount::Paper, &Job::new(threads))
             .with_context(|| format!("{counted}not cut"))?;
         let failed = check(mesh, &parts, &patches).unwrap_or_else(|error| vec![format!("{error:#}")]);
         Ok((format!("{counted}{}; ", described(&patches)), failed))

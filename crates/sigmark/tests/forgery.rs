@@ -459,10 +459,12 @@ fn a_signer_can_change_nothing_of_his_statement() {
     }
     // One vertex less in the patch.
     let mut labels = original.patches().labels().to_vec();
-    labels[0] = 0;
+    assert_ne!(std::mem::take(&mut labels[0]), 0);
     let labels = serde_json::to_value(sigmark::claim::PackedLabels::pack(&labels)).unwrap();
-    let vertices = json!(original.mesh().vertex_count() - 1);
-    let edits = [("/mark/labels", labels), ("/mark/patches/0/vertices", vertices)];
+    let patch = original.patches().labels()[0] as usize - 1;
+    let vertices = json!(original.patches()[patch].vertices().len() - 1);
+    let count = format!("/mark/patches/{patch}/vertices");
+    let edits = [("/mark/labels", labels), (&*count, vertices)];
     assert!(matches!(
         issued(&forger, &claimed, &edits),
         Err(CertificateError::Statement)
@@ -500,7 +502,8 @@ fn no_claim_can_be_downgraded() {
 #[test]
 fn a_forged_claim_of_the_papers_profile_is_refused_unless_asked_for() {
     let forger = SigningKey::generate(sigmark::Curve::B163, &mut ChaCha20Rng::from_seed([5; 32]));
-    let embedder = Embedder::new(&forger).message("mine").chip_rate(1);
+    let faint = Strength::Distortion(2e-5); // the fainter, the nearer one step comes to S − W
+    let embedder = Embedder::new(&forger).message("mine").strength(faint);
     let s = published(&meshes()[0]);
     let marked = embedder.embed(&s, &job()).unwrap();
     let pairs = s.positions().iter().zip(marked.positions());

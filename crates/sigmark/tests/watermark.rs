@@ -39,7 +39,7 @@ fn judge(original: &TriMesh, signed: &Signed, suspect: &TriMesh) -> Verdict {
         .unwrap()
 }
 
-/// One patch a component.
+/// Up to three patches a component.
 fn cut(mesh: &TriMesh, layout: ChipLayout) -> Original {
     Original::cut(mesh.clone(), layout, PatchCount::Auto, &Job::default()).unwrap()
 }
@@ -95,7 +95,7 @@ proptest! {
 
         least.map_bases(|_, patch, basis| {
             let options = SpectrumOptions { count: layout.functions() + more, ..SpectrumOptions::default() };
-            let spectrum = Spectrum::compute(patch.mesh(), &options, &job::Job::default()).unwrap();
+            let spectrum = Spectrum::with_fixed(patch.mesh(), patch.at_border(), &options, &job::Job::default()).unwrap();
             let positions = patch.mesh().positions();
             let difference = spectrum.reconstruction_difference(positions);
             let mut coefficients = spectrum.transform_positions(positions);
@@ -210,19 +210,18 @@ fn the_mark_does_not_depend_on_the_solver_s_settings() {
                 ..SpectrumOptions::default()
             };
             let chips: Vec<Chip> = layout.chips().collect();
-            let other = |_: usize, patch: &Patch, basis: &PatchBasis| {
-                let spectrum = Spectrum::compute(patch.mesh(), &settings, &job::Job::default()).unwrap();
+            let size = farthest(&mark, &vec![[0.0; 3]; mark.len()]);
+            let gap = |_: usize, patch: &Patch, basis: &PatchBasis| {
+                let fixed = patch.at_border();
+                let spectrum = Spectrum::with_fixed(patch.mesh(), fixed, &settings, &Job::default()).unwrap();
                 let unit = basis.area().sqrt();
                 let coefficients: Vec<[f64; 3]> = basis.modulation(&chips, &bits, 1e-4);
                 let other = spectrum.inverse_transform_positions(&coefficients);
-                other
-                    .into_iter()
-                    .map(|row| row.map(|x| unit * x))
-                    .collect::<Vec<_>>()
+                let other: Vec<[f64; 3]> = other.into_iter().map(|row| row.map(|x| unit * x)).collect();
+                farthest(&patch.gather(&mark), &other)
             };
-            let other = &original.map_bases(other, &Job::default()).unwrap()[0];
-            let size = farthest(&mark, &vec![[0.0; 3]; mark.len()]);
-            let gap = farthest(&mark, other);
+            let gaps = original.map_bases(gap, &Job::default()).unwrap();
+            let gap = gaps.into_iter().fold(0.0, f64::max);
             assert!(
                 gap <= 1e-6 * size,
                 "{block}, {band}, {tolerance:e}: {:e}",
@@ -265,6 +264,7 @@ fn the_distortion_is_what_was_asked_for() {
         let signed = Embedder::new(&key(Curve::P256, 1))
             .chip_rate(1)
             .strength(Strength::Distortion(target))
+            .patches(PatchCount::Exactly(1)) // without triangles between patches, which have no mass
             .embed(&mesh, &Job::default())
             .unwrap();
         let mass = mhb_core::lumped_mass(&mesh).unwrap();
@@ -370,7 +370,7 @@ fn a_mark_half_drowned_in_noise_is_detected_though_not_read() {
     let mesh = shapes::bumpy_sphere(4, 9);
     let signed = sign(&mesh, 1);
     let mut rng = ChaCha20Rng::from_seed([5; 32]);
-    let amplitude = 0.012 * mesh.bounding_box().diagonal();
+    let amplitude = 0.009 * mesh.bounding_box().diagonal();
     let noisy = signed
         .positions()
         .iter()

@@ -69,7 +69,8 @@ Reads and writes OBJ, PLY, STL and OFF, also gzipped. A locked key's passphrase 
 environment variable SIGMARK_PASSPHRASE.
 
 --json prints: output, certificate (file names), scheme, bits, chip_rate, laplacian, functions (manifold harmonics of a patch), \
-patches, unmarked_vertices, alpha, distortion_rms (fraction of the diagonal), seconds (of each stage).")]
+patches, unmarked_vertices, alpha, distortion_rms (fraction of the diagonal), facet_turn (median, p99, max: by how many degrees triangles \
+turned), flipped (triangles that look the other way), seconds (of each stage).")]
 pub(crate) struct Embed {
     /// The mesh to sign
     pub(crate) model: PathBuf,
@@ -109,10 +110,11 @@ pub(crate) struct Embed {
     /// Strength as the paper's α, in the model's unit of length; in place of --distortion
     #[arg(long, value_name = "ALPHA", group = "strength", allow_negative_numbers = true, value_parser = numbers::positive)]
     paper_alpha: Option<f64>,
-    /// How often each bit is repeated in a patch: more is more robust, but needs more vertices and time
-    #[arg(long, value_name = "C", default_value_t = 3, allow_negative_numbers = true, value_parser = numbers::count)]
-    pub(crate) chip_rate: usize,
-    /// Into how many patches the mesh is cut, each with the whole signature: a number, or auto for as few as keep each below
+    /// How often each bit is repeated in a patch: more is more robust, but needs more vertices and time [default: 1; for the paper's
+    /// profile 3]
+    #[arg(long, value_name = "C", allow_negative_numbers = true, value_parser = numbers::count)]
+    pub(crate) chip_rate: Option<usize>,
+    /// Into how many patches the mesh is cut, each with the whole signature: a number, or auto for three, and more for more than
     /// 30 000 vertices
     #[arg(long, value_name = "N", default_value = "auto", allow_negative_numbers = true, value_parser = numbers::patches)]
     pub(crate) patches: PatchCount,

@@ -3,8 +3,9 @@ use std::{path::Path, sync::Arc};
 use anyhow::{Context, Result, bail};
 use job::Job;
 use mesh_io::Asset;
+use quality::{FacetTurn, TurnSummary};
 use serde_json::{Value, json};
-use sigmark::{Curve, Embedder, Scheme, Signed, SigningKey};
+use sigmark::{Curve, Embedder, PatchCount, Scheme, Signed, SigningKey};
 
 use crate::{
     Answer,
@@ -34,17 +35,24 @@ pub(crate) fn run(arguments: &Embed) -> Result<Answer> {
         .embed(asset.mesh(), &job)
         .with_context(|| arguments.model.display().to_string())?;
     progress.begin("writing", "writing");
-    write(arguments, &certificate_path, &asset, &signed, &job)?;
+    let turn = write(arguments, &certificate_path, &asset, &signed, &job)?;
     let seconds = progress.finish();
 
-    let object = object(arguments, &signed, &certificate_path, &seconds);
-    let lines = summary(arguments, &signed, &certificate_path, &seconds);
+    let object = object(arguments, &signed, &certificate_path, &turn, &seconds);
+    let lines = summary(arguments, &signed, &certificate_path, &turn, &seconds);
     report::print(arguments.common.json, &object, &lines)?;
     Ok(Answer::Yes)
 }
 
-/// Writes the signed mesh and the certificate, if the whole signature can be read back from the one as the file holds it.
-fn write(arguments: &Embed, certificate: &Path, asset: &Asset, signed: &Signed, job: &Job) -> Result<()> {
+/// Writes the signed mesh and the certificate, if the whole signature can be read back from the one as the file holds it. Tells how far its
+/// facets turned.
+fn write(
+    arguments: &Embed,
+    certificate: &Path,
+    asset: &Asset,
+    signed: &Signed,
+    job: &Job,
+) -> Result<FacetTurn> {
     let marked = asset.with_positions(signed.positions())?;
     // What counts is what the file holds: its precision may be coarser than the mark.
     let read_back = signed.read_back(marked.mesh().positions(), job)?;
@@ -62,24 +70,34 @@ fn write(arguments: &Embed, certificate: &Path, asset: &Asset, signed: &Signed, 
         (certificate, json.as_bytes(), true),
     ];
     let outputs = outputs.map(|(path, bytes, private)| Output { path, bytes, private });
-    files::write_together(&outputs, arguments.force)
+    let turn = FacetTurn::between(asset.mesh(), marked.mesh())?;
+    files::write_together(&outputs, arguments.force)?;
+    Ok(turn)
 }
 
 /// What `--json` prints.
-fn object(arguments: &Embed, signed: &Signed, certificate: &Path, seconds: &Seconds) -> Value {
+fn object(
+    arguments: &Embed,
+    signed: &Signed,
+    certificate: &Path,
+    turn: &FacetTurn,
+    seconds: &Seconds,
+) -> Value {
     let scheme = signed.certificate().statement().scheme;
     json!({
         "output": arguments.output,
         "certificate": certificate,
         "scheme": scheme,
         "bits": scheme.bits(),
-        "chip_rate": arguments.chip_rate,
+        "chip_rate": signed.original().layout().rate(),
         "laplacian": arguments.laplacian.name(),
         "functions": signed.original().layout().functions(),
         "patches": signed.original().patches().len(),
         "unmarked_vertices": signed.original().patches().unmarked_vertices(),
         "alpha": signed.layout().alpha(),
         "distortion_rms": signed.layout().distortion_rms(),
+        "facet_turn": turn.summary(),
+        "flipped": turn.flipped(),
         "seconds": report::seconds_json(seconds),
     })
 }
@@ -105,10 +123,14 @@ fn embedder(arguments: &Embed, key: &SigningKey) -> Result<Embedder> {
         .message(&arguments.message)
         .recipient(&arguments.recipient)
         .original_name(file_name(&arguments.model))
-        .chip_rate(arguments.chip_rate)
         .strength(arguments.strength())
-        .patches(arguments.patches)
         .laplacian(arguments.laplacian.kind());
+    if let Some(rate) = arguments.chip_rate {
+        embedder = embedder.chip_rate(rate);
+    }
+    if let PatchCount::Exactly(_) = arguments.patches {
+        embedder = embedder.patches(arguments.patches);
+    }
     if let Some(profile) = arguments.profile {
         if profile.curve() != key.curve() {
             let name = if profile == Profile::Paper {
@@ -132,6 +154,16 @@ fn embedder(arguments: &Embed, key: &SigningKey) -> Result<Embedder> {
     Ok(embedder)
 }
 
+/// How far facets turned, in words.
+fn turned(turn: &FacetTurn) -> String {
+    let TurnSummary { median, p99, max, .. } = turn.summary();
+    let flipped = match turn.flipped() {
+        0 => "none flips".into(),
+        flipped => format!("{} over", report::counted(flipped, "flips", "flip")),
+    };
+    format!("{median:.1}° in the median, 99 of 100 by less than {p99:.1}°, {max:.0}° at most; {flipped}")
+}
+
 /// What of a path is in its folder; nothing of what is no text.
 fn file_name(path: &Path) -> &str {
     path.file_name()
@@ -139,7 +171,13 @@ fn file_name(path: &Path) -> &str {
         .unwrap_or_default()
 }
 
-fn summary(arguments: &Embed, signed: &Signed, certificate: &Path, seconds: &Seconds) -> Lines {
+fn summary(
+    arguments: &Embed,
+    signed: &Signed,
+    certificate: &Path,
+    turn: &FacetTurn,
+    seconds: &Seconds,
+) -> Lines {
     let scheme = signed.certificate().statement().scheme;
     let original = signed.original();
     let model = arguments.model.display();
@@ -149,12 +187,13 @@ fn summary(arguments: &Embed, signed: &Signed, certificate: &Path, seconds: &Sec
     lines.field("signature", signature);
     let patches = report::counted(original.patches().len(), "patch", "patches");
     let functions = original.layout().functions();
-    let times = report::counted(arguments.chip_rate, "time", "times");
+    let times = report::counted(original.layout().rate(), "time", "times");
     let mark = format!("{patches}, {functions} manifold harmonics in each, every bit {times}");
     lines.field("mark", mark);
     let (rms, alpha) = (signed.layout().distortion_rms(), signed.layout().alpha());
     let distortion = format!("RMS {:.4} % of the diagonal (α = {alpha:.3e})", 100.0 * rms);
     lines.field("distortion", distortion);
+    lines.field("facets turn", turned(turn));
     let unmarked = original.patches().unmarked_vertices();
     if unmarked > 0 {
         let vertices = report::counted(unmarked, "vertex", "vertices");

@@ -28,9 +28,9 @@ pub struct Embedder {
     message: String,
     recipient: String,
     original_name: String,
-    chip_rate: usize,
+    chip_rate: Option<usize>,
     strength: Strength,
-    patches: PatchCount,
+    patches: Option<PatchCount>,
     laplacian: LaplacianKind,
 }
 
@@ -49,9 +49,9 @@ impl Embedder {
             message: String::new(),
             recipient: String::new(),
             original_name: String::new(),
-            chip_rate: 3,
+            chip_rate: None,
             strength: Strength::default(),
-            patches: PatchCount::Auto,
+            patches: None,
             laplacian: LaplacianKind::default(),
         }
     }
@@ -80,9 +80,9 @@ impl Embedder {
         self
     }
 
-    /// c, how often each bit is repeated in a patch; 3 by default.
+    /// c, how often each bit is repeated in a patch; by default 1, and 3 in the paper's scheme.
     pub fn chip_rate(mut self, rate: usize) -> Self {
-        self.chip_rate = rate;
+        self.chip_rate = Some(rate);
         self
     }
 
@@ -92,9 +92,10 @@ impl Embedder {
         self
     }
 
-    /// Into how many patches the mesh is cut; each carries the whole signature.
+    /// Into how many patches the mesh is cut, each of which carries the whole signature; by default [`PatchCount::Auto`], and [`PatchCount::Paper`] in
+    /// the paper's scheme.
     pub fn patches(mut self, count: PatchCount) -> Self {
-        self.patches = count;
+        self.patches = Some(count);
         self
     }
 
@@ -112,23 +113,32 @@ impl Embedder {
     /// [`SigmarkError::Job`].
     pub fn embed(&self, mesh: &TriMesh, job: &Job) -> Result<Signed, SigmarkError> {
         self.strength.checked()?;
-        let original = Original::cut(mesh.clone(), self.layout()?, self.patches, job)?;
-        self.embed_in(&Arc::new(original.with_laplacian(self.laplacian)), job)
+        let auto = match self.scheme.is_of_paper() {
+            true => PatchCount::Paper,
+            false => PatchCount::Auto,
+        };
+        let original = Original::cut(mesh.clone(), self.layout()?, self.patches.unwrap_or(auto), job)?;
+        let original = original
+            .with_laplacian(self.laplacian)
+            .with_borders(self.carrier().borders());
+        self.embed_in(&Arc::new(original), job)
     }
 
-    /// Signs a mesh that was cut into patches already, with the Laplacian chosen there. Who signs one model for many receivers calls
+    /// Signs a mesh that was cut into patches already, with the Laplacian and the borders chosen there. Who signs one model for many receivers calls
     /// [`Original::keep_bases`] first, so that they are computed once.
     ///
     /// # Errors
-    /// As [`embed`](Self::embed), and when `original` was cut for another number of bits or chips.
+    /// As [`embed`](Self::embed), and when `original` was cut for another number of bits or chips, or its harmonics have other
+    /// [`Borders`](crate::mark::Borders) than the scheme's.
     pub fn embed_in(&self, original: &Arc<Original>, job: &Job) -> Result<Signed, SigmarkError> {
         self.strength.checked()?;
         original.layout().check(&self.layout()?)?;
+        original.check_borders(self.carrier().borders())?;
         let layout = MarkLayout::with_strength(Arc::clone(original), self.strength)?;
         let statement = self.statement(&layout);
         let hash = statement.hash()?;
         let signature = self.key.sign(self.scheme, &statement.signed_bytes(&hash))?;
-        let layout = layout.with_order(statement.order(hash));
+        let layout = layout.with_order(statement.carrier.order(hash));
         let written = layout.write(&statement.payload(hash).bits(&signature), job)?;
         job.begin(MarkStage::Embedding)?;
         let marked = original.mesh().with_positions(written.positions(original));
@@ -147,7 +157,19 @@ impl Embedder {
     }
 
     fn layout(&self) -> Result<ChipLayout, SigmarkError> {
-        Ok(ChipLayout::new(self.scheme.bits(), self.chip_rate)?)
+        Ok(ChipLayout::new(self.scheme.bits(), self.rate())?)
+    }
+
+    fn rate(&self) -> usize {
+        self.chip_rate
+            .unwrap_or(if self.scheme.is_of_paper() { 3 } else { 1 })
+    }
+
+    fn carrier(&self) -> Carrier {
+        match self.scheme.is_of_paper() {
+            true => Carrier::Harmonics,
+            false => Carrier::KeyedHarmonics,
+        }
     }
 
     fn statement(&self, layout: &MarkLayout) -> Statement {
@@ -163,11 +185,8 @@ impl Embedder {
                 triangles: mesh.triangle_count(),
             },
             scheme: self.scheme,
-            carrier: match self.scheme.is_of_paper() {
-                true => Carrier::Harmonics,
-                false => Carrier::KeyedHarmonics,
-            },
-            chip_rate: self.chip_rate,
+            carrier: self.carrier(),
+            chip_rate: self.rate(),
             laplacian: original.laplacian(),
             labels: PackedLabels::pack(original.patches().labels()),
             alphas: layout.alphas().to_vec(),

@@ -4,7 +4,7 @@ use sha2::{Digest, Sha256};
 
 use super::{CertificateError, PackedLabels, certificate::VERSION, keys::PublicKey};
 use crate::{
-    mark::{ChipLayout, ChipOrder, LARGEST_PATCH, VERTICES_PER_FUNCTION},
+    mark::{Borders, ChipLayout, ChipOrder, LARGEST_PATCH, VERTICES_PER_FUNCTION},
     payload::{GeometryDigest, Payload, PayloadKind, Scheme},
 };
 
@@ -53,9 +53,9 @@ pub struct OriginalRecord {
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Carrier {
-    /// The lowest manifold harmonics of each patch, all of one strength, in the order of eq. 15.
+    /// The paper's: the lowest manifold harmonics of each patch, free at its borders, all of one strength, in the order of eq. 15.
     Harmonics,
-    /// The same harmonics, in an order keyed by h.
+    /// Harmonics that are zero at borders between patches, in an order keyed by h.
     KeyedHarmonics,
 }
 
@@ -65,6 +65,22 @@ impl Carrier {
         match self {
             Self::Harmonics => "harmonics",
             Self::KeyedHarmonics => "keyed-harmonics",
+        }
+    }
+
+    /// What the harmonics do at borders between patches.
+    pub fn borders(self) -> Borders {
+        match self {
+            Self::Harmonics => Borders::Free,
+            Self::KeyedHarmonics => Borders::Fixed,
+        }
+    }
+
+    /// In which order the bits lie there, given h.
+    pub fn order(self, hash: [u8; 32]) -> ChipOrder {
+        match self {
+            Self::Harmonics => ChipOrder::Natural,
+            Self::KeyedHarmonics => ChipOrder::Keyed(hash),
         }
     }
 }
@@ -108,14 +124,6 @@ impl Statement {
     /// The way from the signature to the bits in the shape, given h.
     pub(super) fn payload(&self, hash: [u8; 32]) -> Payload {
         Payload::new(self.scheme, hash)
-    }
-
-    /// In which order the bits lie there, given h.
-    pub(super) fn order(&self, hash: [u8; 32]) -> ChipOrder {
-        match self.carrier {
-            Carrier::Harmonics => ChipOrder::Natural,
-            Carrier::KeyedHarmonics => ChipOrder::Keyed(hash),
-        }
     }
 
     /// How the bits lie in a patch.

@@ -47,7 +47,10 @@ impl Verifier {
             return Err(SigmarkError::AnotherCut);
         }
         let original = Original::with_patches(original.clone(), statement.layout()?, patches);
-        Self::of(&original.with_laplacian(statement.laplacian), certificate)
+        let original = original
+            .with_laplacian(statement.laplacian)
+            .with_borders(statement.carrier.borders());
+        Self::of(&original, certificate)
     }
 
     /// As [`new`](Self::new), with an original that was cut into patches already, and its bases if it keeps them.
@@ -64,7 +67,10 @@ impl Verifier {
         let statement = certificate.statement();
         original.layout().check(&statement.layout()?)?;
         let labels = statement.labels.unpack(original.mesh().vertex_count())?;
-        if labels != original.patches().labels() || statement.laplacian != original.laplacian() {
+        if labels != original.patches().labels()
+            || statement.laplacian != original.laplacian()
+            || statement.carrier.borders() != original.borders()
+        {
             return Err(SigmarkError::AnotherCut);
         }
         Self::of(original, certificate)
@@ -74,7 +80,7 @@ impl Verifier {
         let statement = certificate.statement();
         let original = Arc::new(original.expecting(certificate.last_eigenvalues().to_vec())?);
         let layout = MarkLayout::new(Arc::clone(&original), statement.alphas.clone())?;
-        let layout = Arc::new(layout.with_order(statement.order(*certificate.statement_hash())));
+        let layout = Arc::new(layout.with_order(statement.carrier.order(*certificate.statement_hash())));
         let method = ReadingMethod::joint(Arc::new(JointEstimator::new(&layout)));
         let method = match statement.scheme.is_of_paper() {
             true => method.with_papers_rule(),

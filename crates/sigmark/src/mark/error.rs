@@ -1,3 +1,5 @@
+use super::Borders;
+
 /// Why bits could not be written into a shape, or read from one.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -23,6 +25,16 @@ pub enum MarkError {
         wanted_bits: usize,
         /// c of the mark.
         wanted_rate: usize,
+    },
+    /// The bases were computed for other harmonics.
+    #[error(
+        "the original's harmonics are {found:?} at borders between patches, but the mark's are {wanted:?}"
+    )]
+    Borders {
+        /// What the original's harmonics do at borders.
+        found: Borders,
+        /// What the mark's do.
+        wanted: Borders,
     },
     /// A strength of nothing.
     #[error("{what} is {value}, but must be a number above 0")]

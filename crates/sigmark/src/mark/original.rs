@@ -30,9 +30,9 @@ pub struct Original {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Borders {
     /// They end with any value (Neumann's condition), as in the paper: the mark jumps from patch to patch.
-    #[default]
     Free,
     /// They are zero there (Dirichlet's condition): the mark is continuous.
+    #[default]
     Fixed,
 }
 
@@ -81,7 +81,7 @@ impl Original {
         }
     }
 
-    /// Takes harmonics that behave otherwise at borders than freely. Bases kept so far are not used.
+    /// Takes harmonics that behave otherwise at borders between patches. Bases kept so far are not used.
     pub fn with_borders(self, borders: Borders) -> Self {
         Self {
             borders,
@@ -241,6 +241,15 @@ impl Original {
             }
             _ => Ok(()),
         }
+    }
+
+    /// Whether the harmonics are those of a mark.
+    pub(crate) fn check_borders(&self, wanted: Borders) -> Result<(), MarkError> {
+        let found = self.borders;
+        if found == wanted {
+            return Ok(());
+        }
+        Err(MarkError::Borders { found, wanted })
     }
 
     /// Whether there is one value a patch.

@@ -16,6 +16,7 @@ use super::{
 use crate::mark::MarkError;
 
 /// The Gram matrix of all columns X, G and d, by its lower triangle.
+#[derive(Clone)]
 pub(super) struct NormalEquations {
     bits: usize,
     gram: Mat<f64>,
@@ -31,7 +32,7 @@ const BLOCK: usize = 512;
 const ROUNDS: usize = 6;
 
 /// How often weights follow from residuals; they are all but settled then.
-const REWEIGHTINGS: usize = 2;
+pub(super) const REWEIGHTINGS: usize = 2;
 
 /// With fewer observations, residuals say little about noise; more change weights by little.
 const OBSERVATIONS_AN_UNKNOWN: usize = 8;
@@ -51,30 +52,9 @@ impl NormalEquations {
         }
     }
 
-    /// Those of a patch's observations with robust weights. A part of the observations is enough for the solutions that residuals
-    /// are left by.
-    pub(super) fn of_patch(
-        design: &Design<'_>,
-        view: &View<'_>,
-        observations: &mut [Observation],
-        redundancy: f64,
-    ) -> Result<Self, MarkError> {
-        let enough = OBSERVATIONS_AN_UNKNOWN * design.unknowns();
-        let rounds = if observations.len() < enough {
-            0
-        } else {
-            REWEIGHTINGS
-        };
-        for _ in 0..rounds {
-            // Axes take turns in the list: no stride of threes.
-            let stride = observations.len() / enough;
-            let stride = stride + usize::from(stride.is_multiple_of(3));
-            let part: Vec<Observation> = observations.iter().step_by(stride).copied().collect();
-            let solution = Self::weighted(design, view, &part, redundancy).solution()?;
-            let residuals = residuals(design, view, observations, &solution);
-            reweight(observations, &residuals);
-        }
-        Ok(Self::weighted(design, view, observations, redundancy))
+    /// Whether there are enough observations for their residuals to say something about noise.
+    pub(super) fn has_enough(&self, design: &Design<'_>) -> bool {
+        self.observations >= OBSERVATIONS_AN_UNKNOWN * design.unknowns()
     }
 
     /// Those of a patch's observations with the weights that these have.
@@ -163,6 +143,72 @@ impl NormalEquations {
 
     fn unknowns(&self) -> usize {
         self.gram.nrows() - 1
+    }
+}
+
+/// The equations of one patch. Large patches weigh their observations by their own residuals; small ones wait for the solution of all patches together.
+pub(super) struct PatchEquations {
+    pub(super) equations: NormalEquations,
+    /// Those that wait; none where they were weighed by the patch alone.
+    observations: Option<Vec<Observation>>,
+}
+
+impl PatchEquations {
+    /// The equations of a patch's observations, with robust weights where there are enough of them. A part of the observations is enough
+    /// for the solutions that residuals are left by.
+    pub(super) fn new(
+        design: &Design<'_>,
+        view: &View<'_>,
+        mut observations: Vec<Observation>,
+        redundancy: f64,
+    ) -> Result<Self, MarkError> {
+        let enough = OBSERVATIONS_AN_UNKNOWN * design.unknowns();
+        if observations.len() < enough {
+            return Ok(Self {
+                equations: NormalEquations::weighted(design, view, &observations, redundancy),
+                observations: Some(observations),
+            });
+        }
+        for _ in 0..REWEIGHTINGS {
+            // Axes take turns in the list: no stride of threes.
+            let stride = observations.len() / enough;
+            let stride = stride + usize::from(stride.is_multiple_of(3));
+            let part: Vec<Observation> = observations.iter().step_by(stride).copied().collect();
+            let solution = NormalEquations::weighted(design, view, &part, redundancy).solution()?;
+            let residuals = residuals(design, view, &observations, &solution);
+            reweight(&mut observations, &residuals);
+        }
+        Ok(Self {
+            equations: NormalEquations::weighted(design, view, &observations, redundancy),
+            observations: None,
+        })
+    }
+
+    /// Whether the observations wait for weights.
+    pub(super) fn is_unweighed(&self) -> bool {
+        self.observations.is_some()
+    }
+
+    /// The same patch, if it waits for weights, with those for what a solution of all patches leaves of its observations.
+    pub(super) fn weighed_by(
+        &self,
+        design: &Design<'_>,
+        view: &View<'_>,
+        solution: &Mat<f64>,
+        redundancy: f64,
+    ) -> Self {
+        let Some(mut observations) = self.observations.clone() else {
+            return Self {
+                equations: self.equations.clone(),
+                observations: None,
+            };
+        };
+        let residuals = residuals(design, view, &observations, solution);
+        reweight(&mut observations, &residuals);
+        Self {
+            equations: NormalEquations::weighted(design, view, &observations, redundancy),
+            observations: Some(observations),
+        }
     }
 }
 

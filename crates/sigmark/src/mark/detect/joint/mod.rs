@@ -46,7 +46,7 @@ use serde::Serialize;
 use super::Detector;
 use crate::mark::{MarkError, MarkLayout, Patch, PatchBasis, Registered, SoftBits};
 use design::{Design, View};
-use equations::NormalEquations;
+use equations::{NormalEquations, PatchEquations, REWEIGHTINGS};
 use fields::{FIELDS, SIMILARITY_FIELDS, SMOOTHING_FIELDS, smoothing_fields};
 use observations::observations;
 
@@ -119,20 +119,41 @@ impl JointEstimator {
         let design = Design::new(original, smoothing);
         let redundancy = suspect.redundancy();
         let of_patch = |index: usize, patch: &Patch, basis: &PatchBasis| {
-            let view = View {
-                alpha: self.layout.alphas()[index],
-                chips: self.layout.chips(index),
-                patch,
-                basis,
-            };
-            let mut seen = observations(patch, basis, suspect, design.diagonal);
-            NormalEquations::of_patch(&design, &view, &mut seen, redundancy)
+            let view = self.view(index, patch, basis);
+            let seen = observations(patch, basis, suspect, design.diagonal);
+            PatchEquations::new(&design, &view, seen, redundancy)
         };
-        let mut equations = NormalEquations::empty(&design, redundancy);
+        let mut patches = Vec::new();
         for patch in original.map_bases(of_patch, job)? {
-            equations.add(&patch?);
+            patches.push(patch?);
+        }
+        let sum = |patches: &[PatchEquations]| {
+            let mut equations = NormalEquations::empty(&design, redundancy);
+            patches.iter().for_each(|patch| equations.add(&patch.equations));
+            equations
+        };
+        let mut equations = sum(&patches);
+        if equations.has_enough(&design) && patches.iter().any(PatchEquations::is_unweighed) {
+            for _ in 0..REWEIGHTINGS {
+                let solution = equations.solution()?;
+                let of_patch = |index: usize, patch: &Patch, basis: &PatchBasis| {
+                    let view = self.view(index, patch, basis);
+                    patches[index].weighed_by(&design, &view, &solution, redundancy)
+                };
+                patches = original.map_bases(of_patch, job)?;
+                equations = sum(&patches);
+            }
         }
         estimate(&design, &equations)
+    }
+
+    fn view<'a>(&self, index: usize, patch: &'a Patch, basis: &'a PatchBasis) -> View<'a> {
+        View {
+            alpha: self.layout.alphas()[index],
+            chips: self.layout.chips(index),
+            patch,
+            basis,
+        }
     }
 }
 
