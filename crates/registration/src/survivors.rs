@@ -3,16 +3,20 @@ use mesh::{Similarity, TriMesh, Vec3};
 
 use crate::{Alignment, Correspondence, MatchedBy, PointPair, connectivity::Remainder, search::Search};
 
-// These three were chosen on the fourteen meshes of `results/registration.md`.
+// These three were chosen on the fourteen meshes of `results/registration.md`. What other values do was measured on 50 suspects
+// of five of them that keep some of the net, from a seventh to all of it, with noise and with strays, and on 10 other models: 50 and
+// 10 come out right.
 
-/// Fewer surviving vertices than this are taken for chance.
+/// Fewer surviving vertices than this are taken for chance. Of 30 pieces of 20 to 100 vertices, 20 come out right with this and
+/// with half as many, 19 with twice as many.
 const FEWEST_SURVIVORS: usize = 30;
 
 /// Survivors that are a smaller share than this of the smaller mesh place it less well than its surface does: a few true ones
-/// of a re-meshed copy grow into thousands of wrong pairs.
+/// of a re-meshed copy grow into thousands of wrong pairs. With half or twice as much all 60 stay right, in 0.9 and 1.3 of the
+/// time.
 const LEAST_SHARE: f64 = 0.25;
 
-/// Pairs farther apart than this many medians are strays.
+/// Pairs farther apart than this many medians are strays. With half or twice as many all 60 stay right in the same time.
 const STRAY: f64 = 5.0;
 
 /// What surviving vertices say of the pose.

@@ -17,10 +17,12 @@ use crate::{
     search::{COARSE, COARSE_RANKING, EQUIVALENT, FINE, KEPT, MEDIUM, Ranked, Search, poses},
 };
 
-/// Motions whose coarse score is less than this fraction of a perfect fit's are no near symmetries.
+/// Motions whose coarse score is less than this fraction of a perfect fit's are no near symmetries. From 0.4 to 0.95 all poses of
+/// ten symmetric and other shapes are found, and from 0.6 to 0.9 all of six halves of nearly symmetric animals; the less it is
+/// the longer it takes, at 0.4 1.5 times.
 const NEAR: f64 = 0.8;
 
-/// Symmetries that are told apart: those of a dodecahedron are 120.
+/// Symmetries that are told apart: those of a dodecahedron are 120, of which 64 leave out half.
 const MOST_SYMMETRIES: usize = 128;
 
 /// The motions that take an original onto itself, apart from none at all.

