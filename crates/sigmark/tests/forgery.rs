@@ -3,6 +3,7 @@
 //! against today's, where it must not.
 
 #![allow(clippy::unwrap_used)] // in the helpers of tests, too
+#![allow(clippy::print_stdout)] // the run over real meshes shows its figures
 
 use std::sync::Arc;
 
