@@ -11,7 +11,7 @@ use sigmark::{PatchCount, mark::Borders};
 pub struct TriedLayout {
     /// Whether harmonics are zero at borders between patches.
     pub fixed: bool,
-    /// Into how many patches a model is cut; none for what the library chooses.
+    /// Into how many patches a model is cut; none for what the library chooses, which is fewer for free borders, as the paper has it.
     pub patches: Option<usize>,
     /// c.
     pub chip_rate: usize,
@@ -19,7 +19,7 @@ pub struct TriedLayout {
     pub strength: f64,
 }
 
-/// The layout until version 3 of certificates, and today's.
+/// The layout of the paper's, which was the default until version 3 of certificates, and today's default.
 pub(super) const PAGE: [TriedLayout; 2] = [
     TriedLayout {
         fixed: false,
@@ -30,7 +30,7 @@ pub(super) const PAGE: [TriedLayout; 2] = [
     TriedLayout {
         fixed: true,
         patches: None,
-        chip_rate: 3,
+        chip_rate: 1,
         strength: 4e-4,
     },
 ];
@@ -41,7 +41,11 @@ impl TriedLayout {
     }
 
     pub(super) fn count(&self) -> PatchCount {
-        self.patches.map_or(PatchCount::Auto, PatchCount::Exactly)
+        match self.patches {
+            Some(count) => PatchCount::Exactly(count),
+            None if self.fixed => PatchCount::Auto,
+            None => PatchCount::Paper,
+        }
     }
 }
 

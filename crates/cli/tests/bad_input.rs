@@ -307,7 +307,7 @@ fn meshes_that_can_carry_no_signature_are_refused_with_the_reason() {
     let table: &[(String, &[&str])] = &[
         (
             embed("triangle.obj", ""),
-            &["triangle.obj", "3 vertices", "1026", "finer mesh"],
+            &["triangle.obj", "3 vertices", "344", "finer mesh"],
         ),
         (
             embed("model.ply", "--chip-rate 2"),

@@ -122,6 +122,8 @@ fn what_embed_writes_verify_finds_in_every_format() {
                 "certificate",
                 "chip_rate",
                 "distortion_rms",
+                "facet_turn",
+                "flipped",
                 "functions",
                 "laplacian",
                 "output",
