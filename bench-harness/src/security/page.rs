@@ -37,13 +37,13 @@ fn removal_words() -> String {
     let left = |copies: f64| (512.0 * 3.0 / (copies + 2.0)).sqrt();
     let (two, three, five, ten) = (left(2.0), left(3.0), left(5.0), left(10.0));
     format!(
-        "## Removal\n\nEach model is marked as `sigmark embed` does it by default (P-256, 512 bits, c = 3), attacked, and read by the code of `sigmark verify` (ours: the joint estimate), and by the \
+        "## Removal\n\nEach model is marked as `sigmark embed` does it by default (P-256, 512 bits, each once in every patch), attacked, and read by the code of `sigmark verify` (ours: the joint estimate), and by the \
          paper's rule in the same pose. p counts all readings that the best was taken of; evidence is p ≤ 2⁻¹²⁰ = {EVIDENCE:.1e}. *Moved* is by how much the attack moved vertices beside the mark (root mean square, per cent of the diagonal). \
          *Random chips* change every coefficient of the mark by a multiple of its energy, with random signs and in the owner's own basis, which nobody else has. *Overwritten* is by strangers' marks on \
          the published model, each with a key of its own, at multiples of the mark's amplitude. *Averages* are of copies for as many recipients, and one is looked for. *Distance field* is a new surface \
          from MeshLab's signed distances by marching cubes, with so many cells along the longest edge of the bounding box.\n\n\
-         In an average of n copies the other marks are noise of n − 1 times the energy of the one that is looked for. Each has an order of chips of its own, so that in the sum of a bit's c chips they add up like noise, and T is about √(512 c / (c + n − 1)): \
-         {two:.1}, {three:.1}, {five:.1} and {ten:.1} for n = 2, 3, 5, 10; more patches bring more chips. Evidence takes 12.96.\n"
+         In an average of n copies the other marks are noise of n − 1 times the energy of the one that is looked for. Each has an order of chips of its own, so that in the sum of a bit's k chips they add up like noise, and T is about √(512 k / (k + n − 1)): \
+         {two:.1}, {three:.1}, {five:.1} and {ten:.1} for n = 2, 3, 5, 10 with the three chips that a bit has below 30 000 vertices, and more with more. Evidence takes 12.96.\n"
     )
 }
 

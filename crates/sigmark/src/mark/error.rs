@@ -59,7 +59,7 @@ pub enum MarkError {
     /// No component has room for the signature.
     #[error(
         "the largest connected piece has {largest} vertices, but a mark with {functions} manifold harmonics needs {least}; \
-         use a lower chip rate, a shorter signature (the paper profile), or a finer mesh"
+         use a finer mesh, a lower chip rate where it is above 1, or a shorter signature (the paper profile)"
     )]
     TooFewVertices {
         /// Vertices of the largest component.
