@@ -41,7 +41,7 @@ enum Task {
     /// Measure ours and its peers on the same inputs in one run, and write what came out into results/
     #[command(subcommand)]
     Bench(bench::Bench),
-    /// Paint the patches of the igea and of the skull, and a cropped armadillo, into results/
+    /// Paint the patches of the igea and of the skull, a cropped armadillo, and marks on the igea under a raking light, into results/
     Pictures {
         /// The folder with igea_134k.ply.gz, ct_skull_1081k_closed.ply.gz and armadillo_43k.ply.gz; what is missing is left out
         #[arg(long, value_name = "DIR")]

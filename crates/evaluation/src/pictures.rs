@@ -1,16 +1,19 @@
-//! Meshes in the colours of their patches, and a cropped suspect beside what it tells of the original.
+//! Meshes in the colours of their patches, a cropped suspect beside what it tells of the original, and marks under a raking light.
 
-use std::{fs, path::Path};
+use std::{fs, path::Path, sync::Arc};
 
 use anyhow::{Context, Result, ensure};
 use job::Job;
-use mesh::{Similarity, TriMesh, Welded, shapes};
+use mesh::{Similarity, TriMesh, Vec3, Welded, shapes};
 use mesh_io::Asset;
 use partition::{Options, partition};
 use quality::picture::{Colour, Paint, Picture, View, linear};
 use rand_chacha::{ChaCha20Rng, rand_core::SeedableRng};
 use registration::{align, resample};
-use sigmark::{Curve, Embedder, SigningKey};
+use sigmark::{
+    Curve, Embedder, PatchCount, SigningKey, Strength,
+    mark::{Borders, ChipLayout, MarkLayout, Original},
+};
 
 use crate::{
     inputs::{edge_graph, mesh_files, named},
@@ -52,10 +55,63 @@ pub fn run(meshes: &Path) -> Result<()> {
         let painted = Picture::of(asset.mesh(), Paint::Triangles(&colours), view, SIZE);
         save(&painted, &results.join(picture))?;
     }
-    match named(&files, CROPPED) {
-        Some(file) => save(&cropped(file)?, &results.join("armadillo_cropped.png")),
-        None => Ok(()),
+    if let Some(file) = named(&files, CROPPED) {
+        save(&cropped(file)?, &results.join("armadillo_cropped.png"))?;
     }
+    if let Some(file) = named(&files, LIT) {
+        save(&lit(file)?, &results.join("igea_raking_light.png"))?;
+    }
+    Ok(())
+}
+
+/// The model of which marks are lit.
+const LIT: &str = "igea_134k";
+
+/// From the left to the right: the original, a mark of the paper's layout, and one of the default, both of the default strength.
+fn lit(file: &Path) -> Result<Picture> {
+    let (asset, job) = (
+        Asset::open(file)?,
+        Job::new(std::thread::available_parallelism().map_or(1, usize::from)),
+    );
+    let original = asset.mesh();
+    let marked = |borders, count, rate| -> Result<TriMesh> {
+        let cut = Original::cut(original.clone(), ChipLayout::new(BITS, rate)?, count, &job)?;
+        let layout = MarkLayout::with_strength(Arc::new(cut.with_borders(borders)), Strength::default())?;
+        let bits: Vec<bool> = (0..BITS).map(|t| t * t % 7 < 3).collect();
+        let positions = layout.write(&bits, &job)?.positions(layout.original());
+        Ok(original.with_positions(positions)?)
+    };
+    let papers = marked(Borders::Free, PatchCount::Paper, 3)?;
+    let ours = marked(Borders::Fixed, PatchCount::Auto, 1)?;
+    let [left, middle, right] = [original, &papers, &ours].map(|mesh| {
+        let colours = raking(mesh);
+        Picture::of(mesh, Paint::Triangles(&colours), LIT_FROM, 3 * SIZE / 4)
+    });
+    Ok(Picture::beside(&Picture::beside(&left, &middle), &right))
+}
+
+const BITS: usize = 512;
+
+const LIT_FROM: View = up_y([0.3, 0.0, 1.0]);
+
+/// Where the light comes from: along the surface, which shows every step.
+const LIGHT: Vec3 = Vec3([-1.0, 0.5, 0.35]);
+
+/// The larger, the smaller a highlight.
+const SHININESS: i32 = 24;
+
+/// Each triangle as a light from the side shows it, with a highlight: stone, polished.
+fn raking(mesh: &TriMesh) -> Vec<Colour> {
+    let (light, eye) = (LIGHT.unit(), Vec3(LIT_FROM.eye).unit());
+    let half_way = (light + eye).unit();
+    let of_triangle = |t: usize| {
+        let [a, b, c] = mesh.corners(t);
+        let normal = (b - a).cross(c - a).unit();
+        let diffuse = normal.dot(light).max(0.0);
+        let highlight = normal.dot(half_way).max(0.0).powi(SHININESS);
+        [0.62, 0.6, 0.56].map(|stone| (stone * (0.08 + 0.8 * diffuse) + 0.5 * highlight).min(1.0))
+    };
+    (0..mesh.triangle_count()).map(of_triangle).collect()
 }
 
 fn save(picture: &Picture, path: &Path) -> Result<()> {
