@@ -37,6 +37,9 @@ pub(super) const REWEIGHTINGS: usize = 2;
 /// With fewer observations, residuals say little about noise; more change weights by little.
 const OBSERVATIONS_AN_UNKNOWN: usize = 8;
 
+/// Where less than one in so many observations waits for weights, as at the edge of what is left of a large model, it keeps a plain one.
+const WORTH_WEIGHING: usize = 10;
+
 /// Added to the diagonal, relative to it: what the observations do not determine, such as a turn of a sphere, stays zero.
 const RIDGE: f64 = 1e-12;
 
@@ -52,9 +55,11 @@ impl NormalEquations {
         }
     }
 
-    /// Whether there are enough observations for their residuals to say something about noise.
-    pub(super) fn has_enough(&self, design: &Design<'_>) -> bool {
-        self.observations >= OBSERVATIONS_AN_UNKNOWN * design.unknowns()
+    /// Whether there are enough observations for their residuals to say something about noise, and so many of them wait for their weights that
+    /// it is worth to compute bases again.
+    pub(super) fn can_weigh(&self, design: &Design<'_>, waiting: usize) -> bool {
+        let is_enough = self.observations >= OBSERVATIONS_AN_UNKNOWN * design.unknowns();
+        is_enough && WORTH_WEIGHING * waiting > self.observations
     }
 
     /// Those of a patch's observations with the weights that these have.
@@ -184,9 +189,9 @@ impl PatchEquations {
         })
     }
 
-    /// Whether the observations wait for weights.
-    pub(super) fn is_unweighed(&self) -> bool {
-        self.observations.is_some()
+    /// How many observations wait for weights.
+    pub(super) fn waiting(&self) -> usize {
+        self.observations.as_ref().map_or(0, Vec::len)
     }
 
     /// The same patch, if it waits for weights, with those for what a solution of all patches leaves of its observations.

@@ -133,7 +133,8 @@ impl JointEstimator {
             equations
         };
         let mut equations = sum(&patches);
-        if equations.has_enough(&design) && patches.iter().any(PatchEquations::is_unweighed) {
+        let waiting: usize = patches.iter().map(PatchEquations::waiting).sum();
+        if equations.can_weigh(&design, waiting) {
             for _ in 0..REWEIGHTINGS {
                 let solution = equations.solution()?;
                 let of_patch = |index: usize, patch: &Patch, basis: &PatchBasis| {
