@@ -187,8 +187,11 @@ fn summary(
     lines.field("signature", signature);
     let patches = report::counted(original.patches().len(), "patch", "patches");
     let functions = original.layout().functions();
-    let times = report::counted(original.layout().rate(), "time", "times");
-    let mark = format!("{patches}, {functions} manifold harmonics in each, every bit {times}");
+    let times = match original.layout().rate() {
+        1 => "once".into(),
+        rate => format!("{rate} times"),
+    };
+    let mark = format!("{patches}, {functions} manifold harmonics in each, every bit {times} in each");
     lines.field("mark", mark);
     let (rms, alpha) = (signed.layout().distortion_rms(), signed.layout().alpha());
     let distortion = format!("RMS {:.4} % of the diagonal (α = {alpha:.3e})", 100.0 * rms);
