@@ -22,6 +22,7 @@ pub struct FacetTurn {
 
 /// What is said of some triangles' turns, in degrees; zeros of none.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct TurnSummary {
     /// Half of the triangles turn less.
     pub median: f64,
@@ -123,7 +124,7 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// A rotation by an angle about z turns facets of a cylinder-like band, whose normals lie in the plane, by that angle.
+        /// A rotation by an angle about z turns a facet whose normal lies in the plane by that angle.
         #[test]
         fn a_turned_facet_turns_by_that_angle(angle in 0.0f64..179.0) {
             let upright = TriMesh::new(vec![[1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [1.0, 0.0, 1.0]], vec![[0, 1, 2]]).unwrap();

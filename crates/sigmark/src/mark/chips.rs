@@ -26,6 +26,7 @@ pub struct Chip {
 
 /// Which bit goes to which of the places that a [`ChipLayout`] has.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum ChipOrder {
     /// That of eq. 15, in every patch.
     #[default]

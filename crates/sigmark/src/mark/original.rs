@@ -28,6 +28,7 @@ pub struct Original {
 
 /// What harmonics do where a patch borders on another, or on what is unmarked.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Borders {
     /// They end with any value (Neumann's condition), as in the paper: the mark jumps from patch to patch.
     Free,
