@@ -30,6 +30,7 @@
 //! most samples are good and a few, at edges and tips, are far off; and noise or rounding that follows the bounding box differs from
 //! axis to axis. Noise is therefore taken for Student's t distribution, of the degrees of freedom ν and scale s that the residuals
 //! of each kind of observations in a patch make likeliest: w ∝ mass · (ν + 1) / (ν s² + e²) (Lange, Little and Taylor 1989).
+//! Residuals are of a first estimate from the patch alone, or, where it has too few observations for one, from all patches together.
 
 mod design;
 mod equations;
