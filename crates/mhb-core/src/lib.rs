@@ -29,7 +29,8 @@
 //!   that nothing depends on the unit.
 //! - Columns of H are canonical: the same, to the accuracy asked for, on any machine, for any number of threads and of pairs. Signs,
 //!   and rotations inside clusters of close eigenvalues, are fixed by comparison with noise that depends on the vertex's index.
-//! - Each connected component adds one eigenvalue 0. Function 0 is a positive constant; contrasts between components follow.
+//! - Each connected component adds one eigenvalue 0. Function 0 is a positive constant; contrasts between components follow. Where vertices are
+//!   held fixed ([`Spectrum::with_fixed`]), only components without one do so.
 //! - Vertices that no triangle uses have no mass and are refused.
 //!
 //! # Cost

@@ -445,6 +445,7 @@ fn a_signer_can_change_nothing_of_his_statement() {
         ("/original/digest", json!(digest)),
         ("/original/triangles", json!(5)),
         ("/mark/laplacian", json!("intrinsic")),
+        ("/mark/carrier", json!("harmonics")),
         ("/mark/chip_rate", json!(2)),
         ("/mark/scheme", json!("ecdsa-p256-sha1")),
         (

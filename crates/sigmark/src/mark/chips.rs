@@ -5,7 +5,7 @@ use super::MarkError;
 /// Where the chips of a signature of `bits` bits sit in the spectrum of a patch, each bit repeated `rate` times (eqs. 11–13).
 ///
 /// Chip p carries bit p mod l and moves the coefficient of frequency 1 + ⌊p/3⌋ along axis p mod 3. Frequency 0, the
-/// constant function, is never touched. Bit t thus sits at p = t, t + l, t + 2l, …: the printed index `k+1+i/3` of
+/// constant function (the lowest one where borders are fixed), is never touched. Bit t thus sits at p = t, t + l, t + 2l, …: the printed index `k+1+i/3` of
 /// eq. 15 is k + 1 + i·l/3.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ChipLayout {

@@ -45,8 +45,8 @@ impl Patch {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum PatchCount {
-    /// Three times as many as [`Paper`](Self::Paper), fewer where they would be small. A patch with a third of the functions costs a ninth of
-    /// the time, and three read as well as one with all of them: what counts is the number of functions in all.
+    /// Three times as many as [`Paper`](Self::Paper), fewer where they would be small. With a third of the functions in each, their
+    /// harmonics take a third of the time and read nearly as well: what counts most is the number of functions in all.
     #[default]
     Auto,
     /// As few as keep every patch below 30 000 vertices, as the paper has it.
