@@ -9,7 +9,7 @@ use evaluation::{
 };
 use mesh_io::Asset;
 use mhb_core::Laplacian;
-use sigmark::PatchCount;
+use sigmark::mark::PatchCount;
 
 use super::{
     ours::{ours, ours_alone},

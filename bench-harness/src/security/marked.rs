@@ -7,12 +7,12 @@ use job::Job;
 use mesh::TriMesh;
 use rand_chacha::{ChaCha20Rng, rand_core::SeedableRng};
 use sigmark::{
-    Curve, Embedder, PatchCount, Signed, SigningKey, Verifier,
-    mark::{ChipLayout, CoefficientDetector, Original},
+    Curve, Embedder, Signed, SigningKey, Verifier,
+    mark::{CoefficientDetector, Original, Pool},
 };
 
-/// What `sigmark embed` does by default: 512 bits, each once in every patch.
-const BITS_AND_RATE: [usize; 2] = [512, 1];
+/// What `sigmark embed` writes by default.
+const BITS: usize = 512;
 
 /// All cores.
 pub(super) fn job() -> Job {
@@ -26,13 +26,7 @@ pub(super) fn key(person: u8) -> SigningKey {
 
 /// A mesh that is cut for a mark by default, with its bases.
 pub(super) fn cut(mesh: &TriMesh) -> Result<Arc<Original>> {
-    let [bits, rate] = BITS_AND_RATE;
-    let original = Original::cut(
-        mesh.clone(),
-        ChipLayout::new(bits, rate)?,
-        PatchCount::Auto,
-        &job(),
-    )?;
+    let original = Original::pooled(mesh.clone(), BITS, Pool::default(), &job())?;
     original.keep_bases(&job())?;
     Ok(Arc::new(original))
 }

@@ -71,7 +71,7 @@ pub(super) fn of(
         };
         if found.alignment().is_none_or(|alignment| alignment.aligned) {
             let readings = found.readings(&method, &job())?;
-            let bits = layout.original().layout().bits();
+            let bits = layout.bits();
             let asked: Result<Vec<(usize, f64)>> = (0..trials)
                 .into_par_iter()
                 .map(|trial| {

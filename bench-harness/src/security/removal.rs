@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use sigmark::{
     Embedder, Strength, Verdict, Verifier,
     claim::EVIDENCE,
-    mark::{Chip, ChipLayout, Patch, PatchBasis},
+    mark::{Chip, Patch, PatchBasis},
 };
 
 use super::marked::{Marked, cut, job, key};
@@ -141,12 +141,13 @@ pub(super) fn of(marked: &Marked, attacks: &Python) -> Result<Vec<Removal>> {
 /// of its own. Nobody but the owner knows these places exactly.
 fn with_chips_at_random(marked: &Marked, energy: f64) -> Result<TriMesh> {
     let (layout, original) = (marked.signed.layout(), marked.signed.original());
-    let chips = original.layout();
-    let every_chip: Vec<Chip> = ChipLayout::new(chips.bits() * chips.rate(), 1)?.chips().collect();
     let of_patch = |patch: usize, _: &Patch, basis: &PatchBasis| {
         let mut rng = ChaCha20Rng::seed_from_u64(patch as u64);
+        let chips = layout.chips(patch).iter().enumerate();
+        let every_chip: Vec<Chip> = chips.map(|(bit, &chip)| Chip { bit, ..chip }).collect();
         let signs: Vec<bool> = (0..every_chip.len()).map(|_| rng.next_u32() & 1 == 1).collect();
-        basis.displacement(&every_chip, &signs, energy.sqrt() * layout.alphas()[patch])
+        let amplitude = layout.amplitude(patch).map(|amplitude| energy.sqrt() * amplitude);
+        basis.displacement(&every_chip, &signs, amplitude)
     };
     let added = original.map_bases(of_patch, &job())?;
     let mut positions = marked.signed.positions().to_vec();

@@ -33,7 +33,7 @@ pub struct VisibilityBench {
     /// Meshes with more vertices are passed over
     #[arg(long, value_name = "N", default_value_t = 200_000)]
     pub most_vertices: usize,
-    /// A layout as BORDERS:PATCHES:CHIP_RATE:RMS, such as fixed:12:1:4e-4, or fixed:auto:1:4e-4; may be given again [default: those of the page]
+    /// A layout as KIND:PATCHES:CHIP_RATE:RMS, such as free:2:3:4e-4, or pooled:auto:auto:4e-4; may be given again [default: those of the page]
     #[arg(long, value_name = "LAYOUT")]
     pub layout: Vec<TriedLayout>,
     /// Only what is seen, without attacks

@@ -14,10 +14,7 @@ use rand_chacha::{
 use serde::{Deserialize, Serialize};
 use sigmark::{
     Strength,
-    mark::{
-        ChipLayout, ChipOrder, JointEstimator, MarkLayout, Original, Reader, ReadingMethod, correlation,
-        extraction_rate,
-    },
+    mark::{JointEstimator, MarkLayout, Reader, ReadingMethod, correlation, extraction_rate},
 };
 
 use super::layouts::TriedLayout;
@@ -85,13 +82,12 @@ pub(super) fn of(
     attacks: Option<&Python>,
 ) -> Result<Trial> {
     let job = Job::new(thread::available_parallelism().map_or(1, NonZero::get));
-    let chips = ChipLayout::new(BITS, layout.chip_rate)?;
-    let original = Original::cut(mesh.clone(), chips, layout.count(), &job)?.with_borders(layout.borders());
+    let (original, plan) = layout.cut(mesh, BITS, &job)?;
     let start = Instant::now();
     original.keep_bases(&job)?;
     let seconds = start.elapsed().as_secs_f64();
-    let mark = MarkLayout::with_strength(Arc::new(original), Strength::Distortion(layout.strength))?;
-    let mark = Arc::new(mark.with_order(ChipOrder::Keyed([1; 32])));
+    let mark = MarkLayout::with_strength(Arc::new(original), plan, Strength::Distortion(layout.strength))?;
+    let mark = Arc::new(mark);
     let mut rng = ChaCha20Rng::from_seed([2; 32]);
     let bits: Vec<bool> = (0..BITS).map(|_| rng.next_u32() & 1 == 1).collect();
     let positions = mark.write(&bits, &job)?.positions(mark.original());

@@ -2,7 +2,7 @@ use std::sync::Arc;
 
 use job::Job;
 use sigmark::mark::{
-    Borders, ChipLayout, CoefficientDetector, Detector, MarkLayout, Original, ReadingMethod, Registered,
+    Borders, ChipLayout, ChipPlan, CoefficientDetector, Detector, MarkLayout, Original, ReadingMethod, Registered,
     SoftBits,
 };
 
@@ -74,11 +74,13 @@ impl Algorithm for Mhb {
     fn prepare(&self, subject: &Subject<'_>, job: &Job) -> Result<Box<dyn Prepared>, BaselineError> {
         check_vertices(subject.patches.labels().len(), subject.mesh.vertex_count())?;
         let layout = ChipLayout::new(subject.bits, self.chip_rate)?;
-        let original = Original::with_patches(subject.mesh.clone(), layout, subject.patches.clone());
+        let functions = vec![layout.functions(); subject.patches.len()];
+        let original = Original::with_patches(subject.mesh.clone(), subject.patches.clone(), functions)?;
         let original = original.with_borders(Borders::Free);
         original.keep_bases(job)?;
         Ok(Box::new(PreparedMhb {
             original: Arc::new(original),
+            layout,
             methods: self.methods.clone(),
         }))
     }
@@ -87,6 +89,7 @@ impl Algorithm for Mhb {
 #[derive(Debug)]
 struct PreparedMhb {
     original: Arc<Original>,
+    layout: ChipLayout,
     methods: Methods,
 }
 
@@ -96,7 +99,7 @@ impl PreparedMhb {
         check_alpha(alpha)?;
         let patches = self.original.patches().iter();
         let alphas = patches.map(|patch| alpha / patch.mesh().area().sqrt());
-        let layout = MarkLayout::new(Arc::clone(&self.original), alphas.collect())?;
+        let layout = MarkLayout::new(Arc::clone(&self.original), ChipPlan::EveryPatch(self.layout), alphas.collect())?;
         Ok(Arc::new(layout))
     }
 }
@@ -107,11 +110,11 @@ impl Prepared for PreparedMhb {
     }
 
     fn functions(&self) -> usize {
-        self.original.layout().functions()
+        self.layout.functions()
     }
 
     fn embed(&self, bits: &[bool], alpha: f64, job: &Job) -> Result<Vec<[f64; 3]>, BaselineError> {
-        check_bits(bits.len(), self.original.layout().bits())?;
+        check_bits(bits.len(), self.layout.bits())?;
         let written = self.layout(alpha)?.write(bits, job)?;
         Ok(written.positions(&self.original))
     }

@@ -21,7 +21,7 @@ fn signed_and_verified() -> Result<()> {
     let surface = shapes::bumpy_sphere(5, 1);
     let job = Job::default();
     let key = SigningKey::generate(Curve::P256, &mut ChaCha20Rng::seed_from_u64(2012));
-    let signed = Embedder::new(&key).chip_rate(1).embed(&surface, &job)?;
+    let signed = Embedder::new(&key).embed(&surface, &job)?;
     let suspect = shapes::moved(signed.mesh(), &random_similarity(&surface, 1));
     let public_key = key.public_key();
     let verdict = Verifier::new(&surface, signed.certificate(), &public_key)?.verify(&suspect, &job)?;

@@ -11,8 +11,8 @@ use quality::picture::{Colour, Paint, Picture, View, linear};
 use rand_chacha::{ChaCha20Rng, rand_core::SeedableRng};
 use registration::{align, resample};
 use sigmark::{
-    Curve, Embedder, PatchCount, SigningKey, Strength,
-    mark::{Borders, ChipLayout, MarkLayout, Original},
+    Curve, Embedder, SigningKey, Strength,
+    mark::{Borders, ChipLayout, ChipPlan, MarkLayout, Original, PatchCount, Pool},
 };
 
 use crate::{
@@ -74,15 +74,17 @@ fn lit(file: &Path) -> Result<Picture> {
         Job::new(std::thread::available_parallelism().map_or(1, usize::from)),
     );
     let original = asset.mesh();
-    let marked = |borders, count, rate| -> Result<TriMesh> {
-        let cut = Original::cut(original.clone(), ChipLayout::new(BITS, rate)?, count, &job)?;
-        let layout = MarkLayout::with_strength(Arc::new(cut.with_borders(borders)), Strength::default())?;
+    let marked = |cut: Original, plan| -> Result<TriMesh> {
+        let layout = MarkLayout::with_strength(Arc::new(cut), plan, Strength::default())?;
         let bits: Vec<bool> = (0..BITS).map(|t| t * t % 7 < 3).collect();
         let positions = layout.write(&bits, &job)?.positions(layout.original());
         Ok(original.with_positions(positions)?)
     };
-    let papers = marked(Borders::Free, PatchCount::Paper, 3)?;
-    let ours = marked(Borders::Fixed, PatchCount::Auto, 1)?;
+    let chips = ChipLayout::new(BITS, 3)?;
+    let cut = Original::cut(original.clone(), chips.functions(), PatchCount::Paper, &job)?;
+    let papers = marked(cut.with_borders(Borders::Free), ChipPlan::EveryPatch(chips))?;
+    let cut = Original::pooled(original.clone(), BITS, Pool::default(), &job)?;
+    let ours = marked(cut, ChipPlan::Pooled { bits: BITS, key: [1; 32] })?;
     let [left, middle, right] = [original, &papers, &ours].map(|mesh| {
         let colours = raking(mesh);
         Picture::of(mesh, Paint::Triangles(&colours), LIT_FROM, 3 * SIZE / 4)
@@ -135,7 +137,7 @@ fn cropped(file: &Path) -> Result<Picture> {
     let (asset, job) = (Asset::open(file)?, Job::default());
     let original = asset.mesh();
     let key = SigningKey::generate(Curve::P256, &mut ChaCha20Rng::seed_from_u64(2012));
-    let signed = Embedder::new(&key).chip_rate(1).embed(original, &job)?;
+    let signed = Embedder::new(&key).embed(original, &job)?;
     let away = Similarity {
         scale: 0.1,
         ..Similarity::from_quaternion([1.0, 0.08, 0.2, -0.14])

@@ -17,7 +17,7 @@
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let (original, job) = (mesh::shapes::icosphere(4), Job::default());
 //! let key = SigningKey::generate(Curve::P256, &mut ChaCha20Rng::from_seed([7; 32])); // for real keys: the system's generator
-//! let signed = Embedder::new(&key).message("© 2026 Studio, order 4711").chip_rate(1).embed(&original, &job)?;
+//! let signed = Embedder::new(&key).message("© 2026 Studio, order 4711").embed(&original, &job)?;
 //!
 //! let public_key = key.public_key();
 //! let verdict = Verifier::new(&original, signed.certificate(), &public_key)?.verify(signed.mesh(), &job)?;
@@ -59,5 +59,5 @@ pub use claim::{
     Statement, Verdict, Verifier,
     keys::{KeyError, PublicKey, SigningKey},
 };
-pub use mark::{PatchCount, Strength};
+pub use mark::Strength;
 pub use payload::{Curve, GeometryDigest, Scheme, Signature, SignatureError};

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use sigmark::{PatchCount, mark::MOST_DISTORTION};
+use sigmark::mark::MOST_DISTORTION;
 
 const MOST_THREADS: usize = 256;
 
@@ -30,13 +30,6 @@ pub(super) fn distortion(text: &str) -> Result<f64, String> {
 
 pub(super) fn count(text: &str) -> Result<usize, String> {
     whole(text, "a whole number from 1", |n| n >= 1)
-}
-
-pub(super) fn patches(text: &str) -> Result<PatchCount, String> {
-    if text == "auto" {
-        return Ok(PatchCount::Auto);
-    }
-    whole(text, "auto, or a whole number from 1", |n| n >= 1).map(PatchCount::Exactly)
 }
 
 pub(super) fn threads(text: &str) -> Result<usize, String> {

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use sigmark::{Curve, PatchCount, Scheme, Strength};
+use sigmark::{Curve, Scheme, Strength};
 
 use super::{Common, Laplacian, TimeLimit, numbers};
 
@@ -68,7 +68,7 @@ signed file. Keep the original and the certificate: both are needed to verify, a
 Reads and writes OBJ, PLY, STL and OFF, also gzipped. A locked key's passphrase is asked for, or taken from the \
 environment variable SIGMARK_PASSPHRASE.
 
---json prints: output, certificate (file names), scheme, bits, chip_rate, laplacian, functions (manifold harmonics of a patch), \
+--json prints: output, certificate (file names), scheme, bits, chips (places for bits in all), laplacian, functions (manifold harmonics of each patch), \
 patches, unmarked_vertices, alpha, distortion_rms (fraction of the diagonal), facet_turn (median, p99, max: by how many degrees triangles \
 turned), flipped (triangles that look the other way), seconds (of each stage).")]
 pub(crate) struct Embed {
@@ -110,14 +110,13 @@ pub(crate) struct Embed {
     /// Strength as the paper's α, in the model's unit of length; in place of --distortion
     #[arg(long, value_name = "ALPHA", group = "strength", allow_negative_numbers = true, value_parser = numbers::positive)]
     paper_alpha: Option<f64>,
-    /// How often each bit is repeated in a patch: more is more robust, but needs more vertices and time [default: 1; for the paper's
-    /// profile 3]
+    /// How often each bit stands in the mark, where there is room: more outlasts more decimation, and shows more at the same distortion. In the
+    /// paper's profile how often in each patch [default: 6; for the paper's profile 3]
     #[arg(long, value_name = "C", allow_negative_numbers = true, value_parser = numbers::count)]
     pub(crate) chip_rate: Option<usize>,
-    /// Into how many patches the mesh is cut, each with the whole signature: a number, or auto for three, and more for more than
-    /// 30 000 vertices
-    #[arg(long, value_name = "N", default_value = "auto", allow_negative_numbers = true, value_parser = numbers::patches)]
-    pub(crate) patches: PatchCount,
+    /// Into how many patches the mesh is cut, about [default: as many as make the harmonics cheap]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = numbers::count)]
+    pub(crate) patches: Option<usize>,
     /// Which Laplacian gives the manifold harmonics
     #[arg(long, value_enum, default_value_t)]
     pub(crate) laplacian: Laplacian,

@@ -5,7 +5,7 @@ use job::Job;
 use mesh_io::Asset;
 use quality::{FacetTurn, TurnSummary};
 use serde_json::{Value, json};
-use sigmark::{Curve, Embedder, PatchCount, Scheme, Signed, SigningKey};
+use sigmark::{Curve, Embedder, Scheme, Signed, SigningKey};
 
 use crate::{
     Answer,
@@ -89,9 +89,9 @@ fn object(
         "certificate": certificate,
         "scheme": scheme,
         "bits": scheme.bits(),
-        "chip_rate": signed.original().layout().rate(),
+        "chips": signed.layout().chip_count(),
         "laplacian": arguments.laplacian.name(),
-        "functions": signed.original().layout().functions(),
+        "functions": signed.original().functions(),
         "patches": signed.original().patches().len(),
         "unmarked_vertices": signed.original().patches().unmarked_vertices(),
         "alpha": signed.layout().alpha(),
@@ -128,8 +128,8 @@ fn embedder(arguments: &Embed, key: &SigningKey) -> Result<Embedder> {
     if let Some(rate) = arguments.chip_rate {
         embedder = embedder.chip_rate(rate);
     }
-    if let PatchCount::Exactly(_) = arguments.patches {
-        embedder = embedder.patches(arguments.patches);
+    if let Some(patches) = arguments.patches {
+        embedder = embedder.patches(patches);
     }
     if let Some(profile) = arguments.profile {
         if profile.curve() != key.curve() {
@@ -186,12 +186,9 @@ fn summary(
     let signature = format!("{scheme}, {bits} bits, all read back from the file as written");
     lines.field("signature", signature);
     let patches = report::counted(original.patches().len(), "patch", "patches");
-    let functions = original.layout().functions();
-    let times = match original.layout().rate() {
-        1 => "once".into(),
-        rate => format!("{rate} times"),
-    };
-    let mark = format!("{patches}, {functions} manifold harmonics in each, every bit {times} in each");
+    let harmonics: usize = original.functions().iter().sum();
+    let times = signed.layout().chip_count() as f64 / bits as f64;
+    let mark = format!("{patches}, {harmonics} manifold harmonics in all, every bit {times:.1} times");
     lines.field("mark", mark);
     let (rms, alpha) = (signed.layout().distortion_rms(), signed.layout().alpha());
     let distortion = format!("RMS {:.4} % of the diagonal (α = {alpha:.3e})", 100.0 * rms);

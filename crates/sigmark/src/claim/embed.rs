@@ -12,7 +12,7 @@ use super::{
 };
 use crate::{
     mark::{
-        ChipLayout, CoefficientDetector, Detector, MarkError, MarkLayout, MarkStage, Original, PatchCount,
+        ChipLayout, CoefficientDetector, Detector, MarkError, MarkLayout, MarkStage, Original, PatchCount, Pool,
         Registered, Strength, extraction_rate,
     },
     payload::{Curve, GeometryDigest, Scheme},
@@ -30,7 +30,7 @@ pub struct Embedder {
     original_name: String,
     chip_rate: Option<usize>,
     strength: Strength,
-    patches: Option<PatchCount>,
+    patches: Option<usize>,
     laplacian: LaplacianKind,
 }
 
@@ -80,7 +80,7 @@ impl Embedder {
         self
     }
 
-    /// c, how often each bit is repeated in a patch; by default 1, and 3 in the paper's scheme.
+    /// How often each bit stands in the whole mark, where there is room; in the paper's scheme c, how often in each patch, by default 3.
     pub fn chip_rate(mut self, rate: usize) -> Self {
         self.chip_rate = Some(rate);
         self
@@ -92,9 +92,9 @@ impl Embedder {
         self
     }
 
-    /// Into how many patches the mesh is cut, each of which carries the whole signature; by default [`PatchCount::Auto`], and [`PatchCount::Paper`] in
-    /// the paper's scheme.
-    pub fn patches(mut self, count: PatchCount) -> Self {
+    /// Into how many patches the mesh is cut, about; by default as many as make the harmonics cheap, and in the paper's scheme as few as
+    /// stay below 30 000 vertices.
+    pub fn patches(mut self, count: usize) -> Self {
         self.patches = Some(count);
         self
     }
@@ -113,11 +113,7 @@ impl Embedder {
     /// [`SigmarkError::Job`].
     pub fn embed(&self, mesh: &TriMesh, job: &Job) -> Result<Signed, SigmarkError> {
         self.strength.checked()?;
-        let auto = match self.scheme.is_of_paper() {
-            true => PatchCount::Paper,
-            false => PatchCount::Auto,
-        };
-        let original = Original::cut(mesh.clone(), self.layout()?, self.patches.unwrap_or(auto), job)?;
+        let original = self.cut(mesh, job)?;
         let original = original
             .with_laplacian(self.laplacian)
             .with_borders(self.carrier().borders());
@@ -128,17 +124,20 @@ impl Embedder {
     /// [`Original::keep_bases`] first, so that they are computed once.
     ///
     /// # Errors
-    /// As [`embed`](Self::embed), and when `original` was cut for another number of bits or chips, or its harmonics have other
+    /// As [`embed`](Self::embed), and when `original` has no room for the mark, or its harmonics have other
     /// [`Borders`](crate::mark::Borders) than the scheme's.
     pub fn embed_in(&self, original: &Arc<Original>, job: &Job) -> Result<Signed, SigmarkError> {
         self.strength.checked()?;
-        original.layout().check(&self.layout()?)?;
         original.check_borders(self.carrier().borders())?;
-        let layout = MarkLayout::with_strength(Arc::clone(original), self.strength)?;
-        let statement = self.statement(&layout);
+        let carrier = self.carrier();
+        // Strengths don't depend on the order of the chips, which is known when all else is.
+        let unordered = carrier.plan(self.scheme.bits(), [0; 32])?;
+        unordered.check(original.functions())?;
+        let alphas = self.strength.alphas(original, &unordered)?;
+        let statement = self.statement(original, alphas.clone());
         let hash = statement.hash()?;
         let signature = self.key.sign(self.scheme, &statement.signed_bytes(&hash))?;
-        let layout = layout.with_order(statement.carrier.order(hash));
+        let layout = MarkLayout::new(Arc::clone(original), statement.plan(hash)?, alphas)?;
         let written = layout.write(&statement.payload(hash).bits(&signature), job)?;
         job.begin(MarkStage::Embedding)?;
         let marked = original.mesh().with_positions(written.positions(original));
@@ -156,24 +155,34 @@ impl Embedder {
         })
     }
 
-    fn layout(&self) -> Result<ChipLayout, SigmarkError> {
-        Ok(ChipLayout::new(self.scheme.bits(), self.rate())?)
-    }
-
-    fn rate(&self) -> usize {
-        self.chip_rate
-            .unwrap_or(if self.scheme.is_of_paper() { 3 } else { 1 })
+    fn cut(&self, mesh: &TriMesh, job: &Job) -> Result<Original, SigmarkError> {
+        let bits = self.scheme.bits();
+        Ok(match self.carrier() {
+            Carrier::Harmonics { chip_rate } => {
+                let count = self.patches.map_or(PatchCount::Paper, PatchCount::Exactly);
+                let functions = ChipLayout::new(bits, chip_rate)?.functions();
+                Original::cut(mesh.clone(), functions, count, job)?
+            }
+            Carrier::PooledHarmonics => {
+                let pool = Pool {
+                    repetitions: self.chip_rate,
+                    patches: self.patches,
+                };
+                Original::pooled(mesh.clone(), bits, pool, job)?
+            }
+        })
     }
 
     fn carrier(&self) -> Carrier {
         match self.scheme.is_of_paper() {
-            true => Carrier::Harmonics,
-            false => Carrier::KeyedHarmonics,
+            true => Carrier::Harmonics {
+                chip_rate: self.chip_rate.unwrap_or(3),
+            },
+            false => Carrier::PooledHarmonics,
         }
     }
 
-    fn statement(&self, layout: &MarkLayout) -> Statement {
-        let original = layout.original();
+    fn statement(&self, original: &Original, alphas: Vec<f64>) -> Statement {
         let mesh = original.mesh();
         Statement {
             public_key: self.key.public_key(),
@@ -186,10 +195,10 @@ impl Embedder {
             },
             scheme: self.scheme,
             carrier: self.carrier(),
-            chip_rate: self.rate(),
             laplacian: original.laplacian(),
             labels: PackedLabels::pack(original.patches().labels()),
-            alphas: layout.alphas().to_vec(),
+            functions: original.functions().to_vec(),
+            alphas,
         }
     }
 }
@@ -245,20 +254,15 @@ impl Signed {
     }
 
     fn is_surely_readable(&self, positions: &[[f64; 3]]) -> bool {
-        let (mut written, mut lost) = ([0.0; 3], [0.0; 3]);
-        for (patch, alpha) in self.original().patches().iter().zip(self.layout.alphas()) {
+        let mut patches = self.original().patches().iter().enumerate();
+        patches.all(|(index, patch)| {
             let (marked, held) = (patch.gather(self.positions()), patch.gather(positions));
-            for axis in 0..3 {
+            let amplitude = self.layout.amplitude(index);
+            (0..3).all(|axis| {
                 // The largest error bounds the root of its mean square.
-                let error = marked
-                    .iter()
-                    .zip(&held)
-                    .map(|(m, h)| (m[axis] - h[axis]).abs())
-                    .fold(0.0, f64::max);
-                written[axis] += alpha * patch.size()[axis];
-                lost[axis] += error;
-            }
-        }
-        (0..3).all(|axis| lost[axis] < written[axis])
+                let errors = marked.iter().zip(&held).map(|(m, h)| (m[axis] - h[axis]).abs());
+                errors.fold(0.0, f64::max) < amplitude[axis]
+            })
+        })
     }
 }

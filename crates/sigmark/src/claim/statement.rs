@@ -4,7 +4,7 @@ use sha2::{Digest, Sha256};
 
 use super::{CertificateError, PackedLabels, certificate::VERSION, keys::PublicKey};
 use crate::{
-    mark::{Borders, ChipLayout, ChipOrder, LARGEST_PATCH, VERTICES_PER_FUNCTION},
+    mark::{Borders, ChipLayout, ChipPlan, LARGEST_PATCH, MarkError, VERTICES_PER_FUNCTION},
     payload::{GeometryDigest, Payload, PayloadKind, Scheme},
 };
 
@@ -24,14 +24,14 @@ pub struct Statement {
     pub original: OriginalRecord,
     /// The scheme of the signature in the shape.
     pub scheme: Scheme,
-    /// How bits sit in a patch.
+    /// How bits sit in patches.
     pub carrier: Carrier,
-    /// c, how often each bit stands in a patch.
-    pub chip_rate: usize,
     /// Which Laplacian gave the harmonics.
     pub laplacian: LaplacianKind,
     /// Which vertices make which patch.
     pub labels: PackedLabels,
+    /// m of each patch, the number of its harmonics.
+    pub functions: Vec<usize>,
     /// α of each patch in the scale-free convention, positive.
     pub alphas: Vec<f64>,
 }
@@ -48,40 +48,62 @@ pub struct OriginalRecord {
     pub triangles: usize,
 }
 
-/// How bits sit in a patch.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
+/// How bits sit in patches.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Carrier {
     /// The paper's: the lowest manifold harmonics of each patch, free at its borders, all of one strength, in the order of eq. 15.
-    Harmonics,
-    /// Harmonics that are zero at borders between patches, in an order keyed by h.
-    KeyedHarmonics,
+    Harmonics {
+        /// c, how often each bit stands in a patch.
+        chip_rate: usize,
+    },
+    /// Harmonics that are zero at borders between patches; the chips of all patches are [pooled](ChipPlan::Pooled) by h.
+    PooledHarmonics,
 }
 
 impl Carrier {
     /// The name in certificates and statements.
     pub fn name(self) -> &'static str {
         match self {
-            Self::Harmonics => "harmonics",
-            Self::KeyedHarmonics => "keyed-harmonics",
+            Self::Harmonics { .. } => "harmonics",
+            Self::PooledHarmonics => "pooled-harmonics",
+        }
+    }
+
+    /// The carrier with a name, and a chip rate if it has one.
+    pub(super) fn named(name: &str, chip_rate: Option<usize>) -> Option<Self> {
+        match (name, chip_rate) {
+            ("harmonics", Some(chip_rate)) => Some(Self::Harmonics { chip_rate }),
+            ("pooled-harmonics", None) => Some(Self::PooledHarmonics),
+            _ => None,
+        }
+    }
+
+    /// c, how often each bit stands in a patch, where that is a number.
+    pub fn chip_rate(self) -> Option<usize> {
+        match self {
+            Self::Harmonics { chip_rate } => Some(chip_rate),
+            Self::PooledHarmonics => None,
         }
     }
 
     /// What the harmonics do at borders between patches.
     pub fn borders(self) -> Borders {
         match self {
-            Self::Harmonics => Borders::Free,
-            Self::KeyedHarmonics => Borders::Fixed,
+            Self::Harmonics { .. } => Borders::Free,
+            Self::PooledHarmonics => Borders::Fixed,
         }
     }
 
-    /// In which order the bits lie there, given h.
-    pub fn order(self, hash: [u8; 32]) -> ChipOrder {
-        match self {
-            Self::Harmonics => ChipOrder::Natural,
-            Self::KeyedHarmonics => ChipOrder::Keyed(hash),
-        }
+    /// Which bits lie where, given h.
+    ///
+    /// # Errors
+    /// [`MarkError::EmptyLayout`] when the chip rate is zero.
+    pub fn plan(self, bits: usize, hash: [u8; 32]) -> Result<ChipPlan, MarkError> {
+        Ok(match self {
+            Self::Harmonics { chip_rate } => ChipPlan::EveryPatch(ChipLayout::new(bits, chip_rate)?),
+            Self::PooledHarmonics => ChipPlan::Pooled { bits, key: hash },
+        })
     }
 }
 
@@ -105,7 +127,7 @@ impl Statement {
     /// What the signature in the shape signs: a domain and h. In the paper's scheme the message alone, which binds nothing else.
     pub fn signed_bytes(&self, hash: &[u8; 32]) -> Vec<u8> {
         match self.binds_original() {
-            true => [b"sigmark mark v3\0", &hash[..]].concat(),
+            true => [b"sigmark mark v4\0", &hash[..]].concat(),
             false => self.message.as_bytes().to_vec(),
         }
     }
@@ -126,21 +148,44 @@ impl Statement {
         Payload::new(self.scheme, hash)
     }
 
-    /// How the bits lie in a patch.
+    /// Which bits lie where, given h.
     ///
     /// # Errors
     /// [`CertificateError::Field`] when the chip rate is zero.
-    pub fn layout(&self) -> Result<ChipLayout, CertificateError> {
-        ChipLayout::new(self.scheme.bits(), self.chip_rate).map_err(|_| CertificateError::Field {
+    pub fn plan(&self, hash: [u8; 32]) -> Result<ChipPlan, CertificateError> {
+        let plan = self.carrier.plan(self.scheme.bits(), hash);
+        plan.map_err(|_| CertificateError::Field {
             field: "chip_rate",
             problem: "is 0".into(),
         })
     }
 
+    /// Whether there are patches, with room for every bit; in the paper's carrier just as much in each as it takes.
+    fn check_room(&self) -> Result<(), CertificateError> {
+        let wrong = |problem: String| CertificateError::Field {
+            field: "patches",
+            problem,
+        };
+        let plan = self.plan([0; 32])?;
+        if self.functions.is_empty() || self.functions.len() != self.alphas.len() {
+            return Err(wrong("is empty".into()));
+        }
+        plan.check(&self.functions).map_err(|error| wrong(format!("is wrong: {error}")))?;
+        let least = match plan {
+            ChipPlan::EveryPatch(layout) => layout.functions(),
+            ChipPlan::Pooled { .. } => 2,
+        };
+        let is_wrong = |&&m: &&usize| m < least || (m > least && self.carrier.chip_rate().is_some());
+        match self.functions.iter().find(is_wrong) {
+            Some(m) => Err(wrong(format!("has one of {m} functions, where {least} are needed"))),
+            None => Ok(()),
+        }
+    }
+
     /// Checks every field that can be checked without the original, and hashes all; labels are unpacked piece by piece on the way, so
     /// that a small file can't ask for much memory.
     pub(super) fn checked(&self) -> Result<Checked, CertificateError> {
-        let least = self.layout()?.functions().saturating_mul(VERTICES_PER_FUNCTION);
+        self.check_room()?;
         if u32::try_from(self.original.vertices).is_err() {
             return Err(CertificateError::Field {
                 field: "vertices",
@@ -166,8 +211,10 @@ impl Statement {
         field(self.scheme.name().as_bytes());
         field(self.payload_kind().name().as_bytes());
         field(self.carrier.name().as_bytes());
-        field(&(self.chip_rate as u64).to_le_bytes());
+        field(&(self.carrier.chip_rate().unwrap_or(0) as u64).to_le_bytes());
         field(laplacian_name(self.laplacian).as_bytes());
+        let functions: Vec<[u8; 8]> = self.functions.iter().map(|&m| (m as u64).to_le_bytes()).collect();
+        field(functions.as_flattened());
         let alphas: Vec<[u8; 8]> = self.alphas.iter().map(|a| a.to_le_bytes()).collect();
         field(alphas.as_flattened());
         field(self.message.as_bytes());
@@ -191,7 +238,7 @@ impl Statement {
             }
             Ok(())
         })?;
-        check_sizes(&patch_sizes, least)?;
+        check_sizes(&patch_sizes, &self.functions)?;
         Ok(Checked {
             hash: hash.finalize().into(),
             patch_sizes,
@@ -199,25 +246,19 @@ impl Statement {
     }
 }
 
-/// Whether there are patches, and each has room for its functions and is not too large for anyone to compute.
-fn check_sizes(sizes: &[usize], least: usize) -> Result<(), CertificateError> {
-    if sizes.is_empty() {
-        return Err(CertificateError::Field {
-            field: "patches",
-            problem: "is empty".into(),
-        });
-    }
-    match sizes
-        .iter()
-        .position(|size| !(least..=LARGEST_PATCH).contains(size))
-    {
+/// Whether each patch has room for its functions and is not too large for anyone to compute.
+fn check_sizes(sizes: &[usize], functions: &[usize]) -> Result<(), CertificateError> {
+    let least = |i: usize| functions[i].saturating_mul(VERTICES_PER_FUNCTION);
+    match (0..sizes.len()).find(|&i| !(least(i)..=LARGEST_PATCH).contains(&sizes[i])) {
         None => Ok(()),
         Some(i) => Err(CertificateError::Field {
             field: "patches",
             problem: format!(
-                "has one of {} vertices (number {}), but with this chip rate a patch has {least} to {LARGEST_PATCH}",
+                "has one of {} vertices (number {}), but with {} functions a patch has {} to {LARGEST_PATCH}",
                 sizes[i],
-                i + 1
+                i + 1,
+                functions[i],
+                least(i),
             ),
         }),
     }

@@ -1,7 +1,7 @@
 use std::sync::Arc;
 
 use job::Job;
-use mesh::{TriMesh, Vec3};
+use mesh::TriMesh;
 use registration::{AlignOptions, Alignment, MatchedBy, PreparedMesh};
 
 use super::{
@@ -11,7 +11,7 @@ use super::{
 };
 use crate::{
     mark::{
-        Detector, JointEstimator, MarkLayout, Original, Patches, Reader, Reading, ReadingMethod, Registered,
+        Detector, JointEstimator, MarkLayout, Original, Patches, Reader, Reading, ReadingMethod,
     },
     payload::GeometryDigest,
 };
@@ -46,7 +46,7 @@ impl Verifier {
         if patches.labels() != labels {
             return Err(SigmarkError::AnotherCut);
         }
-        let original = Original::with_patches(original.clone(), statement.layout()?, patches);
+        let original = Original::with_patches(original.clone(), patches, statement.functions.clone())?;
         let original = original
             .with_laplacian(statement.laplacian)
             .with_borders(statement.carrier.borders());
@@ -65,9 +65,9 @@ impl Verifier {
         check_key(certificate, public_key)?;
         check_digest(certificate, original.mesh())?;
         let statement = certificate.statement();
-        original.layout().check(&statement.layout()?)?;
         let labels = statement.labels.unpack(original.mesh().vertex_count())?;
         if labels != original.patches().labels()
+            || statement.functions != original.functions()
             || statement.laplacian != original.laplacian()
             || statement.carrier.borders() != original.borders()
         {
@@ -79,8 +79,9 @@ impl Verifier {
     fn of(original: &Original, certificate: &Certificate) -> Result<Self, SigmarkError> {
         let statement = certificate.statement();
         let original = Arc::new(original.expecting(certificate.last_eigenvalues().to_vec())?);
-        let layout = MarkLayout::new(Arc::clone(&original), statement.alphas.clone())?;
-        let layout = Arc::new(layout.with_order(statement.carrier.order(*certificate.statement_hash())));
+        let plan = statement.plan(*certificate.statement_hash())?;
+        let layout = MarkLayout::new(Arc::clone(&original), plan, statement.alphas.clone())?;
+        let layout = Arc::new(layout);
         let method = ReadingMethod::joint(Arc::new(JointEstimator::new(&layout)));
         let method = match statement.scheme.is_of_paper() {
             true => method.with_papers_rule(),
@@ -141,7 +142,7 @@ impl Verifier {
                 (verdict.overlap, verdict.coverage) = (alignment.overlap, alignment.coverage);
             }
             None => {
-                let in_place = self.in_place(&reading.registered);
+                let in_place = reading.in_place;
                 (verdict.overlap, verdict.coverage) = (in_place, in_place);
                 let least = AlignOptions::default().least_overlap;
                 if in_place < least {
@@ -162,18 +163,6 @@ impl Verifier {
     /// The claim that is judged.
     pub fn certificate(&self) -> &Certificate {
         &self.certificate
-    }
-
-    /// The share of the vertices that lie near where they belong.
-    fn in_place(&self, registered: &Registered) -> f64 {
-        let original = self.reader.reference().mesh();
-        let bound = AlignOptions::default().tolerance * original.bounding_box().diagonal();
-        let pairs = registered.positions.iter().zip(original.positions());
-        let distances: Vec<f64> = pairs
-            .filter_map(|(r, &v)| r.map(|r| (Vec3(r) - Vec3(v)).norm()))
-            .collect();
-        let near = distances.iter().filter(|&&distance| distance <= bound);
-        near.count() as f64 / distances.len().max(1) as f64
     }
 
     /// The verdict on a reading, as if by vertices in one pose. To choose it by T gave chance as many tries as there were.
@@ -198,7 +187,7 @@ impl Verifier {
             poses: 1,
             overlap: 1.0,
             coverage: 1.0,
-            missing: reading.registered.missing(),
+            missing: reading.missing,
             residual: Some(reading.residual / diagonal),
             transform: Some(reading.transform),
             attack_model: reading.attack_model,

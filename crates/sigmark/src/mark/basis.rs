@@ -1,6 +1,6 @@
 use mhb_core::Spectrum;
 
-use super::{Chip, Patch};
+use super::Chip;
 
 /// The manifold harmonics of a patch in the scale-free convention: the patch is taken to unit area, so that Σ Dᵢᵢ = 1 and
 /// every basis function has mean square 1. Coefficients keep the unit of length of the model.
@@ -8,18 +8,12 @@ use super::{Chip, Patch};
 pub struct PatchBasis {
     spectrum: Spectrum,
     area: f64,
-    size: [f64; 3],
 }
 
 impl PatchBasis {
-    /// Joins a patch's size and the spectrum of its mesh.
-    pub(crate) fn new(patch: &Patch, spectrum: Spectrum) -> Self {
+    pub(crate) fn new(spectrum: Spectrum) -> Self {
         let area = spectrum.mass().iter().sum();
-        Self {
-            spectrum,
-            area,
-            size: patch.size(),
-        }
+        Self { spectrum, area }
     }
 
     /// The spectrum in the model's own unit.
@@ -30,11 +24,6 @@ impl PatchBasis {
     /// The patch's area in the square of the model's unit.
     pub fn area(&self) -> f64 {
         self.area
-    }
-
-    /// φ, the edges of the patch's bounding box.
-    pub fn size(&self) -> [f64; 3] {
-        self.size
     }
 
     /// The highest eigenvalue at unit area: tells whether two programs compute the same basis.
@@ -59,19 +48,19 @@ impl PatchBasis {
         rows.map(|row| row.map(|x| unit * x)).collect()
     }
 
-    /// What chips add to the coefficients (eqs. 12, 13): α s″ φ along each axis, m by 3.
-    pub fn modulation(&self, chips: &[Chip], bits: &[bool], alpha: f64) -> Vec<[f64; 3]> {
+    /// What chips add to the coefficients (eqs. 12, 13): α s″ φ along each axis, given α φ; m by 3.
+    pub fn modulation(&self, chips: &[Chip], bits: &[bool], amplitude: [f64; 3]) -> Vec<[f64; 3]> {
         let mut added = vec![[0.0; 3]; self.spectrum.eigenvalues().len()];
         for chip in chips {
             let sign = if bits[chip.bit] { 1.0 } else { -1.0 };
-            added[chip.frequency][chip.axis] = alpha * sign * self.size[chip.axis];
+            added[chip.frequency][chip.axis] = sign * amplitude[chip.axis];
         }
         added
     }
 
     /// What chips add to the positions. Adding the reconstruction difference (eqs. 8, 14) to the modulated
     /// reconstruction leaves the original plus the reconstruction of the modulation alone (eq. 26, Theorem 1).
-    pub fn displacement(&self, chips: &[Chip], bits: &[bool], alpha: f64) -> Vec<[f64; 3]> {
-        self.inverse_transform(&self.modulation(chips, bits, alpha))
+    pub fn displacement(&self, chips: &[Chip], bits: &[bool], amplitude: [f64; 3]) -> Vec<[f64; 3]> {
+        self.inverse_transform(&self.modulation(chips, bits, amplitude))
     }
 }

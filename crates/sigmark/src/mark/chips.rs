@@ -1,6 +1,6 @@
 use sha2::{Digest, Sha256};
 
-use super::MarkError;
+use super::{MarkError, Patch};
 
 /// Where the chips of a signature of `bits` bits sit in the spectrum of a patch, each bit repeated `rate` times (eqs. 11–13).
 ///
@@ -24,49 +24,125 @@ pub struct Chip {
     pub axis: usize,
 }
 
-/// Which bit goes to which of the places that a [`ChipLayout`] has.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// Which bit each chip of a mark carries, in all patches.
+///
+/// A patch with m manifold harmonics has 3 (m − 1) places for chips: place p is frequency 1 + ⌊p/3⌋ along axis p mod 3.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum ChipOrder {
-    /// That of eq. 15, in every patch.
-    #[default]
-    Natural,
-    /// Another one in every patch and repetition, by a key. Bits take turns on the axes, so that each keeps its share of every axis and of
-    /// low and high frequencies.
-    ///
-    /// Where the chips of two marks with different keys meet, they belong to different bits: what another mark does to one chip of a bit
-    /// says nothing about the bit's other chips, and adds up like noise.
-    Keyed([u8; 32]),
+pub enum ChipPlan {
+    /// The paper's: every patch carries all bits, c times each, in the order of eq. 15.
+    EveryPatch(ChipLayout),
+    /// All places of all patches are one sequence, patch after patch, in which l that follow each other carry every bit once. Patches may
+    /// have any numbers of harmonics.
+    Pooled {
+        /// l, the length of the signature.
+        bits: usize,
+        /// What the order within each repetition of the bits follows from.
+        ///
+        /// Where the chips of two marks with different keys meet, they belong to different bits: what another mark does to one chip of a bit
+        /// says nothing about the bit's other chips, and adds up like noise.
+        key: [u8; 32],
+    },
 }
 
-impl ChipOrder {
-    /// All l c chips of a patch, by its number from 0.
-    pub fn chips(&self, layout: &ChipLayout, patch: usize) -> Vec<Chip> {
-        let mut chips: Vec<Chip> = layout.chips().collect();
-        let Self::Keyed(key) = self else {
-            return chips;
-        };
-        for (j, repetition) in chips.chunks_mut(layout.bits).enumerate() {
-            let turn = patch * layout.rate + j;
-            let mut bits: Vec<usize> = (0..layout.bits).collect();
-            bits.sort_by_key(|&t| (t + turn) % 3);
-            repetition.sort_by_cached_key(|place| (place.axis, rank(key, patch, place)));
-            for (place, bit) in repetition.iter_mut().zip(bits) {
-                place.bit = bit;
-            }
+impl ChipPlan {
+    /// l, the length of the signature.
+    pub fn bits(&self) -> usize {
+        match self {
+            Self::EveryPatch(layout) => layout.bits,
+            Self::Pooled { bits, .. } => *bits,
         }
-        chips
+    }
+
+    /// How many chips lie on each axis of a patch with so many harmonics.
+    pub fn chips_per_axis(&self, functions: usize) -> [usize; 3] {
+        match self {
+            Self::EveryPatch(layout) => layout.chips_per_axis(),
+            Self::Pooled { .. } => [functions.saturating_sub(1); 3],
+        }
+    }
+
+    /// φ, the size of a patch along each axis that α is relative to: in the paper the edges of its bounding box, and the side of a square of its
+    /// area where chips are pooled, so that a small flat patch is marked alike however it lies.
+    pub fn size(&self, patch: &Patch) -> [f64; 3] {
+        match self {
+            Self::EveryPatch(_) => patch.size(),
+            Self::Pooled { .. } => [patch.mesh().area().sqrt(); 3],
+        }
+    }
+
+    /// Whether patches with these numbers of harmonics have room for the mark (Theorem 1): 3 (m − 1) chips a patch at most, and every bit
+    /// once.
+    ///
+    /// # Errors
+    /// [`MarkError::Room`] if not.
+    pub fn check(&self, functions: &[usize]) -> Result<(), MarkError> {
+        let places = |m: &usize| 3 * m.saturating_sub(1);
+        let (found, least) = match self {
+            Self::EveryPatch(layout) => (
+                functions.iter().map(places).min().unwrap_or(0),
+                layout.bits.saturating_mul(layout.rate),
+            ),
+            Self::Pooled { bits, .. } => (functions.iter().map(places).sum(), *bits),
+        };
+        if found >= least && least > 0 {
+            return Ok(());
+        }
+        Err(MarkError::Room { found, least })
+    }
+
+    /// The chips of all patches, each of which has so many harmonics.
+    ///
+    /// # Errors
+    /// As [`check`](Self::check).
+    pub fn chips(&self, functions: &[usize]) -> Result<Vec<Vec<Chip>>, MarkError> {
+        self.check(functions)?;
+        Ok(match self {
+            Self::EveryPatch(layout) => vec![layout.chips().collect(); functions.len()],
+            Self::Pooled { bits, key } => pooled(*bits, key, functions),
+        })
     }
 }
 
-/// The places of an axis are in the order of these hashes.
-fn rank(key: &[u8; 32], patch: usize, place: &Chip) -> [u8; 32] {
-    let p = 3 * (place.frequency - 1) + place.axis;
+/// Repetition j of the bits takes the places q = j l … (j + 1) l − 1 of the sequence. There, bits take turns on the axes, so that each
+/// gets its share of all three.
+fn pooled(bits: usize, key: &[u8; 32], functions: &[usize]) -> Vec<Vec<Chip>> {
+    let in_patch = |&m: &usize| (0..3 * m.saturating_sub(1)).map(|p| (1 + p / 3, p % 3));
+    let places: Vec<(usize, usize)> = functions.iter().flat_map(in_patch).collect();
+    let mut chips: Vec<Chip> = places
+        .into_iter()
+        .map(|(frequency, axis)| Chip { bit: 0, frequency, axis })
+        .collect();
+    for (j, repetition) in chips.chunks_mut(bits).enumerate() {
+        let first = j * bits;
+        let mut carried: Vec<usize> = (0..bits).collect();
+        if repetition.len() < bits {
+            carried.sort_by_cached_key(|&t| rank(key, first + t));
+            carried.truncate(repetition.len());
+        }
+        carried.sort_by_key(|&t| ((t + j) % 3, t));
+        let mut order: Vec<usize> = (0..repetition.len()).collect();
+        order.sort_by_cached_key(|&i| (repetition[i].axis, rank(key, first + i)));
+        for (i, bit) in order.into_iter().zip(carried) {
+            repetition[i].bit = bit;
+        }
+    }
+    let mut rest = &chips[..];
+    let mut of_patches = Vec::with_capacity(functions.len());
+    for &m in functions {
+        let (of_patch, others) = rest.split_at(3 * m.saturating_sub(1));
+        of_patches.push(of_patch.to_vec());
+        rest = others;
+    }
+    of_patches
+}
+
+/// What place q of the sequence is ranked by.
+fn rank(key: &[u8; 32], q: usize) -> [u8; 32] {
     let hash = Sha256::new()
-        .chain_update(b"sigmark chips v3\0")
+        .chain_update(b"sigmark chips v4\0")
         .chain_update(key)
-        .chain_update((patch as u64).to_le_bytes())
-        .chain_update((p as u64).to_le_bytes());
+        .chain_update((q as u64).to_le_bytes());
     hash.finalize().into()
 }
 
@@ -80,19 +156,6 @@ impl ChipLayout {
             return Err(MarkError::EmptyLayout { bits, rate });
         }
         Ok(Self { bits, rate })
-    }
-
-    /// Whether patches that were cut for this layout suit a mark of another.
-    pub(crate) fn check(&self, wanted: &Self) -> Result<(), MarkError> {
-        if self == wanted {
-            return Ok(());
-        }
-        Err(MarkError::Layout {
-            bits: self.bits,
-            rate: self.rate,
-            wanted_bits: wanted.bits,
-            wanted_rate: wanted.rate,
-        })
     }
 
     /// l, the length of the signature.
@@ -161,61 +224,87 @@ mod tests {
     }
 
     #[test]
-    fn in_a_keyed_order_every_repetition_has_every_bit_and_bits_take_turns_on_the_axes() {
-        for (bits, rate) in [(512, 3), (324, 3), (7, 2), (1, 1)] {
-            let layout = ChipLayout::new(bits, rate).unwrap();
-            let mut axes = vec![[0; 3]; bits];
-            for patch in 0..3 {
-                let keyed = ChipOrder::Keyed([4; 32]).chips(&layout, patch);
-                let of_places = |chips: &[Chip]| -> std::collections::BTreeSet<_> {
-                    chips.iter().map(|chip| (chip.frequency, chip.axis)).collect()
-                };
-                assert_eq!(of_places(&keyed), of_places(&layout.chips().collect::<Vec<_>>()));
-                for repetition in keyed.chunks(bits) {
-                    let mut seen: Vec<usize> = repetition.iter().map(|chip| chip.bit).collect();
-                    seen.sort_unstable();
-                    assert!(seen.into_iter().eq(0..bits));
-                    repetition.iter().for_each(|chip| axes[chip.bit][chip.axis] += 1);
-                }
+    fn pooled_chips_fill_every_place_and_repetitions_have_every_bit_in_turn_on_the_axes() {
+        for (bits, functions) in [
+            (512, vec![20, 3, 90, 41, 33]),
+            (7, vec![2, 2, 5]),
+            (1, vec![2]),
+            (9, vec![4, 1, 9, 2]),
+        ] {
+            let chips = ChipPlan::Pooled { bits, key: [4; 32] }.chips(&functions).unwrap();
+            for (chips, &m) in chips.iter().zip(&functions) {
+                let places = chips.iter().map(|chip| 3 * (chip.frequency - 1) + chip.axis);
+                assert!(places.eq(0..3 * (m - 1)));
             }
-            // Axes differ by one place in size at most, so that one bit in each turn may be one axis off.
-            let uneven = axes.iter().filter(|axes| axes.iter().any(|&n| n != rate)).count();
-            assert!(uneven <= 6 * rate, "{uneven} of {bits}");
+            let all = chips.concat();
+            let mut axes = vec![[0; 3]; bits];
+            for repetition in all.chunks(bits) {
+                let mut seen: Vec<usize> = repetition.iter().map(|chip| chip.bit).collect();
+                seen.sort_unstable();
+                seen.dedup();
+                assert_eq!(seen.len(), repetition.len());
+            }
+            let turns = all.len() / bits / 3;
+            all[..3 * turns * bits]
+                .iter()
+                .for_each(|chip| axes[chip.bit][chip.axis] += 1);
+            // Axes differ by one place in size at most, so that one bit in each repetition may be one axis off.
+            let uneven = axes.iter().filter(|axes| axes.iter().any(|&n| n != turns)).count();
+            assert!(uneven <= 6 * turns, "{uneven} of {bits}");
         }
     }
 
     /// The page of the certificate says how the order is made.
     #[test]
     fn the_order_is_the_one_that_the_certificate_page_prints() {
-        let (l, c, patch) = (11, 2, 2);
-        let chips = ChipOrder::Keyed([7; 32]).chips(&ChipLayout::new(l, c).unwrap(), patch);
-        let bit_at = |p: usize| {
-            let at_place = |chip: &&Chip| (chip.frequency, chip.axis) == (1 + p / 3, p % 3);
-            chips.iter().find(at_place).map(|chip| chip.bit)
+        let (l, functions) = (11, [4, 3, 6]);
+        let plan = ChipPlan::Pooled { bits: l, key: [7; 32] };
+        let chips = plan.chips(&functions).unwrap().concat();
+        let hash = |q: usize| {
+            Sha256::digest([b"sigmark chips v4\0", &[7; 32][..], &(q as u64).to_le_bytes()].concat())
         };
-        for j in 0..c {
-            let hash = |p: usize| {
-                let numbers = [(patch as u64).to_le_bytes(), (p as u64).to_le_bytes()].concat();
-                Sha256::digest([b"sigmark chips v3\0", &[7; 32][..], &numbers].concat())
-            };
-            let mut places: Vec<usize> = (j * l..(j + 1) * l).collect();
-            places.sort_by_key(|&p| (p % 3, hash(p)));
+        for j in 0..chips.len().div_ceil(l) {
+            let mut places: Vec<usize> = (j * l..((j + 1) * l).min(chips.len())).collect();
             let mut bits: Vec<usize> = (0..l).collect();
-            bits.sort_by_key(|t| ((t + patch * c + j) % 3, *t));
-            for (p, bit) in places.into_iter().zip(bits) {
-                assert_eq!(bit_at(p), Some(bit));
+            if places.len() < l {
+                bits.sort_by_key(|&t| hash(j * l + t));
+                bits.truncate(places.len());
+            }
+            places.sort_by_key(|&q| (q % 3, hash(q)));
+            bits.sort_by_key(|&t| ((t + j) % 3, t));
+            for (q, bit) in places.into_iter().zip(bits) {
+                assert_eq!(chips[q].bit, bit);
             }
         }
     }
 
     #[test]
-    fn another_key_or_patch_is_another_order() {
-        let layout = ChipLayout::new(512, 3).unwrap();
-        let of = |key, patch| ChipOrder::Keyed([key; 32]).chips(&layout, patch);
-        let same = |a: Vec<Chip>, b: Vec<Chip>| a.iter().filter(|chip| b.contains(chip)).count();
-        // Of 1 536 chips nine stay in the mean where bits keep their axes: one of each of nine permutations.
-        assert!(same(of(1, 0), of(2, 0)) < 30 && same(of(1, 0), of(1, 1)) < 30);
-        assert_eq!(of(1, 0), of(1, 0));
+    fn another_key_is_another_order() {
+        let of = |key| {
+            let plan = ChipPlan::Pooled { bits: 512, key: [key; 32] };
+            plan.chips(&[172; 3]).unwrap().concat()
+        };
+        let same = of(1).iter().zip(&of(2)).filter(|(a, b)| a.bit == b.bit).count();
+        // Of 1 539 chips nine stay in the mean where bits keep their axes: one of each of nine permutations.
+        assert!(same < 30, "{same}");
+        assert_eq!(of(1), of(1));
+    }
+
+    #[test]
+    fn the_papers_plan_is_the_same_in_every_patch_and_each_needs_room_for_all() {
+        let layout = ChipLayout::new(7, 2).unwrap();
+        let plan = ChipPlan::EveryPatch(layout);
+        let chips = plan.chips(&[layout.functions(), 99]).unwrap();
+        assert_eq!(chips[0], layout.chips().collect::<Vec<_>>());
+        assert_eq!(chips[0], chips[1]);
+        let error = plan.check(&[layout.functions() - 1, 99]).unwrap_err();
+        assert!(matches!(error, MarkError::Room { found: 12, least: 14 }));
+        let pooled = ChipPlan::Pooled { bits: 7, key: [0; 32] };
+        assert!(matches!(
+            pooled.check(&[2, 2, 1]).unwrap_err(),
+            MarkError::Room { found: 6, least: 7 }
+        ));
+        assert!(pooled.check(&[2, 3, 1]).is_ok());
     }
 
     #[test]

@@ -12,19 +12,13 @@ pub enum MarkError {
         /// c.
         rate: usize,
     },
-    /// The patches were cut for another mark.
-    #[error(
-        "the original was cut for {bits} bits with chip rate {rate}, but the mark has {wanted_bits} bits with chip rate {wanted_rate}; cut it anew"
-    )]
-    Layout {
-        /// l that the patches have room for.
-        bits: usize,
-        /// c that they have room for.
-        rate: usize,
-        /// l of the mark.
-        wanted_bits: usize,
-        /// c of the mark.
-        wanted_rate: usize,
+    /// The patches' harmonics are too few for the chips.
+    #[error("the patches have room for {found} chips, but the mark has {least}; cut the mesh for more")]
+    Room {
+        /// Chips that the patches have room for; in the paper's plan, the patch with the fewest harmonics.
+        found: usize,
+        /// Chips that are needed there.
+        least: usize,
     },
     /// The bases were computed for other harmonics.
     #[error(

@@ -2,47 +2,80 @@ use std::sync::Arc;
 
 use job::Job;
 
-use super::{Chip, ChipOrder, MarkError, Original, Patch, PatchBasis, Strength, strength::distortion};
+use super::{Chip, ChipPlan, MarkError, Original, Patch, PatchBasis, Strength, strength::distortion};
 
 /// Where a mark lies in an original, in which order, and how strong it is in each patch, whatever its bits are.
 #[derive(Clone, Debug)]
 pub struct MarkLayout {
     original: Arc<Original>,
+    plan: ChipPlan,
+    chips: Arc<[Vec<Chip>]>,
     alphas: Vec<f64>,
-    order: ChipOrder,
+    /// The patches that are read, ascending.
+    read: Arc<[usize]>,
 }
 
 impl MarkLayout {
     /// A mark with strength α for each patch, α belonging to unit area.
     ///
     /// # Errors
-    /// [`MarkError::Patches`] when there is not one α a patch.
-    pub fn new(original: Arc<Original>, alphas: Vec<f64>) -> Result<Self, MarkError> {
+    /// [`MarkError::Patches`] when there is not one α a patch; [`MarkError::Room`].
+    pub fn new(original: Arc<Original>, plan: ChipPlan, alphas: Vec<f64>) -> Result<Self, MarkError> {
         original.check_patches(alphas.len())?;
         Ok(Self {
+            chips: plan.chips(original.functions())?.into(),
+            read: (0..alphas.len()).collect(),
             original,
+            plan,
             alphas,
-            order: ChipOrder::Natural,
         })
+    }
+
+    /// The same mark, of which only some patches are read, numbered from 0 and ascending.
+    pub(crate) fn among(&self, patches: &[usize]) -> Self {
+        Self {
+            read: patches.into(),
+            ..self.clone()
+        }
     }
 
     /// A mark of a strength that was asked for.
     ///
     /// # Errors
-    /// As [`Strength::alphas`].
-    pub fn with_strength(original: Arc<Original>, strength: Strength) -> Result<Self, MarkError> {
-        let alphas = strength.alphas(&original)?;
-        Self::new(original, alphas)
+    /// As [`new`](Self::new) and [`Strength::alphas`].
+    pub fn with_strength(
+        original: Arc<Original>,
+        plan: ChipPlan,
+        strength: Strength,
+    ) -> Result<Self, MarkError> {
+        let alphas = strength.alphas(&original, &plan)?;
+        Self::new(original, plan, alphas)
     }
 
-    /// The same places and strengths, with the bits in another order.
-    pub fn with_order(self, order: ChipOrder) -> Self {
-        Self { order, ..self }
+    /// Which bits are where.
+    pub fn plan(&self) -> &ChipPlan {
+        &self.plan
+    }
+
+    /// l, the number of bits.
+    pub fn bits(&self) -> usize {
+        self.plan.bits()
     }
 
     /// The chips of a patch, by its number from 0.
-    pub fn chips(&self, patch: usize) -> Vec<Chip> {
-        self.order.chips(self.original.layout(), patch)
+    pub fn chips(&self, patch: usize) -> &[Chip] {
+        &self.chips[patch]
+    }
+
+    /// How many chips there are in all.
+    pub fn chip_count(&self) -> usize {
+        self.chips.iter().map(Vec::len).sum()
+    }
+
+    /// α φ of a patch: what a chip adds to a coefficient along each axis.
+    pub fn amplitude(&self, patch: usize) -> [f64; 3] {
+        let size = self.plan.size(&self.original.patches()[patch]);
+        size.map(|phi| self.alphas[patch] * phi)
     }
 
     /// The original with its patches.
@@ -65,7 +98,23 @@ impl MarkLayout {
 
     /// Root mean square displacement of the marked surface, as a fraction of the bounding box's diagonal.
     pub fn distortion_rms(&self) -> f64 {
-        distortion(&self.original, &self.alphas)
+        distortion(&self.original, &self.plan, &self.alphas)
+    }
+
+    /// What `f` makes of each patch that is read and of which something was seen.
+    ///
+    /// # Errors
+    /// As [`Original::map_bases`].
+    pub(crate) fn map_seen<T: Send, S>(
+        &self,
+        seen: &[Option<S>],
+        f: impl Fn(usize, &Patch, &PatchBasis) -> T + Sync + Send,
+        job: &Job,
+    ) -> Result<Vec<T>, MarkError> {
+        let patches = self.original.patches();
+        let is_seen = |i: &usize| patches[*i].vertices().iter().any(|&v| seen[v as usize].is_some());
+        let chosen: Vec<usize> = self.read.iter().copied().filter(is_seen).collect();
+        self.original.map_bases_of(&chosen, f, job)
     }
 
     /// Writes bits (eq. 26).
@@ -73,13 +122,12 @@ impl MarkLayout {
     /// # Errors
     /// [`MarkError::Bits`]; as [`Original::map_bases`].
     pub fn write(&self, bits: &[bool], job: &Job) -> Result<Written, MarkError> {
-        let (layout, given) = (self.original.layout(), bits.len());
-        if given != layout.bits() {
-            let wanted = layout.bits();
+        let (wanted, given) = (self.bits(), bits.len());
+        if given != wanted {
             return Err(MarkError::Bits { given, wanted });
         }
         let of_patch = |index: usize, _: &Patch, basis: &PatchBasis| {
-            let added = basis.displacement(&self.chips(index), bits, self.alphas[index]);
+            let added = basis.displacement(self.chips(index), bits, self.amplitude(index));
             (added, basis.last_eigenvalue())
         };
         let mut written = Written {

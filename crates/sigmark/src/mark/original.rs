@@ -7,23 +7,24 @@ use job::Job;
 use mesh::TriMesh;
 use mhb_core::{LaplacianKind, Spectrum, SpectrumError, SpectrumOptions, SpectrumStage};
 
-use super::{ChipLayout, MarkError, MarkStage, Patch, PatchBasis, PatchCount, Patches};
+use super::{MarkError, MarkStage, Patch, PatchBasis, PatchCount, Patches, Pool};
 
 /// What does not depend on the bits: the original mesh, its patches, and their bases.
 ///
-/// Bases are large, 8 m bytes a vertex. They are computed when they are needed, patch by patch, and dropped again, unless
-/// [`keep_bases`](Self::keep_bases) was called: worth it for who signs one model for many receivers, or judges many suspects.
+/// Bases are large, 8 m bytes a vertex of a patch with m harmonics. They are computed when they are needed, patch by patch, and dropped again, unless
+/// [`keep_bases`](Self::keep_bases) was called: worth it for who signs one model for many receivers. Readers keep a gigabyte of them.
 /// Clones share everything, bases that are kept later too.
 #[derive(Clone, Debug)]
 pub struct Original {
     mesh: Arc<TriMesh>,
-    layout: ChipLayout,
     patches: Arc<Patches>,
+    /// m of each patch.
+    functions: Arc<[usize]>,
     laplacian: LaplacianKind,
     borders: Borders,
     /// The last eigenvalue of each basis, where it is known.
     expected: Option<Vec<f64>>,
-    kept: Arc<OnceLock<Vec<PatchBasis>>>,
+    kept: Arc<KeptBases>,
 }
 
 /// What harmonics do where a patch borders on another, or on what is unmarked.
@@ -37,6 +38,14 @@ pub enum Borders {
     Fixed,
 }
 
+/// Bases that were computed, as far as there is room for them.
+#[derive(Debug)]
+struct KeptBases {
+    of_patches: Vec<OnceLock<PatchBasis>>,
+    /// Bytes that bases may still take.
+    room: AtomicUsize,
+}
+
 /// Two correct programs agree on eigenvalues far better than this, relative to them.
 const SAME_EIGENVALUE: f64 = 1e-6;
 
@@ -44,40 +53,66 @@ const SAME_EIGENVALUE: f64 = 1e-6;
 const SMALL_BASES: usize = 1 << 30;
 
 impl Original {
-    /// Cuts a mesh into patches with room for `layout`.
+    /// Cuts a mesh into patches with so many harmonics each, as the paper does.
     ///
     /// # Errors
     /// As [`Patches::cut`].
     pub fn cut(
         mesh: impl Into<Arc<TriMesh>>,
-        layout: ChipLayout,
+        functions: usize,
         count: PatchCount,
         job: &Job,
     ) -> Result<Self, MarkError> {
         job.begin(MarkStage::Patches)?;
         let mesh = mesh.into();
-        let patches = Patches::cut(&mesh, layout.functions(), count, job)?;
-        Ok(Self::with_patches(mesh, layout, patches))
+        let patches = Patches::cut(&mesh, functions, count, job)?;
+        let functions = vec![functions; patches.len()];
+        Self::with_patches(mesh, patches, functions)
     }
 
-    /// A mesh whose patches are known.
-    pub fn with_patches(mesh: impl Into<Arc<TriMesh>>, layout: ChipLayout, patches: Patches) -> Self {
-        Self {
+    /// Cuts a mesh into patches whose chips are pooled for so many bits.
+    ///
+    /// # Errors
+    /// As [`Pool::cut`].
+    pub fn pooled(
+        mesh: impl Into<Arc<TriMesh>>,
+        bits: usize,
+        pool: Pool,
+        job: &Job,
+    ) -> Result<Self, MarkError> {
+        job.begin(MarkStage::Patches)?;
+        let mesh = mesh.into();
+        let (patches, functions) = pool.cut(&mesh, bits, job)?;
+        Self::with_patches(mesh, patches, functions)
+    }
+
+    /// A mesh whose patches are known, and how many harmonics each has.
+    ///
+    /// # Errors
+    /// [`MarkError::Patches`] when there is not one number a patch.
+    pub fn with_patches(
+        mesh: impl Into<Arc<TriMesh>>,
+        patches: Patches,
+        functions: Vec<usize>,
+    ) -> Result<Self, MarkError> {
+        let original = Self {
             mesh: mesh.into(),
-            layout,
+            kept: KeptBases::none(patches.len()),
             patches: Arc::new(patches),
+            functions: functions.into(),
             laplacian: LaplacianKind::default(),
             borders: Borders::default(),
             expected: None,
-            kept: Arc::default(),
-        }
+        };
+        original.check_patches(original.functions.len())?;
+        Ok(original)
     }
 
     /// Takes the patches' harmonics from another Laplacian than the cotangent one. Bases kept so far are not used.
     pub fn with_laplacian(self, laplacian: LaplacianKind) -> Self {
         Self {
             laplacian,
-            kept: Arc::default(),
+            kept: KeptBases::none(self.patches.len()),
             ..self
         }
     }
@@ -86,7 +121,7 @@ impl Original {
     pub fn with_borders(self, borders: Borders) -> Self {
         Self {
             borders,
-            kept: Arc::default(),
+            kept: KeptBases::none(self.patches.len()),
             ..self
         }
     }
@@ -109,9 +144,9 @@ impl Original {
         &self.mesh
     }
 
-    /// Where the chips sit in each patch.
-    pub fn layout(&self) -> &ChipLayout {
-        &self.layout
+    /// m of each patch, the number of its harmonics.
+    pub fn functions(&self) -> &[usize] {
+        &self.functions
     }
 
     /// Which Laplacian the patches' harmonics belong to.
@@ -131,8 +166,13 @@ impl Original {
 
     /// Bytes that all bases take together.
     pub fn basis_bytes(&self) -> usize {
-        let vertices: usize = self.patches.iter().map(|patch| patch.vertices().len()).sum();
-        vertices.saturating_mul(8).saturating_mul(self.layout.functions())
+        let bytes = (0..self.patches.len()).map(|i| self.bytes_of_basis(i));
+        bytes.fold(0, usize::saturating_add)
+    }
+
+    fn bytes_of_basis(&self, patch: usize) -> usize {
+        let vertices = self.patches[patch].vertices().len();
+        vertices.saturating_mul(8).saturating_mul(self.functions[patch])
     }
 
     /// Computes the bases and keeps them until this value and its clones are dropped.
@@ -140,25 +180,24 @@ impl Original {
     /// # Errors
     /// As [`map_bases`](Self::map_bases).
     pub fn keep_bases(&self, job: &Job) -> Result<(), MarkError> {
-        if self.kept.get().is_none() {
-            let bases = self.compute_bases(|_, _, basis| basis, job)?;
-            // Whoever was first has computed the same.
-            let _ = self.kept.set(bases);
-        }
+        self.kept.room.store(usize::MAX, Ordering::Relaxed);
+        self.map_bases(|_, _, _| (), job)?;
         Ok(())
     }
 
-    /// As [`keep_bases`](Self::keep_bases), if they take less than a gigabyte; others are computed anew for every pass over them.
-    pub(crate) fn keep_small_bases(&self, job: &Job) -> Result<(), MarkError> {
-        if self.basis_bytes() <= SMALL_BASES {
-            self.keep_bases(job)?;
-        }
-        Ok(())
+    /// From now on keeps the bases that are computed, up to a gigabyte; others are computed anew for every pass over them.
+    pub(crate) fn keep_a_gigabyte(&self) {
+        let kept: usize = (0..self.patches.len())
+            .filter(|&i| self.kept.of_patches[i].get().is_some())
+            .map(|i| self.bytes_of_basis(i))
+            .sum();
+        let room = SMALL_BASES.saturating_sub(kept);
+        self.kept.room.fetch_max(room, Ordering::Relaxed);
     }
 
     /// What `f` makes of the number of each patch, the patch and its basis, in the order of the patches.
     ///
-    /// Patches are worked on side by side, so memory is that of as many bases as there are threads.
+    /// Patches are worked on side by side, so memory is that of as many bases as there are threads, besides those that are kept.
     ///
     /// # Errors
     /// When a basis can't be computed, or is not the [expected](Self::expecting) one; [`MarkError::Job`].
@@ -167,43 +206,72 @@ impl Original {
         f: impl Fn(usize, &Patch, &PatchBasis) -> T + Sync + Send,
         job: &Job,
     ) -> Result<Vec<T>, MarkError> {
-        let Some(bases) = self.kept.get() else {
-            return self.compute_bases(|i, patch, basis| f(i, patch, &basis), job);
-        };
-        let of = |i: usize| {
-            self.check_basis(i, &bases[i])?;
-            Ok(f(i, &self.patches[i], &bases[i]))
-        };
-        job.map(bases.len(), 1, of)?.into_iter().collect()
+        let all: Vec<usize> = (0..self.patches.len()).collect();
+        self.map_bases_of(&all, f, job)
     }
 
-    /// Computes every basis once and hands it over. The threads work on one patch if there is one, otherwise each on its own:
-    /// a basis that waited for another's threads would be one more in memory.
-    fn compute_bases<T: Send>(
+    /// As [`map_bases`](Self::map_bases), of some patches, which are numbered from 0 in ascending order.
+    ///
+    /// The threads work on one basis if only one is missing, otherwise each on its own: one that waited for another's threads would be
+    /// one more in memory.
+    ///
+    /// # Errors
+    /// As [`map_bases`](Self::map_bases).
+    pub(crate) fn map_bases_of<T: Send>(
         &self,
-        f: impl Fn(usize, &Patch, PatchBasis) -> T + Sync + Send,
+        chosen: &[usize],
+        f: impl Fn(usize, &Patch, &PatchBasis) -> T + Sync + Send,
         job: &Job,
     ) -> Result<Vec<T>, MarkError> {
-        job.begin(MarkStage::Harmonics)?;
-        if let [patch] = &self.patches[..] {
-            return Ok(vec![f(0, patch, self.basis(0, patch, job)?)]);
+        let missing = chosen.iter().filter(|&&i| self.kept.of_patches[i].get().is_none());
+        let missing = missing.count();
+        if missing > 0 {
+            job.begin(MarkStage::Harmonics)?;
+        }
+        if let [i] = chosen {
+            return Ok(vec![self.with_basis(*i, &f, job)?]);
         }
         let alone = job.alone().quiet();
         let failed = AtomicUsize::new(usize::MAX);
-        let of = |i: usize| {
+        let of = |place: usize| {
             // After a failure no later patch is begun.
-            if i > failed.load(Ordering::Relaxed) {
+            if place > failed.load(Ordering::Relaxed) {
                 return None;
             }
-            let patch = &self.patches[i];
-            let result = self.basis(i, patch, &alone).map(|basis| f(i, patch, basis));
+            let result = self.with_basis(chosen[place], &f, &alone);
             if result.is_err() {
-                failed.fetch_min(i, Ordering::Relaxed);
+                failed.fetch_min(place, Ordering::Relaxed);
             }
             Some(result)
         };
-        let results = job.map_reported(self.patches.len(), 1, of)?;
+        let results = match missing {
+            0 => job.map(chosen.len(), 1, of)?,
+            _ => job.map_reported(chosen.len(), 1, of)?,
+        };
         results.into_iter().flatten().collect()
+    }
+
+    /// What `f` makes of a patch and its basis, which is computed if it isn't kept, and kept if there is room.
+    fn with_basis<T>(
+        &self,
+        i: usize,
+        f: impl Fn(usize, &Patch, &PatchBasis) -> T,
+        job: &Job,
+    ) -> Result<T, MarkError> {
+        let patch = &self.patches[i];
+        if let Some(basis) = self.kept.of_patches[i].get() {
+            self.check_basis(i, basis)?;
+            return Ok(f(i, patch, basis));
+        }
+        let basis = self.basis(i, patch, job)?;
+        let bytes = self.bytes_of_basis(i);
+        let take = |room: usize| room.checked_sub(bytes);
+        let room = &self.kept.room;
+        Ok(match room.fetch_update(Ordering::Relaxed, Ordering::Relaxed, take) {
+            // Whoever was first has computed the same.
+            Ok(_) => f(i, patch, self.kept.of_patches[i].get_or_init(|| basis)),
+            Err(_) => f(i, patch, &basis),
+        })
     }
 
     fn basis(&self, index: usize, patch: &Patch, job: &Job) -> Result<PatchBasis, MarkError> {
@@ -211,7 +279,7 @@ impl Original {
             return Err(MarkError::NoArea { patch: index });
         }
         let options = SpectrumOptions {
-            count: self.layout.functions(),
+            count: self.functions[index],
             laplacian: self.laplacian,
             ..Default::default()
         };
@@ -224,7 +292,7 @@ impl Original {
             SpectrumError::Job(error) => MarkError::Job(error),
             source => MarkError::Spectrum { patch: index, source },
         })?;
-        let basis = PatchBasis::new(patch, spectrum);
+        let basis = PatchBasis::new(spectrum);
         self.check_basis(index, &basis)?;
         Ok(basis)
     }
@@ -260,5 +328,14 @@ impl Original {
             return Ok(());
         }
         Err(MarkError::Patches { given, patches })
+    }
+}
+
+impl KeptBases {
+    fn none(patches: usize) -> Arc<Self> {
+        Arc::new(Self {
+            of_patches: (0..patches).map(|_| OnceLock::new()).collect(),
+            room: AtomicUsize::new(0),
+        })
     }
 }

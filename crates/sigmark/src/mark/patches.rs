@@ -2,9 +2,9 @@ use job::Job;
 use mesh::{Components, Edges, TriMesh, components};
 use partition::{Graph, Options, PartitionStage, partition};
 
-use super::MarkError;
+use super::{MarkError, pool::IMBALANCE};
 
-/// A connected piece of a mesh that carries the whole signature, with the mesh vertices that it covers.
+/// A connected piece of a mesh that carries chips, with the mesh vertices that it covers.
 #[derive(Clone, Debug)]
 pub struct Patch {
     vertices: Vec<u32>,
@@ -45,11 +45,8 @@ impl Patch {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum PatchCount {
-    /// Three times as many as [`Paper`](Self::Paper), fewer where they would be small. With a third of the functions in each, their
-    /// harmonics take a third of the time and read nearly as well: what counts most is the number of functions in all.
-    #[default]
-    Auto,
     /// As few as keep every patch below 30 000 vertices, as the paper has it.
+    #[default]
     Paper,
     /// So many in all, shared out among the components by their size; a component is at least one.
     Exactly(usize),
@@ -57,15 +54,6 @@ pub enum PatchCount {
 
 /// Patches of `Paper` stay below this.
 const PAPER_LIMIT: usize = 30_000;
-
-/// Patches of `Auto` to one of `Paper`.
-const AUTO_PARTS: usize = 3;
-
-/// Patches of `Auto` have at least so many vertices a function, unless there is only one.
-const AUTO_VERTICES_PER_FUNCTION: usize = 4;
-
-/// How unequal the patches of a component may be.
-const IMBALANCE: f64 = 0.03;
 
 /// The largest patch: the basis of a larger one costs more memory and time than a user expects.
 pub const LARGEST_PATCH: usize = 60_000;
@@ -75,7 +63,7 @@ pub const VERTICES_PER_FUNCTION: usize = 2;
 
 /// Which patch each vertex of a mesh belongs to, and the patches.
 ///
-/// Patches are cut from connected components. A component with fewer than twice as many vertices as the basis has
+/// Patches are cut from connected components. In [`cut`](Self::cut) a component with fewer than twice as many vertices as the basis has
 /// functions stays unmarked, and so do vertices at the borders of patches that no triangle of their patch uses, or that
 /// only a piece of it apart from the rest does.
 #[derive(Clone, Debug)]
@@ -209,10 +197,6 @@ impl std::ops::Deref for Patches {
 fn parts(size: usize, functions: usize, eligible: usize, count: PatchCount) -> usize {
     match count {
         _ if size < functions.saturating_mul(VERTICES_PER_FUNCTION) => 0,
-        PatchCount::Auto => {
-            let most = size / functions.saturating_mul(AUTO_VERTICES_PER_FUNCTION).max(1);
-            (AUTO_PARTS * parts(size, functions, eligible, PatchCount::Paper)).min(most.max(1))
-        }
         PatchCount::Paper if size < PAPER_LIMIT => 1,
         PatchCount::Paper => ((1.0 + IMBALANCE) * size as f64 / (PAPER_LIMIT - 1) as f64).ceil() as usize,
         PatchCount::Exactly(count) => {
@@ -221,8 +205,8 @@ fn parts(size: usize, functions: usize, eligible: usize, count: PatchCount) -> u
     }
 }
 
-/// Labels of all vertices before borders are cleaned.
-fn label(mesh: &TriMesh, components: &Components, parts: &[usize], job: &Job) -> Result<Vec<u32>, MarkError> {
+/// Labels of all vertices before borders are cleaned, for so many patches of each component.
+pub(super) fn label(mesh: &TriMesh, components: &Components, parts: &[usize], job: &Job) -> Result<Vec<u32>, MarkError> {
     let mut place = vec![0u32; mesh.vertex_count()];
     let mut sizes = vec![0u32; components.count];
     for (v, &component) in components.of_vertex.iter().enumerate() {
@@ -306,7 +290,7 @@ mod tests {
 
     #[test]
     fn a_mesh_without_a_large_enough_component_is_refused() {
-        let error = Patches::cut(&shapes::icosphere(2), 325, PatchCount::Auto, &Job::default()).unwrap_err();
+        let error = Patches::cut(&shapes::icosphere(2), 325, PatchCount::Paper, &Job::default()).unwrap_err();
         assert!(matches!(
             error,
             MarkError::TooFewVertices {
@@ -351,20 +335,6 @@ mod tests {
                 .iter()
                 .all(|patch| (15_000..30_000).contains(&patch.vertices().len()))
         );
-    }
-
-    #[test]
-    fn auto_makes_three_patches_of_one_where_there_is_room() {
-        let count = |mesh: &TriMesh, functions| {
-            Patches::cut(mesh, functions, PatchCount::Auto, &Job::default())
-                .map_or(0, |patches| patches.len())
-        };
-        let mesh = shapes::icosphere(4);
-        assert_eq!(
-            [count(&mesh, 172), count(&mesh, 300), count(&mesh, 1000)],
-            [3, 2, 1]
-        );
-        assert_eq!(count(&mesh, 1300), 0);
     }
 
     /// What borders on another patch is held; what borders on nothing is not.

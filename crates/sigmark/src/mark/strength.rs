@@ -1,4 +1,4 @@
-use super::{ChipLayout, MarkError, Original};
+use super::{ChipPlan, MarkError, Original};
 
 /// How strongly a mark is written.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,23 +22,31 @@ impl Default for Strength {
 }
 
 impl Strength {
-    /// α of every patch, for patches of unit area.
+    /// α of every patch, for patches of unit area. Where chips are pooled, a [`Distortion`](Self::Distortion) moves the surface of all patches
+    /// alike; in the paper's plan α is the same for all.
     ///
     /// # Errors
     /// When the strength is no positive number or would ruin the shape, and when a patch has no area.
-    pub fn alphas(self, original: &Original) -> Result<Vec<f64>, MarkError> {
+    pub fn alphas(self, original: &Original, plan: &ChipPlan) -> Result<Vec<f64>, MarkError> {
         let (what, value) = self.checked()?;
         let areas = areas(original);
         if let Some(patch) = areas.iter().position(|&area| area == 0.0) {
             return Err(MarkError::NoArea { patch });
         }
-        // For a strength of 1; everything grows linearly with it.
-        let unit: Vec<f64> = match self {
-            Self::Distortion(_) => vec![1.0 / distortion(original, &vec![1.0; areas.len()]); areas.len()],
-            Self::Alpha(_) => vec![1.0; areas.len()],
-            Self::PaperAlpha(_) => areas.iter().map(|area| 1.0 / area.sqrt()).collect(),
+        let relative: Vec<f64> = match (self, plan) {
+            (Self::Distortion(_), ChipPlan::Pooled { .. }) => squares(original, plan)
+                .map(|square| square.max(f64::MIN_POSITIVE).sqrt().recip())
+                .collect(),
+            (Self::Distortion(_) | Self::Alpha(_), _) => vec![1.0; areas.len()],
+            (Self::PaperAlpha(_), _) => areas.iter().map(|area| 1.0 / area.sqrt()).collect(),
         };
-        let most = MOST_DISTORTION / distortion(original, &unit);
+        // For a strength of 1; everything grows linearly with it.
+        let scale = match self {
+            Self::Distortion(_) => distortion(original, plan, &relative).recip(),
+            Self::Alpha(_) | Self::PaperAlpha(_) => 1.0,
+        };
+        let unit: Vec<f64> = relative.iter().map(|alpha| scale * alpha).collect();
+        let most = MOST_DISTORTION / distortion(original, plan, &unit);
         if value > most {
             return Err(MarkError::TooStrong { what, value, most });
         }
@@ -62,19 +70,21 @@ impl Strength {
 
 /// The root mean square displacement of the marked surface by chips of these strengths, as a fraction of the diagonal. The basis
 /// is orthonormal, so each chip adds (α φ)² to the mean square of its patch.
-pub(crate) fn distortion(original: &Original, alphas: &[f64]) -> f64 {
+pub(crate) fn distortion(original: &Original, plan: &ChipPlan, alphas: &[f64]) -> f64 {
     let areas = areas(original);
-    let squares = original.patches().iter().zip(&areas).zip(alphas);
-    let squares =
-        squares.map(|((p, area), alpha)| area * alpha * alpha * unit_square(p.size(), original.layout()));
+    let squares = squares(original, plan).zip(&areas).zip(alphas);
+    let squares = squares.map(|((square, area), alpha)| area * alpha * alpha * square);
     let rms = (squares.sum::<f64>() / areas.iter().sum::<f64>()).sqrt();
     rms / original.mesh().bounding_box().diagonal()
 }
 
-/// The mean square displacement of a patch with edges φ for α = 1.
-fn unit_square(size: [f64; 3], layout: &ChipLayout) -> f64 {
-    let chips = layout.chips_per_axis();
-    (0..3).map(|axis| chips[axis] as f64 * size[axis].powi(2)).sum()
+/// The mean square displacement of each patch for α = 1.
+fn squares(original: &Original, plan: &ChipPlan) -> impl Iterator<Item = f64> {
+    let patches = original.patches().iter().zip(original.functions());
+    patches.map(|(patch, &functions)| {
+        let (chips, size) = (plan.chips_per_axis(functions), plan.size(patch));
+        (0..3).map(|axis| chips[axis] as f64 * size[axis].powi(2)).sum()
+    })
 }
 
 fn areas(original: &Original) -> Vec<f64> {

@@ -57,8 +57,9 @@ struct MarkDocument {
     scheme: Scheme,
     payload: PayloadKind,
     signature: String,
-    carrier: Carrier,
-    chip_rate: usize,
+    carrier: String,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    chip_rate: Option<usize>,
     #[serde(with = "LaplacianName")]
     laplacian: LaplacianKind,
     labels: PackedLabels,
@@ -69,6 +70,7 @@ struct MarkDocument {
 #[serde(deny_unknown_fields)]
 struct PatchDocument {
     vertices: usize,
+    functions: usize,
     alpha: f64,
     last_eigenvalue: f64,
 }
@@ -122,6 +124,7 @@ impl Document {
         let patches = certificate
             .patch_sizes
             .iter()
+            .zip(&statement.functions)
             .zip(&statement.alphas)
             .zip(eigenvalues);
         Self {
@@ -140,13 +143,14 @@ impl Document {
                 scheme: statement.scheme,
                 payload: statement.payload_kind(),
                 signature: signature.to_hex(),
-                carrier: statement.carrier,
-                chip_rate: statement.chip_rate,
+                carrier: statement.carrier.name().into(),
+                chip_rate: statement.carrier.chip_rate(),
                 laplacian: statement.laplacian,
                 labels: statement.labels.clone(),
                 patches: patches
-                    .map(|((&vertices, &alpha), &last_eigenvalue)| PatchDocument {
+                    .map(|(((&vertices, &functions), &alpha), &last_eigenvalue)| PatchDocument {
                         vertices,
+                        functions,
                         alpha,
                         last_eigenvalue,
                     })
@@ -175,10 +179,17 @@ impl Document {
                 triangles: self.original.triangles,
             },
             scheme: mark.scheme,
-            carrier: mark.carrier,
-            chip_rate: mark.chip_rate,
+            carrier: Carrier::named(&mark.carrier, mark.chip_rate).ok_or_else(|| CertificateError::Field {
+                field: "carrier",
+                problem: format!(
+                    "is {:?}, {} a chip rate; it is \"pooled-harmonics\" without one, or \"harmonics\" with one",
+                    mark.carrier,
+                    if mark.chip_rate.is_some() { "with" } else { "without" }
+                ),
+            })?,
             laplacian: mark.laplacian,
             labels: mark.labels.clone(),
+            functions: patches.iter().map(|patch| patch.functions).collect(),
             alphas: patches.iter().map(|patch| patch.alpha).collect(),
         };
         if mark.payload != statement.payload_kind() {

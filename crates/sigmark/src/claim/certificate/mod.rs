@@ -15,7 +15,7 @@ use crate::payload::{Payload, Signature};
 use document::Document;
 
 /// The version of the certificate format that this library writes and reads.
-pub const VERSION: u64 = 3;
+pub const VERSION: u64 = 4;
 
 /// The longest text of a certificate, in bytes.
 pub const LARGEST: usize = 16 << 20;
@@ -157,7 +157,7 @@ impl Certificate {
 
     /// SHA-256 over a domain, h, the signature and the seal (r, then s, 32 bytes each): what a time stamp covers.
     pub fn digest(&self) -> [u8; 32] {
-        let mut hash = Sha256::new_with_prefix(b"sigmark certificate v3\0");
+        let mut hash = Sha256::new_with_prefix(b"sigmark certificate v4\0");
         hash.update(self.hash);
         for signature in [&self.contents.signature, &self.seal] {
             hash.update(signature.r());
@@ -203,7 +203,7 @@ impl Contents {
     fn sealed_bytes(&self, hash: &[u8; 32]) -> Vec<u8> {
         let eigenvalues: Vec<[u8; 8]> = self.eigenvalues.iter().map(|value| value.to_le_bytes()).collect();
         [
-            b"sigmark seal v3\0",
+            b"sigmark seal v4\0",
             &hash[..],
             self.signature.r(),
             self.signature.s(),

@@ -25,9 +25,8 @@ impl CoefficientDetector {
 
 impl Detector for CoefficientDetector {
     fn detect(&self, suspect: &Registered, job: &Job) -> Result<SoftBits, MarkError> {
-        let original = self.layout.original();
-        suspect.check(original.mesh().vertex_count())?;
-        let layout = original.layout();
+        let layout = &self.layout;
+        suspect.check(layout.original().mesh().vertex_count())?;
         let sums_of_patch = |index: usize, patch: &Patch, basis: &PatchBasis| {
             let seen = patch.gather(&suspect.positions);
             // The transform is linear: the difference of coefficients is the transform of the difference.
@@ -38,12 +37,12 @@ impl Detector for CoefficientDetector {
                 .collect();
             let coefficients = basis.transform(&difference);
             let mut sums = vec![0.0; layout.bits()];
-            for chip in self.layout.chips(index) {
+            for chip in layout.chips(index) {
                 sums[chip.bit] += coefficients[chip.frequency][chip.axis];
             }
             sums
         };
-        let sums = original.map_bases(sums_of_patch, job)?;
+        let sums = layout.map_seen(&suspect.positions, sums_of_patch, job)?;
         let bits = 0..layout.bits();
         Ok(SoftBits(
             bits.map(|bit| sums.iter().map(|sums| sums[bit]).sum()).collect(),

@@ -42,10 +42,10 @@ pub(super) fn fit(
 
     let products = |index: usize, patch: &Patch, basis: &PatchBasis| {
         let reference: Vec<[f64; 3]> = patch.mesh().positions().iter().map(|&p| unit(p)).collect();
-        let amplitude = basis.size().map(|phi| layout.alphas()[index] * phi / diagonal);
+        let amplitude = layout.amplitude(index).map(|amplitude| amplitude / diagonal);
         PatchProducts::of(patch, basis, &patch.gather(&seen), &reference, amplitude)
     };
-    let products = original.map_bases(products, job)?;
+    let products = layout.map_seen(&seen, products, job)?;
 
     let mut fine = Similarity::IDENTITY;
     for _ in 0..STEPS {

@@ -37,6 +37,14 @@ impl ReadingMethod {
         self.joint.layout()
     }
 
+    /// The same method, which reads some patches only, numbered from 0 and ascending, by the joint estimate.
+    pub(super) fn among(&self, patches: &[usize]) -> Self {
+        Self {
+            joint: Arc::new(self.joint.among(patches)),
+            detector: self.detector.clone(),
+        }
+    }
+
     pub(super) fn estimator(&self) -> &JointEstimator {
         &self.joint
     }

@@ -2,6 +2,7 @@
 
 mod by_vertices;
 mod generalised;
+mod looks;
 mod method;
 mod reading;
 mod readings;
@@ -27,12 +28,13 @@ use suspect::SeenBy;
 /// ```
 /// use std::sync::Arc;
 /// use mesh::shapes;
-/// use sigmark::mark::{ChipLayout, JointEstimator, MarkLayout, Original, PatchCount, Reader, ReadingMethod, Strength};
+/// use sigmark::mark::{ChipPlan, JointEstimator, MarkLayout, Original, Pool, Reader, ReadingMethod, Strength};
 ///
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
 /// let (mesh, job) = (shapes::bumpy_sphere(4, 1), job::Job::default());
-/// let original = Original::cut(mesh, ChipLayout::new(24, 3)?, PatchCount::Auto, &job)?;
-/// let layout = Arc::new(MarkLayout::with_strength(Arc::new(original), Strength::default())?);
+/// let original = Original::pooled(mesh, 24, Pool::default(), &job)?;
+/// let plan = ChipPlan::Pooled { bits: 24, key: [1; 32] };
+/// let layout = Arc::new(MarkLayout::with_strength(Arc::new(original), plan, Strength::default())?);
 /// let bits: Vec<bool> = (0..24).map(|t| t % 3 == 0).collect();
 /// let marked = layout.original().mesh().with_positions(layout.write(&bits, &job)?.positions(layout.original()))?;
 ///
@@ -139,7 +141,7 @@ impl Found {
         }
     }
 
-    /// Reads the suspect in all the ways that it can lie, whatever the bits are that will be looked for.
+    /// All that can be read of the suspect in all the ways that it can lie, whatever the bits are that will be looked for.
     ///
     /// # Errors
     /// As [`read`](Self::read).

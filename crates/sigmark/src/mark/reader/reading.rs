@@ -1,4 +1,5 @@
 use mesh::{Similarity, TriMesh, Vec3};
+use registration::AlignOptions;
 
 use crate::mark::{AttackModel, Registered, SoftBits};
 
@@ -10,8 +11,10 @@ pub struct Reading {
     pub soft: SoftBits,
     /// Takes the suspect to the original.
     pub transform: Similarity,
-    /// What the bits were read from.
-    pub registered: Registered,
+    /// The share of the original's vertices at which the suspect has no surface, from 0 to 1.
+    pub missing: f64,
+    /// Of the vertices that were seen, the share that lies within the [tolerance](AlignOptions::tolerance) of where they belong, from 0 to 1.
+    pub in_place: f64,
     /// Root mean square distance of corresponding points, in the original's unit.
     pub residual: f64,
     /// What moved the suspect; none where the joint estimate was not asked.
@@ -23,7 +26,7 @@ pub struct Reading {
 impl Reading {
     pub(super) fn new(
         original: &TriMesh,
-        registered: Registered,
+        registered: &Registered,
         transform: Similarity,
         soft: SoftBits,
         attack_model: Option<AttackModel>,
@@ -32,11 +35,14 @@ impl Reading {
         let squares: Vec<f64> = pairs
             .filter_map(|(r, &v)| r.map(|r| (Vec3(r) - Vec3(v)).squared()))
             .collect();
+        let bound = (AlignOptions::default().tolerance * original.bounding_box().diagonal()).powi(2);
+        let near = squares.iter().filter(|&&square| square <= bound).count();
         Self {
             soft,
+            in_place: near as f64 / squares.len().max(1) as f64,
             transform,
             residual: (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt(),
-            registered,
+            missing: registered.missing(),
             attack_model,
             tries: 1,
         }

@@ -4,106 +4,180 @@ use job::Job;
 use mesh::Similarity;
 use registration::{Correspondence, Placement};
 
-use super::{Found, Reading, ReadingMethod, Suspect, by_vertices, suspect::SeenBy};
-use crate::mark::{MarkError, MarkStage, SoftBits, correlation};
+use super::{Found, Reading, ReadingMethod, Suspect, by_vertices, looks::looks, suspect::SeenBy};
+use crate::mark::{MarkError, MarkStage, Registered, SoftBits, correlation};
 
 /// All that can be read of a suspect, whatever the bits are that are looked for: one suspect can be asked for many.
 ///
-/// Nothing in here depends on bits but the choice of the [best](Self::best), and that counts all that it could have chosen.
+/// Nothing in here depends on bits but the choice of the [best](Self::best), and that counts all that it could have chosen. Everything is read when
+/// it is first asked for.
 pub struct Readings<'a> {
     found: &'a Found,
-    method: &'a ReadingMethod,
+    ways: Vec<Way<'a>>,
+}
+
+/// A way in which the suspect may lie on the original, with the looks that are taken at it.
+struct Way<'a> {
     by: ReadBy<'a>,
+    looks: Vec<Look>,
+}
+
+/// A look at some of the patches.
+struct Look {
+    method: ReadingMethod,
+    first: OnceLock<Reading>,
+    /// By vertices, once more by the joint estimate.
+    again: OnceLock<Reading>,
 }
 
 enum ReadBy<'a> {
-    /// By each of the maps of the vertices, and once more by the joint estimate when it is asked for.
-    Vertices {
-        maps: &'a [Correspondence],
-        first: Vec<(Similarity, SoftBits)>,
-        again: Vec<OnceLock<Reading>>,
+    /// By a map of the vertices.
+    Vertices(&'a Correspondence),
+    /// In a pose, in which it was sampled.
+    Surface {
+        suspect: Suspect,
+        pose: Similarity,
+        sampled: Registered,
     },
-    /// In each pose.
-    Surface(Vec<Reading>),
 }
 
 impl<'a> Readings<'a> {
     pub(super) fn of(found: &'a Found, method: &'a ReadingMethod, job: &Job) -> Result<Self, MarkError> {
-        method.layout().original().keep_small_bases(job)?;
-        let by = match &found.placement {
-            Placement::ByVertices(maps) => {
-                job.begin(MarkStage::Detection)?;
-                let read = |map| by_vertices::first_look(&found.suspect, map, method, job);
-                ReadBy::Vertices {
-                    first: maps.iter().map(read).collect::<Result<_, _>>()?,
-                    again: maps.iter().map(|_| OnceLock::new()).collect(),
-                    maps,
-                }
-            }
+        method.layout().original().keep_a_gigabyte();
+        let ways = match &found.placement {
+            Placement::ByVertices(maps) => maps
+                .iter()
+                .map(|map| Way {
+                    looks: looks_by(method, |v| map.suspect_of[v].is_some()),
+                    by: ReadBy::Vertices(map),
+                })
+                .collect(),
             Placement::BySurface(alignment) => {
-                let seen_by = SeenBy::Surface(alignment.correspondence.clone());
-                let suspect = Suspect::new(found.reference.clone(), found.suspect.clone(), seen_by);
                 let poses = std::iter::once(&alignment.transform).chain(&alignment.alternatives);
-                let readings = poses.map(|pose| suspect.read(method, pose, job));
-                ReadBy::Surface(readings.collect::<Result<_, _>>()?)
+                let way = |&pose: &Similarity| {
+                    let seen_by = SeenBy::Surface(alignment.correspondence.clone());
+                    let suspect = Suspect::new(found.reference.clone(), found.suspect.clone(), seen_by);
+                    job.begin(MarkStage::Resampling)?;
+                    let sampled = suspect.sample(&pose, job)?;
+                    Ok(Way {
+                        looks: looks_by(method, |v| sampled.positions[v].is_some()),
+                        by: ReadBy::Surface {
+                            suspect,
+                            pose,
+                            sampled,
+                        },
+                    })
+                };
+                poses.map(way).collect::<Result<_, MarkError>>()?
             }
         };
-        Ok(Self { found, method, by })
+        Ok(Self { found, ways })
     }
 
-    /// The reading that agrees best with the bits that are looked for; the first of equals.
+    /// The reading that agrees best with the bits that are looked for; the first of equals, and the first at all that has every bit.
     ///
-    /// By vertices, the best of the first looks, which are cheap, is taken if it reads all bits; if not, the joint estimate reads once
-    /// more in its pose.
+    /// Looks are taken one after the other. By vertices, the best of the first readings, which are cheap, is taken if it has all bits; if not, the joint
+    /// estimate reads once more in its pose.
     ///
     /// # Errors
     /// As [`Found::read`].
     pub fn best(&self, expected: &[bool], job: &Job) -> Result<Reading, MarkError> {
-        let agreement = |soft: &SoftBits| correlation(expected, &soft.0);
-        match &self.by {
-            ReadBy::Surface(readings) => {
-                let best = first_of_best(readings.iter().map(|reading| agreement(&reading.soft)));
-                Ok(Reading {
-                    tries: readings.len(),
-                    ..readings.get(best).ok_or(MarkError::Alignment)?.clone()
-                })
+        let looks = self.ways.first().map_or(0, |way| way.looks.len());
+        let mut best: Option<Reading> = None;
+        for look in 0..looks {
+            let reading = self.best_of_look(look, expected, job)?;
+            let has_every_bit = reading.soft.hard() == expected;
+            let is_better = |best: &Reading| agreement(&reading, expected) > agreement(best, expected);
+            if has_every_bit || best.as_ref().is_none_or(is_better) {
+                best = Some(reading);
             }
-            ReadBy::Vertices { maps, first, again } => {
-                let best = first_of_best(first.iter().map(|(_, soft)| agreement(soft)));
-                let (pose, soft) = first.get(best).ok_or(MarkError::Alignment)?;
-                let Found {
-                    reference, suspect, ..
-                } = self.found;
-                let look = || by_vertices::reading(reference, suspect, &maps[best], pose, soft);
-                let tries = 2 * maps.len();
-                if soft.hard() == expected {
-                    return Ok(Reading { tries, ..look() });
-                }
-                let again = match again[best].get() {
-                    Some(reading) => reading,
-                    None => {
-                        let reading = by_vertices::read_again(reference, &look(), self.method, job)?;
-                        again[best].get_or_init(|| reading)
-                    }
-                };
-                let better = agreement(&again.soft) > agreement(soft);
-                // Any map might have been the one that is read twice.
-                Ok(Reading {
-                    tries,
-                    ..if better { again.clone() } else { look() }
-                })
+            if has_every_bit {
+                break;
             }
+        }
+        // Any way, look and rule might have been the one that is taken.
+        let rules = match &self.found.placement {
+            Placement::ByVertices(_) => 2,
+            Placement::BySurface(_) => 1,
+        };
+        let tries = rules * looks * self.ways.len();
+        best.map(|best| Reading { tries, ..best }).ok_or(MarkError::Alignment)
+    }
+
+    fn best_of_look(&self, look: usize, expected: &[bool], job: &Job) -> Result<Reading, MarkError> {
+        let mut best: Option<(&Way<'a>, &Reading)> = None;
+        for way in &self.ways {
+            let reading = kept(&way.looks[look].first, || self.first(way, look, job))?;
+            if best.is_none_or(|(_, best)| agreement(reading, expected) > agreement(best, expected)) {
+                best = Some((way, reading));
+            }
+        }
+        let (way, first) = best.ok_or(MarkError::Alignment)?;
+        let ReadBy::Vertices(map) = way.by else {
+            return Ok(first.clone());
+        };
+        if first.soft.hard() == expected {
+            return Ok(first.clone());
+        }
+        let Found {
+            reference, suspect, ..
+        } = self.found;
+        let Look { method, again, .. } = &way.looks[look];
+        let again = kept(again, || {
+            by_vertices::read_again(reference, suspect, map, &first.transform, method, job)
+        })?;
+        let better = agreement(again, expected) > agreement(first, expected);
+        Ok(if better { again.clone() } else { first.clone() })
+    }
+
+    fn first(&self, way: &Way<'a>, look: usize, job: &Job) -> Result<Reading, MarkError> {
+        let method = &way.looks[look].method;
+        match &way.by {
+            ReadBy::Vertices(map) => {
+                job.begin(MarkStage::Detection)?;
+                by_vertices::first_reading(&self.found.reference, &self.found.suspect, map, method, job)
+            }
+            ReadBy::Surface {
+                suspect,
+                pose,
+                sampled,
+            } => suspect.read_sampled(method, pose, sampled, job),
         }
     }
 }
 
-/// The index of the largest, the first of equals.
-fn first_of_best(agreements: impl Iterator<Item = f64>) -> usize {
-    let mut best = (0, f64::NEG_INFINITY);
-    for (i, agreement) in agreements.enumerate() {
-        if agreement > best.1 {
-            best = (i, agreement);
+/// The looks at a suspect, given which vertices of the original are seen; one, at all patches, by a detector that was given.
+fn looks_by(method: &ReadingMethod, is_seen: impl Fn(usize) -> bool) -> Vec<Look> {
+    let methods = match method.detector() {
+        Some(_) => vec![method.clone()],
+        None => looks(method.layout(), is_seen)
+            .iter()
+            .map(|patches| method.among(patches))
+            .collect(),
+    };
+    let look = |method| Look {
+        method,
+        first: OnceLock::new(),
+        again: OnceLock::new(),
+    };
+    methods.into_iter().map(look).collect()
+}
+
+/// What was read, or is read now.
+fn kept(
+    place: &OnceLock<Reading>,
+    read: impl FnOnce() -> Result<Reading, MarkError>,
+) -> Result<&Reading, MarkError> {
+    match place.get() {
+        Some(reading) => Ok(reading),
+        None => {
+            let reading = read()?;
+            Ok(place.get_or_init(|| reading))
         }
     }
-    best.0
+}
+
+fn agreement(reading: &Reading, expected: &[bool]) -> f64 {
+    let SoftBits(soft) = &reading.soft;
+    correlation(expected, soft)
 }

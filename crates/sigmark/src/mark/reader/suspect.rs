@@ -69,34 +69,50 @@ impl Suspect {
     /// # Errors
     /// As [`Detector::detect`](crate::mark::Detector::detect).
     pub fn read(&self, method: &ReadingMethod, pose: &Similarity, job: &Job) -> Result<Reading, MarkError> {
+        job.begin(MarkStage::Resampling)?;
+        let sampled = self.sample(pose, job)?;
+        self.read_sampled(method, pose, &sampled, job)
+    }
+
+    /// As [`read`](Self::read), of what was sampled in that pose.
+    pub(super) fn read_sampled(
+        &self,
+        method: &ReadingMethod,
+        pose: &Similarity,
+        sampled: &Registered,
+        job: &Job,
+    ) -> Result<Reading, MarkError> {
         let original = self.reference.mesh();
+        job.begin(MarkStage::Detection)?;
+        let mut estimate = method.estimator().estimate(sampled, job)?;
+        let mut better = pose.then(&estimate.misalignment.inverse());
         if let Some(detector) = method.detector() {
-            job.begin(MarkStage::Resampling)?;
-            let estimate = method.estimator().estimate(&self.sample(pose, job)?, job)?;
-            let pose = pose.then(&estimate.misalignment.inverse());
-            let registered = self.sample(&pose, job)?;
-            job.begin(MarkStage::Detection)?;
+            let registered = self.sample_again(&better, job)?;
             let soft = detector.detect(&registered, job)?;
             let model = Some(estimate.attack_model);
-            return Ok(Reading::new(original, registered, pose, soft, model));
+            return Ok(Reading::new(original, &registered, better, soft, model));
         }
-        let mut pose = *pose;
-        let mut round = 1;
-        loop {
-            job.begin(MarkStage::Resampling)?;
-            let registered = self.sample(&pose, job)?;
-            job.begin(MarkStage::Detection)?;
-            let estimate = method.estimator().estimate(&registered, job)?;
-            let better = pose.then(&estimate.misalignment.inverse());
+        let (mut pose, mut again) = (*pose, None);
+        for _ in 1..MOST_ROUNDS {
             let step = self.farthest(&pose, &better);
-            let settled = step < SETTLED && step * step < NEGLIGIBLE * estimate.noise;
-            if settled || round == MOST_ROUNDS {
-                let model = Some(estimate.attack_model);
-                return Ok(Reading::new(original, registered, better, estimate.bits, model));
+            if step < SETTLED && step * step < NEGLIGIBLE * estimate.noise {
+                break;
             }
             pose = better;
-            round += 1;
+            let registered = again.insert(self.sample_again(&pose, job)?);
+            estimate = method.estimator().estimate(registered, job)?;
+            better = pose.then(&estimate.misalignment.inverse());
         }
+        let registered = again.as_ref().unwrap_or(sampled);
+        let model = Some(estimate.attack_model);
+        Ok(Reading::new(original, registered, better, estimate.bits, model))
+    }
+
+    fn sample_again(&self, pose: &Similarity, job: &Job) -> Result<Registered, MarkError> {
+        job.begin(MarkStage::Resampling)?;
+        let registered = self.sample(pose, job)?;
+        job.begin(MarkStage::Detection)?;
+        Ok(registered)
     }
 
     /// How far two poses lay the suspect apart, in diagonals of the reference.

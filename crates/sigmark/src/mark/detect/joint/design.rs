@@ -7,11 +7,10 @@ use super::{
     fields::{FIELDS, SIMILARITY_FIELDS, SMOOTHING_FIELDS, similarity_fields},
     observations::Observation,
 };
-use crate::mark::{Chip, Original, Patch, PatchBasis};
+use crate::mark::{Chip, MarkLayout, Original, Patch, PatchBasis};
 
 /// What the rows of all patches have in common.
 pub(super) struct Design<'a> {
-    bits: usize,
     /// L x, L² x, … at each vertex of the original, in diagonals.
     smoothing: &'a [[Vec3; SMOOTHING_FIELDS]],
     centre: Vec3,
@@ -20,19 +19,50 @@ pub(super) struct Design<'a> {
     to_unit: Similarity,
 }
 
-/// The patch of some observations, and where its chips are.
+/// The patch of some observations, and where its chips are. Its unknowns are the bits that it carries, then the fields.
 pub(super) struct View<'a> {
-    pub(super) alpha: f64,
-    pub(super) chips: Vec<Chip>,
+    /// α φ.
+    amplitude: [f64; 3],
+    chips: &'a [Chip],
+    /// The bits that the patch carries, ascending.
+    bits: Vec<usize>,
+    /// Where each chip's bit stands among them.
+    columns: Vec<usize>,
     pub(super) patch: &'a Patch,
     pub(super) basis: &'a PatchBasis,
+}
+
+impl<'a> View<'a> {
+    pub(super) fn new(layout: &'a MarkLayout, index: usize, patch: &'a Patch, basis: &'a PatchBasis) -> Self {
+        let chips = layout.chips(index);
+        let mut bits: Vec<usize> = chips.iter().map(|chip| chip.bit).collect();
+        bits.sort_unstable();
+        bits.dedup();
+        let column = |chip: &Chip| bits.partition_point(|&bit| bit < chip.bit);
+        Self {
+            amplitude: layout.amplitude(index),
+            columns: chips.iter().map(column).collect(),
+            chips,
+            bits,
+            patch,
+            basis,
+        }
+    }
+
+    pub(super) fn bits(&self) -> &[usize] {
+        &self.bits
+    }
+
+    /// How many bits and fields there are.
+    pub(super) fn unknowns(&self) -> usize {
+        self.bits.len() + FIELDS
+    }
 }
 
 impl<'a> Design<'a> {
     pub(super) fn new(original: &'a Original, smoothing: &'a [[Vec3; SMOOTHING_FIELDS]]) -> Self {
         let bounds = original.mesh().bounding_box();
         Self {
-            bits: original.layout().bits(),
             smoothing,
             centre: Vec3(bounds.centre()),
             diagonal: bounds.diagonal(),
@@ -40,25 +70,16 @@ impl<'a> Design<'a> {
         }
     }
 
-    /// How many bits and fields there are.
-    pub(super) fn unknowns(&self) -> usize {
-        self.bits() + FIELDS
-    }
-
-    pub(super) fn bits(&self) -> usize {
-        self.bits
-    }
-
     /// X, G and u·d, one row an observation, without weights.
     pub(super) fn rows(&self, view: &View<'_>, block: &[Observation]) -> Mat<f64> {
         let View { basis, patch, .. } = view;
-        let amplitude = basis
-            .size()
-            .map(|phi| view.alpha * phi * basis.area().sqrt() / self.diagonal);
-        let mut rows = Mat::<f64>::zeros(block.len(), self.unknowns() + 1);
-        for chip in &view.chips {
+        let scale = basis.area().sqrt() / self.diagonal;
+        let amplitude = view.amplitude.map(|amplitude| scale * amplitude);
+        let bits = view.bits.len();
+        let mut rows = Mat::<f64>::zeros(block.len(), view.unknowns() + 1);
+        for (chip, &column) in view.chips.iter().zip(&view.columns) {
             let harmonic = basis.spectrum().eigenfunction(chip.frequency);
-            let column = rows.col_as_slice_mut(chip.bit).iter_mut();
+            let column = rows.col_as_slice_mut(column).iter_mut();
             for (entry, observation) in column.zip(block) {
                 *entry += amplitude[chip.axis] * observation.along[chip.axis] * harmonic[observation.vertex];
             }
@@ -70,7 +91,7 @@ impl<'a> Design<'a> {
             let fields = fields.chain(smoothing.map(|field| observation.along.dot(field)));
             let fields = fields.chain(observation.tessellation_bias);
             for (j, value) in fields.chain([observation.displacement]).enumerate() {
-                rows[(i, self.bits() + j)] = value;
+                rows[(i, bits + j)] = value;
             }
         }
         rows

@@ -10,6 +10,7 @@ use faer::{
 
 use super::{
     design::{Design, View},
+    fields::FIELDS,
     observations::Observation,
     robust::reweight,
 };
@@ -45,10 +46,10 @@ const RIDGE: f64 = 1e-12;
 
 impl NormalEquations {
     /// Those of no observations.
-    pub(super) fn empty(design: &Design<'_>, redundancy: f64) -> Self {
-        let columns = design.unknowns() + 1;
+    pub(super) fn empty(bits: usize, redundancy: f64) -> Self {
+        let columns = bits + FIELDS + 1;
         Self {
-            bits: design.bits(),
+            bits,
             gram: Mat::zeros(columns, columns),
             observations: 0,
             redundancy,
@@ -57,14 +58,14 @@ impl NormalEquations {
 
     /// Whether there are enough observations for their residuals to say something about noise, and so many of them wait for their weights that
     /// it is worth to compute bases again.
-    pub(super) fn can_weigh(&self, design: &Design<'_>, waiting: usize) -> bool {
-        let is_enough = self.observations >= OBSERVATIONS_AN_UNKNOWN * design.unknowns();
+    pub(super) fn can_weigh(&self, waiting: usize) -> bool {
+        let is_enough = self.observations >= OBSERVATIONS_AN_UNKNOWN * self.unknowns();
         is_enough && WORTH_WEIGHING * waiting > self.observations
     }
 
     /// Those of a patch's observations with the weights that these have.
     fn weighted(design: &Design<'_>, view: &View<'_>, observations: &[Observation], redundancy: f64) -> Self {
-        let mut equations = Self::empty(design, redundancy);
+        let mut equations = Self::empty(view.bits().len(), redundancy);
         equations.observations = observations.len();
         for block in observations.chunks(BLOCK) {
             let mut rows = design.rows(view, block);
@@ -88,10 +89,19 @@ impl NormalEquations {
         equations
     }
 
-    /// Takes in the observations of another patch.
-    pub(super) fn add(&mut self, other: &Self) {
-        self.gram += &other.gram;
-        self.observations += other.observations;
+    /// Takes in the observations of a patch.
+    pub(super) fn add(&mut self, patch: &PatchEquations) {
+        let Self { gram, observations, .. } = &patch.equations;
+        let place = |i: usize| match patch.bits.get(i) {
+            Some(&bit) => bit,
+            None => self.bits + i - patch.bits.len(),
+        };
+        for j in 0..gram.ncols() {
+            for i in j..gram.nrows() {
+                self.gram[(place(i), place(j))] += gram[(i, j)];
+            }
+        }
+        self.observations += observations;
     }
 
     /// The unknowns that leave least, the noise estimated with them.
@@ -153,7 +163,9 @@ impl NormalEquations {
 
 /// The equations of one patch. Large patches weigh their observations by their own residuals; small ones wait for the solution of all patches together.
 pub(super) struct PatchEquations {
-    pub(super) equations: NormalEquations,
+    /// The bits that the patch carries, ascending: the first unknowns of its equations.
+    bits: Vec<usize>,
+    equations: NormalEquations,
     /// Those that wait; none where they were weighed by the patch alone.
     observations: Option<Vec<Observation>>,
 }
@@ -167,9 +179,10 @@ impl PatchEquations {
         mut observations: Vec<Observation>,
         redundancy: f64,
     ) -> Result<Self, MarkError> {
-        let enough = OBSERVATIONS_AN_UNKNOWN * design.unknowns();
+        let (bits, enough) = (view.bits().to_vec(), OBSERVATIONS_AN_UNKNOWN * view.unknowns());
         if observations.len() < enough {
             return Ok(Self {
+                bits,
                 equations: NormalEquations::weighted(design, view, &observations, redundancy),
                 observations: Some(observations),
             });
@@ -184,6 +197,7 @@ impl PatchEquations {
             reweight(&mut observations, &residuals);
         }
         Ok(Self {
+            bits,
             equations: NormalEquations::weighted(design, view, &observations, redundancy),
             observations: None,
         })
@@ -202,15 +216,21 @@ impl PatchEquations {
         solution: &Mat<f64>,
         redundancy: f64,
     ) -> Self {
+        let bits = self.bits.clone();
         let Some(mut observations) = self.observations.clone() else {
             return Self {
+                bits,
                 equations: self.equations.clone(),
                 observations: None,
             };
         };
-        let residuals = residuals(design, view, &observations, solution);
+        let fields = solution.nrows() - FIELDS..solution.nrows();
+        let own: Vec<f64> = bits.iter().copied().chain(fields).map(|i| solution[(i, 0)]).collect();
+        let own = Mat::from_fn(own.len(), 1, |i, _| own[i]);
+        let residuals = residuals(design, view, &observations, &own);
         reweight(&mut observations, &residuals);
         Self {
+            bits,
             equations: NormalEquations::weighted(design, view, &observations, redundancy),
             observations: Some(observations),
         }

@@ -38,7 +38,10 @@ mod fields;
 mod observations;
 mod robust;
 
-use std::sync::{Arc, OnceLock};
+use std::{
+    collections::BTreeMap,
+    sync::{Arc, OnceLock},
+};
 
 use job::Job;
 use mesh::{Similarity, Vec3};
@@ -60,7 +63,7 @@ use observations::observations;
 pub struct JointEstimator {
     layout: Arc<MarkLayout>,
     /// Built when it is first needed.
-    smoothing: OnceLock<Vec<[Vec3; SMOOTHING_FIELDS]>>,
+    smoothing: Arc<OnceLock<Vec<[Vec3; SMOOTHING_FIELDS]>>>,
 }
 
 /// What the equations say.
@@ -99,7 +102,7 @@ impl JointEstimator {
     pub fn new(layout: &Arc<MarkLayout>) -> Self {
         Self {
             layout: Arc::clone(layout),
-            smoothing: OnceLock::new(),
+            smoothing: Arc::default(),
         }
     }
 
@@ -108,54 +111,53 @@ impl JointEstimator {
         &self.layout
     }
 
+    /// The same estimator, which reads some patches only, numbered from 0 and ascending.
+    pub(crate) fn among(&self, patches: &[usize]) -> Self {
+        Self {
+            layout: Arc::new(self.layout.among(patches)),
+            smoothing: Arc::clone(&self.smoothing),
+        }
+    }
+
     /// What a registered suspect says.
     ///
     /// # Errors
     /// When there is not one observation a vertex of the original, its bases can't be computed, or its coordinates not be squared;
     /// [`MarkError::Job`].
     pub fn estimate(&self, suspect: &Registered, job: &Job) -> Result<JointEstimate, MarkError> {
-        let original = self.layout.original();
+        let layout = &*self.layout;
+        let original = layout.original();
         suspect.check(original.mesh().vertex_count())?;
         let smoothing = self.smoothing.get_or_init(|| smoothing_fields(original.mesh()));
         let design = Design::new(original, smoothing);
         let redundancy = suspect.redundancy();
         let of_patch = |index: usize, patch: &Patch, basis: &PatchBasis| {
-            let view = self.view(index, patch, basis);
+            let view = View::new(layout, index, patch, basis);
             let seen = observations(patch, basis, suspect, design.diagonal);
-            PatchEquations::new(&design, &view, seen, redundancy)
+            Ok((index, PatchEquations::new(&design, &view, seen, redundancy)?))
         };
-        let mut patches = Vec::new();
-        for patch in original.map_bases(of_patch, job)? {
-            patches.push(patch?);
-        }
-        let sum = |patches: &[PatchEquations]| {
-            let mut equations = NormalEquations::empty(&design, redundancy);
-            patches.iter().for_each(|patch| equations.add(&patch.equations));
+        let patches = layout.map_seen(&suspect.positions, of_patch, job)?;
+        let mut patches: BTreeMap<usize, PatchEquations> = patches.into_iter().collect::<Result<_, MarkError>>()?;
+        let sum = |patches: &BTreeMap<usize, PatchEquations>| {
+            let mut equations = NormalEquations::empty(layout.bits(), redundancy);
+            patches.values().for_each(|patch| equations.add(patch));
             equations
         };
         let mut equations = sum(&patches);
-        let waiting: usize = patches.iter().map(PatchEquations::waiting).sum();
-        if equations.can_weigh(&design, waiting) {
+        let waiting: usize = patches.values().map(PatchEquations::waiting).sum();
+        if equations.can_weigh(waiting) {
             for _ in 0..REWEIGHTINGS {
                 let solution = equations.solution()?;
                 let of_patch = |index: usize, patch: &Patch, basis: &PatchBasis| {
-                    let view = self.view(index, patch, basis);
-                    patches[index].weighed_by(&design, &view, &solution, redundancy)
+                    let view = View::new(layout, index, patch, basis);
+                    let weighed = patches[&index].weighed_by(&design, &view, &solution, redundancy);
+                    (index, weighed)
                 };
-                patches = original.map_bases(of_patch, job)?;
+                patches = layout.map_seen(&suspect.positions, of_patch, job)?.into_iter().collect();
                 equations = sum(&patches);
             }
         }
-        estimate(&design, &equations)
-    }
-
-    fn view<'a>(&self, index: usize, patch: &'a Patch, basis: &'a PatchBasis) -> View<'a> {
-        View {
-            alpha: self.layout.alphas()[index],
-            chips: self.layout.chips(index),
-            patch,
-            basis,
-        }
+        estimate(&design, layout.bits(), &equations)
     }
 }
 
@@ -165,8 +167,12 @@ impl Detector for JointEstimator {
     }
 }
 
-fn estimate(design: &Design<'_>, equations: &NormalEquations) -> Result<JointEstimate, MarkError> {
-    let (bits, solution) = (design.bits(), equations.solution()?);
+fn estimate(
+    design: &Design<'_>,
+    bits: usize,
+    equations: &NormalEquations,
+) -> Result<JointEstimate, MarkError> {
+    let solution = equations.solution()?;
     let theta: [f64; SIMILARITY_FIELDS] = std::array::from_fn(|j| solution[(bits + j, 0)]);
     let (similarity, smoothing) = (
         bits + SIMILARITY_FIELDS,

@@ -1,0 +1,227 @@
+//! Patches for a mark whose chips are pooled: small, each with as many harmonics as its share of the surface deserves.
+//!
+//! Every part of the model takes part that has room for [`LEAST_USEFUL`] useful harmonics, small pieces too; what is smaller stays as it is. The number of
+//! harmonics of a patch is proportional to its area, so that all of the surface is marked in one band of spatial frequencies, as far as
+//! its vertices carry that many: one harmonic takes four of them, or two where the bits would not fit otherwise.
+
+use job::Job;
+use mesh::{Components, TriMesh, components};
+
+use super::{LARGEST_PATCH, MarkError, Patch, Patches, VERTICES_PER_FUNCTION, patches::label};
+
+/// How finely a pooled mark is laid out.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Pool {
+    /// How often every bit stands in the whole mark, where there is room; none for [`REPETITIONS`].
+    pub repetitions: Option<usize>,
+    /// Into how many patches the model is cut, about; none for as many as make the harmonics cheap.
+    pub patches: Option<usize>,
+}
+
+/// What is read under noise depends little on it; a lower band is seen less, and a higher one outlasts decimation longer.
+const REPETITIONS: usize = 6;
+
+/// Useful harmonics of a patch: the cost of all harmonics grows with it.
+const USEFUL_IN_PATCH: usize = 47;
+
+/// Patches have at most about so many vertices: factorisations of larger ones cost more than they save.
+const MOST_VERTICES: usize = 12_000;
+
+/// Patches of a model in one piece have at least about so many: smaller ones are mostly border.
+const LEAST_VERTICES: usize = 1_000;
+
+/// A part of a model with room for fewer useful harmonics is left alone.
+const LEAST_USEFUL: usize = 3;
+
+/// Vertices to a harmonic where there is room.
+const VERTICES_PER_HARMONIC: usize = 4;
+
+/// How unequal the patches of a component may be.
+pub(super) const IMBALANCE: f64 = 0.03;
+
+impl Pool {
+    /// Cuts a mesh for a mark of so many bits: the patches, and how many harmonics each has.
+    ///
+    /// # Errors
+    /// [`MarkError::Room`] when the mesh has no room for the bits, [`MarkError::PatchTooLarge`] when too few patches were asked for;
+    /// [`MarkError::Job`].
+    pub fn cut(&self, mesh: &TriMesh, bits: usize, job: &Job) -> Result<(Patches, Vec<usize>), MarkError> {
+        let components = components(mesh);
+        let wanted = bits.saturating_mul(self.repetitions.unwrap_or(REPETITIONS)).div_ceil(3);
+        let mut room = 0;
+        for vertices_per_harmonic in [VERTICES_PER_HARMONIC, VERTICES_PER_FUNCTION] {
+            let parts = self.parts(mesh, &components, wanted, vertices_per_harmonic);
+            let labels = label(mesh, &components, &parts, job)?;
+            if labels.iter().all(|&label| label == 0) {
+                continue;
+            }
+            let patches = Patches::from_labels(mesh, &labels)?;
+            check_sizes(mesh, &patches)?;
+            let areas: Vec<f64> = patches.iter().map(|patch| patch.mesh().area()).collect();
+            let most: Vec<usize> = patches.iter().map(|patch| useful(patch, vertices_per_harmonic)).collect();
+            let useful = share(wanted, &areas, &most);
+            room = room.max(3 * useful.iter().sum::<usize>());
+            if room >= bits {
+                return without_empty(mesh, patches, &useful);
+            }
+        }
+        Err(MarkError::Room { found: room, least: bits })
+    }
+
+    /// How many patches each component becomes; none if it is left alone.
+    fn parts(&self, mesh: &TriMesh, components: &Components, wanted: usize, vertices_per_harmonic: usize) -> Vec<usize> {
+        let mut areas = vec![0.0; components.count];
+        for triangle in 0..mesh.triangle_count() {
+            let v = mesh.triangles()[triangle][0];
+            areas[components.of_vertex[v as usize] as usize] += mesh.triangle_area(triangle);
+        }
+        let most: Vec<usize> = components
+            .sizes
+            .iter()
+            .map(|&size| (size / vertices_per_harmonic).saturating_sub(1))
+            .collect();
+        let useful = share(wanted, &areas, &most);
+        let taking_part = |c: usize| useful[c] >= LEAST_USEFUL;
+        let vertices: usize = (0..components.count)
+            .filter(|&c| taking_part(c))
+            .map(|c| components.sizes[c])
+            .sum();
+        let parts = |c: usize| match self.patches {
+            _ if !taking_part(c) => 0,
+            Some(patches) => {
+                let share = components.sizes[c] as f64 / vertices as f64;
+                ((patches as f64 * share).round() as usize).max(1)
+            }
+            None => {
+                let by_harmonics = (useful[c] as f64 / USEFUL_IN_PATCH as f64).round() as usize;
+                let size = components.sizes[c];
+                let at_least = size.div_ceil(MOST_VERTICES);
+                by_harmonics.min(size / LEAST_VERTICES).max(at_least)
+            }
+        };
+        (0..components.count).map(parts).collect()
+    }
+}
+
+/// How many useful harmonics a patch has room for: it has none at vertices where it is held.
+fn useful(patch: &Patch, vertices_per_harmonic: usize) -> usize {
+    let free = patch.at_border().iter().filter(|&&at_border| !at_border).count();
+    (free / vertices_per_harmonic).saturating_sub(1)
+}
+
+fn check_sizes(mesh: &TriMesh, patches: &Patches) -> Result<(), MarkError> {
+    match patches.iter().map(|patch| patch.vertices().len()).max() {
+        Some(vertices) if vertices > LARGEST_PATCH => Err(MarkError::PatchTooLarge {
+            vertices,
+            most: LARGEST_PATCH,
+            enough: mesh.vertex_count().div_ceil(LARGEST_PATCH / 2) + 1,
+        }),
+        _ => Ok(()),
+    }
+}
+
+/// Whole numbers with a sum of `wanted`, proportional to the areas as far as none is above its most; all of them where that is not
+/// enough.
+fn share(wanted: usize, areas: &[f64], most: &[usize]) -> Vec<usize> {
+    let capped = |density: f64| areas.iter().zip(most).map(move |(&area, &most)| (density * area).min(most as f64));
+    let room: usize = most.iter().zip(areas).filter(|(_, area)| **area > 0.0).map(|(most, _)| most).sum();
+    if room <= wanted {
+        return most.iter().zip(areas).map(|(&most, &area)| if area > 0.0 { most } else { 0 }).collect();
+    }
+    // The sum grows with the density: between nothing and what fills the part with the least density last, halving settles all digits.
+    let fullest = areas.iter().zip(most).filter(|(area, _)| **area > 0.0);
+    let (mut low, mut high) = (0.0, fullest.map(|(area, &most)| most as f64 / area).fold(0.0, f64::max));
+    for _ in 0..200 {
+        let middle = 0.5 * (low + high);
+        if capped(middle).sum::<f64>() < wanted as f64 { low = middle } else { high = middle }
+    }
+    let exact: Vec<f64> = capped(high).collect();
+    let mut shares: Vec<usize> = exact.iter().map(|&x| x as usize).collect();
+    let mut order: Vec<usize> = (0..exact.len()).filter(|&i| shares[i] < most[i]).collect();
+    order.sort_by(|&a, &b| exact[b].fract().total_cmp(&exact[a].fract()).then(a.cmp(&b)));
+    let missing = wanted.saturating_sub(shares.iter().sum());
+    order.into_iter().take(missing).for_each(|i| shares[i] += 1);
+    shares
+}
+
+/// The patches with at least one useful harmonic, and m of each.
+fn without_empty(mesh: &TriMesh, patches: Patches, useful: &[usize]) -> Result<(Patches, Vec<usize>), MarkError> {
+    let functions = useful.iter().filter(|&&useful| useful > 0).map(|useful| useful + 1).collect();
+    if useful.iter().all(|&useful| useful > 0) {
+        return Ok((patches, functions));
+    }
+    let mut next = 0;
+    let renamed: Vec<u32> = useful
+        .iter()
+        .map(|&useful| {
+            next += u32::from(useful > 0);
+            if useful > 0 { next } else { 0 }
+        })
+        .collect();
+    let labels: Vec<u32> = patches
+        .labels()
+        .iter()
+        .map(|&label| if label == 0 { 0 } else { renamed[label as usize - 1] })
+        .collect();
+    Ok((Patches::from_labels(mesh, &labels)?, functions))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mesh::shapes;
+    use proptest::prelude::*;
+
+    fn cut(mesh: &TriMesh, bits: usize, pool: Pool) -> Result<(Patches, Vec<usize>), MarkError> {
+        pool.cut(mesh, bits, &Job::default())
+    }
+
+    #[test]
+    fn harmonics_follow_area_and_small_pieces_take_part() {
+        let mesh = shapes::disjoint_union(&[
+            shapes::icosphere(4),
+            shapes::translated(&shapes::scaled(&shapes::icosphere(3), 0.5), [5.0, 0.0, 0.0]),
+            shapes::translated(&shapes::tetrahedron(), [9.0, 0.0, 0.0]),
+        ]);
+        let (patches, functions) = cut(&mesh, 96, Pool::default()).unwrap();
+        assert_eq!(patches.unmarked_vertices(), 4);
+        let useful: Vec<f64> = functions.iter().map(|&m| m as f64 - 1.0).collect();
+        assert_eq!(useful.iter().sum::<f64>(), (96 * REPETITIONS / 3) as f64);
+        let areas: Vec<f64> = patches.iter().map(|patch| patch.mesh().area()).collect();
+        let density = useful.iter().sum::<f64>() / areas.iter().sum::<f64>();
+        for (useful, area) in useful.iter().zip(&areas) {
+            assert!((useful - density * area).abs() < 1.0, "{useful} of {area}");
+        }
+    }
+
+    #[test]
+    fn a_mesh_without_room_for_every_bit_is_refused_with_numbers() {
+        let error = cut(&shapes::icosphere(2), 512, Pool::default()).unwrap_err();
+        assert!(matches!(error, MarkError::Room { found: 240, least: 512 }), "{error}");
+        assert!(cut(&shapes::tetrahedron(), 512, Pool::default()).is_err());
+        // A flat triangle has no area to be marked.
+        let flat = TriMesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]], vec![[0, 1, 2]]).unwrap();
+        assert!(cut(&flat, 1, Pool::default()).is_err());
+    }
+
+    #[test]
+    fn a_number_of_patches_can_be_asked_for() {
+        let pool = Pool { patches: Some(5), ..Pool::default() };
+        assert_eq!(cut(&shapes::icosphere(5), 96, pool).unwrap().0.len(), 5);
+    }
+
+    proptest! {
+        #[test]
+        fn shares_have_the_sum_and_keep_the_bounds(
+            parts in prop::collection::vec((0.0..10.0f64, 0usize..60), 1..40),
+            wanted in 1usize..800,
+        ) {
+            let (areas, most): (Vec<f64>, Vec<usize>) = parts.into_iter().unzip();
+            let shares = share(wanted, &areas, &most);
+            let room: usize = most.iter().zip(&areas).filter(|(_, a)| **a > 0.0).map(|(m, _)| m).sum();
+            prop_assert_eq!(shares.iter().sum::<usize>(), wanted.min(room));
+            prop_assert!(shares.iter().zip(&most).all(|(share, most)| share <= most));
+        }
+    }
+}
