@@ -19,7 +19,7 @@
 //!
 //! let job = Job::default();
 //! let mesh = mesh::shapes::translated(&mesh::shapes::bumpy_sphere(4, 1), [3.0, 2.0, 1.0]);
-//! let patches = Patches::cut(&mesh, 40, PatchCount::Auto, &job)?;
+//! let patches = Patches::cut(&mesh, 40, PatchCount::Paper, &job)?;
 //! let subject = Subject { mesh: &mesh, patches: &patches, bits: 24 };
 //! let signature: Vec<bool> = (0..24).map(|t| t % 3 == 0).collect();
 //!

@@ -2,8 +2,8 @@ use std::sync::Arc;
 
 use job::Job;
 use sigmark::mark::{
-    Borders, ChipLayout, ChipPlan, CoefficientDetector, Detector, MarkLayout, Original, ReadingMethod, Registered,
-    SoftBits,
+    Borders, ChipLayout, ChipPlan, CoefficientDetector, Detector, MarkLayout, Original, ReadingMethod,
+    Registered, SoftBits,
 };
 
 use crate::{
@@ -99,7 +99,11 @@ impl PreparedMhb {
         check_alpha(alpha)?;
         let patches = self.original.patches().iter();
         let alphas = patches.map(|patch| alpha / patch.mesh().area().sqrt());
-        let layout = MarkLayout::new(Arc::clone(&self.original), ChipPlan::EveryPatch(self.layout), alphas.collect())?;
+        let layout = MarkLayout::new(
+            Arc::clone(&self.original),
+            ChipPlan::EveryPatch(self.layout),
+            alphas.collect(),
+        )?;
         Ok(Arc::new(layout))
     }
 }

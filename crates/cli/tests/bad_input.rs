@@ -720,11 +720,11 @@ fn no_field_of_a_certificate_can_be_edited_or_left_out_unnoticed() {
         *value = edited(value);
         folder.write("edited.json", serde_json::to_string_pretty(&certificate).unwrap());
         let noticed = match field.as_str() {
-            "/version" => "version 4",
-            "/format" | "/public_key" | "/mark/carrier" => "not a Sigmark certificate",
-            "/mark/payload" | "/mark/laplacian" | "/mark/scheme" => "certificate",
+            "/version" => "version 5",
+            "/format" | "/public_key" => "not a Sigmark certificate",
+            "/mark/payload" | "/mark/laplacian" | "/mark/scheme" | "/mark/carrier" => "certificate",
             "/original/name" | "/seal" | "/mark/patches/0/last_eigenvalue" => "seal",
-            "/mark/chip_rate" | "/mark/patches/0/vertices" => "patches",
+            "/mark/patches/0/functions" | "/mark/patches/0/vertices" => "patches",
             "/original/vertices" | "/mark/labels" => "labels",
             _ => "not one by its key over what it states",
         };

@@ -72,9 +72,10 @@ fn every_edit_is_noticed() {
         ("/mark/signature", json!("0".repeat(128))),
         ("/mark/signature", other["mark"]["signature"].clone()),
         ("/mark/carrier", json!("something-else")),
-        ("/mark/chip_rate", json!(2)),
-        ("/mark/chip_rate", json!(0)),
-        ("/mark/chip_rate", json!(1u64 << 60)),
+        ("/mark/carrier", json!("harmonics")),
+        ("/mark/patches/0/functions", json!(2)),
+        ("/mark/patches/0/functions", json!(0)),
+        ("/mark/patches/0/functions", json!(1u64 << 60)),
         ("/mark/laplacian", json!("intrinsic")),
         ("/mark/labels", json!("eJwDAAAAAAE=")),
         ("/mark/patches", json!([])),
@@ -164,11 +165,12 @@ fn what_is_too_long_is_neither_read_nor_issued() {
     ));
 }
 
-/// A chip rate that the patches have no room for is refused with the certificate, before a basis is computed for it.
+/// More functions than a patch has room for are refused with the certificate, before a basis is computed for them.
 #[test]
-fn a_chip_rate_beyond_the_patches_is_refused_before_any_work() {
+fn functions_beyond_a_patch_are_refused_before_any_work() {
     let mut value: Value = serde_json::from_str(&certificate(1).to_json().unwrap()).unwrap();
-    value["mark"]["chip_rate"] = 58.into();
+    let vertices = value["mark"]["patches"][0]["vertices"].as_u64().unwrap();
+    value["mark"]["patches"][0]["functions"] = (vertices / 2 + 1).into();
     assert!(matches!(
         refusal(&value),
         CertificateError::Field { field: "patches", .. }

@@ -21,14 +21,14 @@ use rand_chacha::{
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 use sigmark::{
-    Certificate, CertificateError, Embedder, GeometryDigest, PatchCount, Scheme, SigmarkError, Signature,
-    Signed, SigningKey, Strength, Verdict, Verifier,
+    Certificate, CertificateError, Embedder, GeometryDigest, Scheme, SigmarkError, Signature, Signed,
+    SigningKey, Strength, Verdict, Verifier,
     claim::{
         EVIDENCE,
         statistics::{p_of_chosen, p_value},
     },
     mark::{
-        ChipLayout, JointEstimator, MarkLayout, Original, Patch, PatchBasis, Reader, ReadingMethod,
+        ChipPlan, JointEstimator, MarkLayout, Original, Patch, PatchBasis, Pool, Reader, ReadingMethod,
         correlation,
     },
     payload::Permutation,
@@ -36,7 +36,7 @@ use sigmark::{
 
 const SCHEME: Scheme = Scheme::EcdsaP256Sha256;
 
-/// Five shapes with room for one patch of 512 bits.
+/// Five shapes with room for 512 bits.
 fn meshes() -> [TriMesh; 5] {
     [
         shapes::bumpy_sphere(4, 9),
@@ -131,17 +131,28 @@ fn published(mesh: &TriMesh) -> TriMesh {
 }
 
 fn cut(mesh: &TriMesh) -> Arc<Original> {
-    let layout = ChipLayout::new(512, 1).unwrap();
-    let original = Original::cut(mesh.clone(), layout, PatchCount::Auto, &job()).unwrap();
+    let mut pool = Pool::default();
+    pool.repetitions = Some(1);
+    let original = Original::pooled(mesh.clone(), 512, pool, &job()).unwrap();
     original.keep_bases(&job()).unwrap();
     Arc::new(original)
+}
+
+/// A mark in an order that everybody knows.
+fn in_known_order(original: &Arc<Original>, strength: f64) -> Arc<MarkLayout> {
+    let plan = ChipPlan::Pooled {
+        bits: 512,
+        key: [0; 32],
+    };
+    let strength = Strength::Distortion(strength);
+    Arc::new(MarkLayout::with_strength(Arc::clone(original), plan, strength).unwrap())
 }
 
 /// S − W: the mesh of which a mark of these bits would make S. W depends on the harmonics of that mesh, so it is found in steps.
 fn inverted(published: &Arc<Original>, bits: &[bool], strength: f64) -> Arc<Original> {
     let mut original = Arc::clone(published);
     for _ in 0..2 {
-        let layout = MarkLayout::with_strength(original, Strength::Distortion(strength)).unwrap();
+        let layout = in_known_order(&original, strength);
         let mark = layout.write(bits, &job()).unwrap().displacement;
         let pairs = published.mesh().positions().iter().zip(mark);
         let positions = pairs
@@ -168,8 +179,8 @@ mod old {
         bits: &[bool],
         suspect: &TriMesh,
     ) -> (Vec<bool>, f64) {
-        let layout = MarkLayout::with_strength(Arc::clone(original), Strength::Distortion(strength)).unwrap();
-        let method = ReadingMethod::joint(Arc::new(JointEstimator::new(&Arc::new(layout))));
+        let layout = in_known_order(original, strength);
+        let method = ReadingMethod::joint(Arc::new(JointEstimator::new(&layout)));
         let found = Reader::new(original.mesh())
             .unwrap()
             .find(suspect, &job())
@@ -210,7 +221,7 @@ fn issued(
     }
     let text = |pointer: &str| value.pointer(pointer).unwrap().as_str().unwrap().to_owned();
     let signature = Signature::from_hex(SCHEME, &text("/mark/signature"))?;
-    let mut sealed = [b"sigmark seal v3\0", &certificate.statement_hash()[..]].concat();
+    let mut sealed = [b"sigmark seal v4\0", &certificate.statement_hash()[..]].concat();
     sealed.extend(halves(&signature).as_flattened());
     for patch in value["mark"]["patches"].as_array().unwrap() {
         sealed.extend(patch["last_eigenvalue"].as_f64().unwrap().to_le_bytes());
@@ -373,8 +384,9 @@ fn strengths_and_patches_can_not_be_chosen_after_the_bits() {
     let forger = Person::numbered(2);
     let s = shapes::bumpy_torus(200, 100, 4);
     let noisy = shapes::jittered(&s, 0.02, 8);
-    let layout = ChipLayout::new(512, 1).unwrap();
-    let original = Original::cut(noisy, layout, PatchCount::Exactly(44), &job()).unwrap();
+    let mut pool = Pool::default();
+    (pool.repetitions, pool.patches) = (Some(44), Some(44));
+    let original = Original::pooled(noisy, 512, pool, &job()).unwrap();
     original.keep_bases(&job()).unwrap();
     let original = Arc::new(original);
     let claims = (0..MESSAGES).map(|message| {
@@ -440,13 +452,13 @@ fn a_signer_can_change_nothing_of_his_statement() {
     let digest = GeometryDigest::of(&meshes()[1]).to_string();
     let value: Value = serde_json::from_str(&claimed.to_json().unwrap()).unwrap();
     let alpha = value["mark"]["patches"][0]["alpha"].as_f64().unwrap();
+    let functions = value["mark"]["patches"][0]["functions"].as_u64().unwrap();
     for (pointer, edited) in [
         ("/message", json!("another")),
         ("/original/digest", json!(digest)),
         ("/original/triangles", json!(5)),
         ("/mark/laplacian", json!("intrinsic")),
-        ("/mark/carrier", json!("harmonics")),
-        ("/mark/chip_rate", json!(2)),
+        ("/mark/patches/0/functions", json!(functions - 1)),
         ("/mark/scheme", json!("ecdsa-p256-sha1")),
         (
             "/mark/patches/0/alpha",
@@ -471,6 +483,11 @@ fn a_signer_can_change_nothing_of_his_statement() {
         issued(&forger, &claimed, &edits),
         Err(CertificateError::Statement)
     ));
+    // The paper's carrier, which takes other numbers of functions.
+    let mut papers = value.clone();
+    papers["mark"]["carrier"] = "harmonics".into();
+    papers["mark"]["chip_rate"] = 1.into();
+    assert!(Certificate::from_json(&papers.to_string()).is_err());
     // Another's key, and another's signature with it.
     let edits = [
         ("/public_key", other["public_key"].clone()),

@@ -11,9 +11,8 @@ use rand_chacha::{
     rand_core::{Rng, SeedableRng},
 };
 use sigmark::{
-    PatchCount,
     claim::statistics::p_of_chosen,
-    mark::{ChipLayout, JointEstimator, MarkLayout, Original, Reader, ReadingMethod, Strength},
+    mark::{ChipPlan, JointEstimator, MarkLayout, Original, Pool, Reader, ReadingMethod, Strength},
 };
 
 /// Fewer than a signature's: enough, and much faster.
@@ -23,10 +22,13 @@ const LEVELS: [f64; 4] = [0.1, 0.01, 1e-3, 1e-4];
 
 /// A mesh that is cut for so many bits.
 fn layout(mesh: &TriMesh) -> Arc<MarkLayout> {
-    let chips = ChipLayout::new(BITS, 1).unwrap();
-    let original = Original::cut(mesh.clone(), chips, PatchCount::Auto, &Job::default()).unwrap();
+    let original = Original::pooled(mesh.clone(), BITS, Pool::default(), &Job::default()).unwrap();
     original.keep_bases(&Job::default()).unwrap();
-    Arc::new(MarkLayout::with_strength(Arc::new(original), Strength::default()).unwrap())
+    let plan = ChipPlan::Pooled {
+        bits: BITS,
+        key: [8; 32],
+    };
+    Arc::new(MarkLayout::with_strength(Arc::new(original), plan, Strength::default()).unwrap())
 }
 
 /// The mesh with a stranger's mark.

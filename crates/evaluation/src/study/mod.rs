@@ -17,7 +17,10 @@ use baselines::{Algorithm, Prepared, Subject};
 use job::{Job, JobError};
 use mesh::TriMesh;
 use serde_json::{Map, Value, json};
-use sigmark::{PublicKey, Scheme, Signature, mark::{PatchCount, Patches}};
+use sigmark::{
+    PublicKey, Scheme, Signature,
+    mark::{PatchCount, Patches},
+};
 
 use crate::{models::Standin, progress::Progress, python::Python, store::Store};
 

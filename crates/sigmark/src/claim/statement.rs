@@ -170,14 +170,17 @@ impl Statement {
         if self.functions.is_empty() || self.functions.len() != self.alphas.len() {
             return Err(wrong("is empty".into()));
         }
-        plan.check(&self.functions).map_err(|error| wrong(format!("is wrong: {error}")))?;
+        plan.check(&self.functions)
+            .map_err(|error| wrong(format!("is wrong: {error}")))?;
         let least = match plan {
             ChipPlan::EveryPatch(layout) => layout.functions(),
             ChipPlan::Pooled { .. } => 2,
         };
         let is_wrong = |&&m: &&usize| m < least || (m > least && self.carrier.chip_rate().is_some());
         match self.functions.iter().find(is_wrong) {
-            Some(m) => Err(wrong(format!("has one of {m} functions, where {least} are needed"))),
+            Some(m) => Err(wrong(format!(
+                "has one of {m} functions, where {least} are needed"
+            ))),
             None => Ok(()),
         }
     }

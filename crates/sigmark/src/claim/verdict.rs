@@ -84,6 +84,8 @@ pub struct Verdict {
     pub bits: usize,
     /// Bits read wrong; `None` if the suspect does not fit.
     pub bit_errors: Option<usize>,
+    /// Of how many patches the bits were read; 0 if the suspect does not fit.
+    pub patches_read: usize,
     /// How the suspect was laid onto the original: by its vertices, or by its surface.
     pub matched_by: MatchedBy,
     /// In how many ways it could lie there; above 1 for symmetric shapes.

@@ -10,9 +10,7 @@ use super::{
     statistics::{correlation, extraction_rate, p_of_chosen},
 };
 use crate::{
-    mark::{
-        Detector, JointEstimator, MarkLayout, Original, Patches, Reader, Reading, ReadingMethod,
-    },
+    mark::{Detector, JointEstimator, MarkLayout, Original, Patches, Reader, Reading, ReadingMethod},
     payload::GeometryDigest,
 };
 
@@ -183,6 +181,7 @@ impl Verifier {
             correlation: correlation(expected, &reading.soft.0),
             bits: expected.len(),
             bit_errors: Some(expected.iter().zip(&extracted).filter(|(s, e)| s != e).count()),
+            patches_read: reading.patches_read,
             matched_by: MatchedBy::Connectivity,
             poses: 1,
             overlap: 1.0,
@@ -204,6 +203,7 @@ impl Verifier {
             correlation: 0.0,
             bits: self.certificate.statement().scheme.bits(),
             bit_errors: None,
+            patches_read: 0,
             matched_by: alignment.matched_by,
             poses: 0,
             overlap: alignment.overlap,

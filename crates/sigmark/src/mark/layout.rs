@@ -111,10 +111,14 @@ impl MarkLayout {
         f: impl Fn(usize, &Patch, &PatchBasis) -> T + Sync + Send,
         job: &Job,
     ) -> Result<Vec<T>, MarkError> {
+        self.original.map_bases_of(&self.patches_seen(seen), f, job)
+    }
+
+    /// The patches that are read and of which something was seen.
+    pub(crate) fn patches_seen<S>(&self, seen: &[Option<S>]) -> Vec<usize> {
         let patches = self.original.patches();
         let is_seen = |i: &usize| patches[*i].vertices().iter().any(|&v| seen[v as usize].is_some());
-        let chosen: Vec<usize> = self.read.iter().copied().filter(is_seen).collect();
-        self.original.map_bases_of(&chosen, f, job)
+        self.read.iter().copied().filter(is_seen).collect()
     }
 
     /// Writes bits (eq. 26).

@@ -223,7 +223,9 @@ impl Original {
         f: impl Fn(usize, &Patch, &PatchBasis) -> T + Sync + Send,
         job: &Job,
     ) -> Result<Vec<T>, MarkError> {
-        let missing = chosen.iter().filter(|&&i| self.kept.of_patches[i].get().is_none());
+        let missing = chosen
+            .iter()
+            .filter(|&&i| self.kept.of_patches[i].get().is_none());
         let missing = missing.count();
         if missing > 0 {
             job.begin(MarkStage::Harmonics)?;
@@ -267,11 +269,13 @@ impl Original {
         let bytes = self.bytes_of_basis(i);
         let take = |room: usize| room.checked_sub(bytes);
         let room = &self.kept.room;
-        Ok(match room.fetch_update(Ordering::Relaxed, Ordering::Relaxed, take) {
-            // Whoever was first has computed the same.
-            Ok(_) => f(i, patch, self.kept.of_patches[i].get_or_init(|| basis)),
-            Err(_) => f(i, patch, &basis),
-        })
+        Ok(
+            match room.fetch_update(Ordering::Relaxed, Ordering::Relaxed, take) {
+                // Whoever was first has computed the same.
+                Ok(_) => f(i, patch, self.kept.of_patches[i].get_or_init(|| basis)),
+                Err(_) => f(i, patch, &basis),
+            },
+        )
     }
 
     fn basis(&self, index: usize, patch: &Patch, job: &Job) -> Result<PatchBasis, MarkError> {

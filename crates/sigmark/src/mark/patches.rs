@@ -206,7 +206,12 @@ fn parts(size: usize, functions: usize, eligible: usize, count: PatchCount) -> u
 }
 
 /// Labels of all vertices before borders are cleaned, for so many patches of each component.
-pub(super) fn label(mesh: &TriMesh, components: &Components, parts: &[usize], job: &Job) -> Result<Vec<u32>, MarkError> {
+pub(super) fn label(
+    mesh: &TriMesh,
+    components: &Components,
+    parts: &[usize],
+    job: &Job,
+) -> Result<Vec<u32>, MarkError> {
     let mut place = vec![0u32; mesh.vertex_count()];
     let mut sizes = vec![0u32; components.count];
     for (v, &component) in components.of_vertex.iter().enumerate() {

@@ -48,7 +48,9 @@ impl Pool {
     /// [`MarkError::Job`].
     pub fn cut(&self, mesh: &TriMesh, bits: usize, job: &Job) -> Result<(Patches, Vec<usize>), MarkError> {
         let components = components(mesh);
-        let wanted = bits.saturating_mul(self.repetitions.unwrap_or(REPETITIONS)).div_ceil(3);
+        let wanted = bits
+            .saturating_mul(self.repetitions.unwrap_or(REPETITIONS))
+            .div_ceil(3);
         let mut room = 0;
         for vertices_per_harmonic in [VERTICES_PER_HARMONIC, VERTICES_PER_FUNCTION] {
             let parts = self.parts(mesh, &components, wanted, vertices_per_harmonic);
@@ -59,18 +61,30 @@ impl Pool {
             let patches = Patches::from_labels(mesh, &labels)?;
             check_sizes(mesh, &patches)?;
             let areas: Vec<f64> = patches.iter().map(|patch| patch.mesh().area()).collect();
-            let most: Vec<usize> = patches.iter().map(|patch| useful(patch, vertices_per_harmonic)).collect();
+            let most: Vec<usize> = patches
+                .iter()
+                .map(|patch| useful(patch, vertices_per_harmonic))
+                .collect();
             let useful = share(wanted, &areas, &most);
             room = room.max(3 * useful.iter().sum::<usize>());
             if room >= bits {
                 return without_empty(mesh, patches, &useful);
             }
         }
-        Err(MarkError::Room { found: room, least: bits })
+        Err(MarkError::Room {
+            found: room,
+            least: bits,
+        })
     }
 
     /// How many patches each component becomes; none if it is left alone.
-    fn parts(&self, mesh: &TriMesh, components: &Components, wanted: usize, vertices_per_harmonic: usize) -> Vec<usize> {
+    fn parts(
+        &self,
+        mesh: &TriMesh,
+        components: &Components,
+        wanted: usize,
+        vertices_per_harmonic: usize,
+    ) -> Vec<usize> {
         let mut areas = vec![0.0; components.count];
         for triangle in 0..mesh.triangle_count() {
             let v = mesh.triangles()[triangle][0];
@@ -124,17 +138,40 @@ fn check_sizes(mesh: &TriMesh, patches: &Patches) -> Result<(), MarkError> {
 /// Whole numbers with a sum of `wanted`, proportional to the areas as far as none is above its most; all of them where that is not
 /// enough.
 fn share(wanted: usize, areas: &[f64], most: &[usize]) -> Vec<usize> {
-    let capped = |density: f64| areas.iter().zip(most).map(move |(&area, &most)| (density * area).min(most as f64));
-    let room: usize = most.iter().zip(areas).filter(|(_, area)| **area > 0.0).map(|(most, _)| most).sum();
+    let capped = |density: f64| {
+        areas
+            .iter()
+            .zip(most)
+            .map(move |(&area, &most)| (density * area).min(most as f64))
+    };
+    let room: usize = most
+        .iter()
+        .zip(areas)
+        .filter(|(_, area)| **area > 0.0)
+        .map(|(most, _)| most)
+        .sum();
     if room <= wanted {
-        return most.iter().zip(areas).map(|(&most, &area)| if area > 0.0 { most } else { 0 }).collect();
+        return most
+            .iter()
+            .zip(areas)
+            .map(|(&most, &area)| if area > 0.0 { most } else { 0 })
+            .collect();
     }
     // The sum grows with the density: between nothing and what fills the part with the least density last, halving settles all digits.
     let fullest = areas.iter().zip(most).filter(|(area, _)| **area > 0.0);
-    let (mut low, mut high) = (0.0, fullest.map(|(area, &most)| most as f64 / area).fold(0.0, f64::max));
+    let (mut low, mut high) = (
+        0.0,
+        fullest
+            .map(|(area, &most)| most as f64 / area)
+            .fold(0.0, f64::max),
+    );
     for _ in 0..200 {
         let middle = 0.5 * (low + high);
-        if capped(middle).sum::<f64>() < wanted as f64 { low = middle } else { high = middle }
+        if capped(middle).sum::<f64>() < wanted as f64 {
+            low = middle
+        } else {
+            high = middle
+        }
     }
     let exact: Vec<f64> = capped(high).collect();
     let mut shares: Vec<usize> = exact.iter().map(|&x| x as usize).collect();
@@ -146,8 +183,16 @@ fn share(wanted: usize, areas: &[f64], most: &[usize]) -> Vec<usize> {
 }
 
 /// The patches with at least one useful harmonic, and m of each.
-fn without_empty(mesh: &TriMesh, patches: Patches, useful: &[usize]) -> Result<(Patches, Vec<usize>), MarkError> {
-    let functions = useful.iter().filter(|&&useful| useful > 0).map(|useful| useful + 1).collect();
+fn without_empty(
+    mesh: &TriMesh,
+    patches: Patches,
+    useful: &[usize],
+) -> Result<(Patches, Vec<usize>), MarkError> {
+    let functions = useful
+        .iter()
+        .filter(|&&useful| useful > 0)
+        .map(|useful| useful + 1)
+        .collect();
     if useful.iter().all(|&useful| useful > 0) {
         return Ok((patches, functions));
     }
@@ -162,7 +207,13 @@ fn without_empty(mesh: &TriMesh, patches: Patches, useful: &[usize]) -> Result<(
     let labels: Vec<u32> = patches
         .labels()
         .iter()
-        .map(|&label| if label == 0 { 0 } else { renamed[label as usize - 1] })
+        .map(|&label| {
+            if label == 0 {
+                0
+            } else {
+                renamed[label as usize - 1]
+            }
+        })
         .collect();
     Ok((Patches::from_labels(mesh, &labels)?, functions))
 }
@@ -198,7 +249,16 @@ mod tests {
     #[test]
     fn a_mesh_without_room_for_every_bit_is_refused_with_numbers() {
         let error = cut(&shapes::icosphere(2), 512, Pool::default()).unwrap_err();
-        assert!(matches!(error, MarkError::Room { found: 240, least: 512 }), "{error}");
+        assert!(
+            matches!(
+                error,
+                MarkError::Room {
+                    found: 240,
+                    least: 512
+                }
+            ),
+            "{error}"
+        );
         assert!(cut(&shapes::tetrahedron(), 512, Pool::default()).is_err());
         // A flat triangle has no area to be marked.
         let flat = TriMesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]], vec![[0, 1, 2]]).unwrap();
@@ -207,7 +267,10 @@ mod tests {
 
     #[test]
     fn a_number_of_patches_can_be_asked_for() {
-        let pool = Pool { patches: Some(5), ..Pool::default() };
+        let pool = Pool {
+            patches: Some(5),
+            ..Pool::default()
+        };
         assert_eq!(cut(&shapes::icosphere(5), 96, pool).unwrap().0.len(), 5);
     }
 

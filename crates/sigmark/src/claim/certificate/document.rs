@@ -148,12 +148,14 @@ impl Document {
                 laplacian: statement.laplacian,
                 labels: statement.labels.clone(),
                 patches: patches
-                    .map(|(((&vertices, &functions), &alpha), &last_eigenvalue)| PatchDocument {
-                        vertices,
-                        functions,
-                        alpha,
-                        last_eigenvalue,
-                    })
+                    .map(
+                        |(((&vertices, &functions), &alpha), &last_eigenvalue)| PatchDocument {
+                            vertices,
+                            functions,
+                            alpha,
+                            last_eigenvalue,
+                        },
+                    )
                     .collect(),
             },
             seal: certificate.seal.to_hex(),

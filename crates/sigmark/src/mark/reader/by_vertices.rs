@@ -9,7 +9,6 @@ use crate::mark::{CoefficientDetector, MarkError};
 
 /// A suspect under a map of its vertices, read by the paper's rule, which is cheap, or by the method's own detector.
 pub(super) fn first_reading(
-    original: &PreparedMesh,
     suspect: &PreparedMesh,
     map: &Correspondence,
     method: &ReadingMethod,
@@ -20,12 +19,11 @@ pub(super) fn first_reading(
     let pose = generalised::fit(method.layout(), suspect, map, job)?;
     let registered = carried(map, suspect, &pose);
     let soft = detector.detect(&registered, job)?;
-    Ok(Reading::new(original.mesh(), &registered, pose, soft, None))
+    Ok(Reading::new(method.layout(), &registered, pose, soft, None))
 }
 
 /// Reads in a pose by the joint estimate, or by the method's detector in the pose that the joint estimate betters.
 pub(super) fn read_again(
-    original: &PreparedMesh,
     suspect: &PreparedMesh,
     map: &Correspondence,
     pose: &Similarity,
@@ -43,5 +41,5 @@ pub(super) fn read_again(
         }
     };
     let model = Some(estimate.attack_model);
-    Ok(Reading::new(original.mesh(), &registered, better, soft, model))
+    Ok(Reading::new(method.layout(), &registered, better, soft, model))
 }

@@ -32,7 +32,10 @@ pub(super) fn looks(layout: &MarkLayout, is_seen: impl Fn(usize) -> bool) -> Vec
         })
         .collect();
     let share = |run: &std::ops::Range<usize>| {
-        let vertices: usize = patches[run.clone()].iter().map(|patch| patch.vertices().len()).sum();
+        let vertices: usize = patches[run.clone()]
+            .iter()
+            .map(|patch| patch.vertices().len())
+            .sum();
         seen[run.clone()].iter().sum::<usize>() as f64 / vertices.max(1) as f64
     };
     repetitions.sort_by(|a, b| share(b).total_cmp(&share(a)));

@@ -1,7 +1,7 @@
-use mesh::{Similarity, TriMesh, Vec3};
+use mesh::{Similarity, Vec3};
 use registration::AlignOptions;
 
-use crate::mark::{AttackModel, Registered, SoftBits};
+use crate::mark::{AttackModel, MarkLayout, Registered, SoftBits};
 
 /// What was read of a suspect, and in which pose.
 #[derive(Clone, Debug)]
@@ -19,18 +19,21 @@ pub struct Reading {
     pub residual: f64,
     /// What moved the suspect; none where the joint estimate was not asked.
     pub attack_model: Option<AttackModel>,
+    /// Of how many patches it is.
+    pub patches_read: usize,
     /// Of how many readings this could have been chosen: what a p-value is to be multiplied by.
     pub tries: usize,
 }
 
 impl Reading {
     pub(super) fn new(
-        original: &TriMesh,
+        layout: &MarkLayout,
         registered: &Registered,
         transform: Similarity,
         soft: SoftBits,
         attack_model: Option<AttackModel>,
     ) -> Self {
+        let original = layout.original().mesh();
         let pairs = registered.positions.iter().zip(original.positions());
         let squares: Vec<f64> = pairs
             .filter_map(|(r, &v)| r.map(|r| (Vec3(r) - Vec3(v)).squared()))
@@ -44,6 +47,7 @@ impl Reading {
             residual: (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt(),
             missing: registered.missing(),
             attack_model,
+            patches_read: layout.patches_seen(&registered.positions).len(),
             tries: 1,
         }
     }

@@ -101,7 +101,8 @@ impl<'a> Readings<'a> {
             Placement::BySurface(_) => 1,
         };
         let tries = rules * looks * self.ways.len();
-        best.map(|best| Reading { tries, ..best }).ok_or(MarkError::Alignment)
+        best.map(|best| Reading { tries, ..best })
+            .ok_or(MarkError::Alignment)
     }
 
     fn best_of_look(&self, look: usize, expected: &[bool], job: &Job) -> Result<Reading, MarkError> {
@@ -119,12 +120,10 @@ impl<'a> Readings<'a> {
         if first.soft.hard() == expected {
             return Ok(first.clone());
         }
-        let Found {
-            reference, suspect, ..
-        } = self.found;
+        let suspect = &self.found.suspect;
         let Look { method, again, .. } = &way.looks[look];
         let again = kept(again, || {
-            by_vertices::read_again(reference, suspect, map, &first.transform, method, job)
+            by_vertices::read_again(suspect, map, &first.transform, method, job)
         })?;
         let better = agreement(again, expected) > agreement(first, expected);
         Ok(if better { again.clone() } else { first.clone() })
@@ -135,7 +134,7 @@ impl<'a> Readings<'a> {
         match &way.by {
             ReadBy::Vertices(map) => {
                 job.begin(MarkStage::Detection)?;
-                by_vertices::first_reading(&self.found.reference, &self.found.suspect, map, method, job)
+                by_vertices::first_reading(&self.found.suspect, map, method, job)
             }
             ReadBy::Surface {
                 suspect,

@@ -82,7 +82,6 @@ impl Suspect {
         sampled: &Registered,
         job: &Job,
     ) -> Result<Reading, MarkError> {
-        let original = self.reference.mesh();
         job.begin(MarkStage::Detection)?;
         let mut estimate = method.estimator().estimate(sampled, job)?;
         let mut better = pose.then(&estimate.misalignment.inverse());
@@ -90,7 +89,7 @@ impl Suspect {
             let registered = self.sample_again(&better, job)?;
             let soft = detector.detect(&registered, job)?;
             let model = Some(estimate.attack_model);
-            return Ok(Reading::new(original, &registered, better, soft, model));
+            return Ok(Reading::new(method.layout(), &registered, better, soft, model));
         }
         let (mut pose, mut again) = (*pose, None);
         for _ in 1..MOST_ROUNDS {
@@ -105,7 +104,13 @@ impl Suspect {
         }
         let registered = again.as_ref().unwrap_or(sampled);
         let model = Some(estimate.attack_model);
-        Ok(Reading::new(original, registered, better, estimate.bits, model))
+        Ok(Reading::new(
+            method.layout(),
+            registered,
+            better,
+            estimate.bits,
+            model,
+        ))
     }
 
     fn sample_again(&self, pose: &Similarity, job: &Job) -> Result<Registered, MarkError> {

@@ -91,7 +91,9 @@ impl NormalEquations {
 
     /// Takes in the observations of a patch.
     pub(super) fn add(&mut self, patch: &PatchEquations) {
-        let Self { gram, observations, .. } = &patch.equations;
+        let Self {
+            gram, observations, ..
+        } = &patch.equations;
         let place = |i: usize| match patch.bits.get(i) {
             Some(&bit) => bit,
             None => self.bits + i - patch.bits.len(),
@@ -225,7 +227,12 @@ impl PatchEquations {
             };
         };
         let fields = solution.nrows() - FIELDS..solution.nrows();
-        let own: Vec<f64> = bits.iter().copied().chain(fields).map(|i| solution[(i, 0)]).collect();
+        let own: Vec<f64> = bits
+            .iter()
+            .copied()
+            .chain(fields)
+            .map(|i| solution[(i, 0)])
+            .collect();
         let own = Mat::from_fn(own.len(), 1, |i, _| own[i]);
         let residuals = residuals(design, view, &observations, &own);
         reweight(&mut observations, &residuals);

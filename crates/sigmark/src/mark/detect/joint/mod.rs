@@ -137,7 +137,8 @@ impl JointEstimator {
             Ok((index, PatchEquations::new(&design, &view, seen, redundancy)?))
         };
         let patches = layout.map_seen(&suspect.positions, of_patch, job)?;
-        let mut patches: BTreeMap<usize, PatchEquations> = patches.into_iter().collect::<Result<_, MarkError>>()?;
+        let mut patches: BTreeMap<usize, PatchEquations> =
+            patches.into_iter().collect::<Result<_, MarkError>>()?;
         let sum = |patches: &BTreeMap<usize, PatchEquations>| {
             let mut equations = NormalEquations::empty(layout.bits(), redundancy);
             patches.values().for_each(|patch| equations.add(patch));
@@ -153,7 +154,10 @@ impl JointEstimator {
                     let weighed = patches[&index].weighed_by(&design, &view, &solution, redundancy);
                     (index, weighed)
                 };
-                patches = layout.map_seen(&suspect.positions, of_patch, job)?.into_iter().collect();
+                patches = layout
+                    .map_seen(&suspect.positions, of_patch, job)?
+                    .into_iter()
+                    .collect();
                 equations = sum(&patches);
             }
         }
