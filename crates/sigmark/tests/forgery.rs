@@ -458,7 +458,7 @@ fn a_signer_can_change_nothing_of_his_statement() {
         ("/original/digest", json!(digest)),
         ("/original/triangles", json!(5)),
         ("/mark/laplacian", json!("intrinsic")),
-        ("/mark/patches/0/functions", json!(functions - 1)),
+        ("/mark/patches/0/functions", json!(functions + 1)),
         ("/mark/scheme", json!("ecdsa-p256-sha1")),
         (
             "/mark/patches/0/alpha",

@@ -35,10 +35,7 @@ fn signed() -> &'static Signed {
 
 fn sign(mesh: &TriMesh, seed: u8) -> Signed {
     let key = SigningKey::generate(Curve::P256, &mut ChaCha20Rng::from_seed([seed; 32]));
-    Embedder::new(&key)
-        .chip_rate(1)
-        .embed(mesh, &Job::default())
-        .unwrap()
+    Embedder::new(&key).embed(mesh, &Job::default()).unwrap()
 }
 
 fn judge(original: &TriMesh, signed: &Signed, suspect: &TriMesh) -> Verdict {

@@ -25,7 +25,6 @@ fn key(curve: Curve, seed: u8) -> SigningKey {
 fn sign(mesh: &TriMesh, seed: u8) -> Signed {
     Embedder::new(&key(Curve::P256, seed))
         .message("order 4711")
-        .chip_rate(1)
         .embed(mesh, &Job::default())
         .unwrap()
 }
@@ -288,7 +287,6 @@ fn the_distortion_is_what_was_asked_for() {
     let mesh = shapes::bumpy_sphere(4, 3);
     for target in [1e-5, 4e-4, 1e-3] {
         let signed = Embedder::new(&key(Curve::P256, 1))
-            .chip_rate(1)
             .strength(Strength::Distortion(target))
             .patches(1) // without triangles between patches, which have no mass
             .embed(&mesh, &Job::default())
@@ -580,7 +578,6 @@ fn strengths_out_of_bounds_are_refused() {
     let key = key(Curve::P256, 1);
     let refusal = |strength| {
         Embedder::new(&key)
-            .chip_rate(1)
             .strength(strength)
             .embed(&mesh, &Job::default())
             .unwrap_err()

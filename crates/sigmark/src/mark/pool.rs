@@ -47,14 +47,16 @@ impl Pool {
     /// [`MarkError::Room`] when the mesh has no room for the bits, [`MarkError::PatchTooLarge`] when too few patches were asked for;
     /// [`MarkError::Job`].
     pub fn cut(&self, mesh: &TriMesh, bits: usize, job: &Job) -> Result<(Patches, Vec<usize>), MarkError> {
+        let rate = self.repetitions.unwrap_or(REPETITIONS);
+        if bits == 0 || rate == 0 {
+            return Err(MarkError::EmptyLayout { bits, rate });
+        }
+        let wanted = bits.saturating_mul(rate).div_ceil(3);
         let components = components(mesh);
-        let wanted = bits
-            .saturating_mul(self.repetitions.unwrap_or(REPETITIONS))
-            .div_ceil(3);
-        let mut room = 0;
+        let mut found = 0;
         for vertices_per_harmonic in [VERTICES_PER_HARMONIC, VERTICES_PER_FUNCTION] {
-            let parts = self.parts(mesh, &components, wanted, vertices_per_harmonic);
-            let labels = label(mesh, &components, &parts, job)?;
+            let useful = useful_of_components(mesh, &components, wanted, vertices_per_harmonic);
+            let labels = label(mesh, &components, &self.parts(&components, &useful), job)?;
             if labels.iter().all(|&label| label == 0) {
                 continue;
             }
@@ -63,63 +65,72 @@ impl Pool {
             let areas: Vec<f64> = patches.iter().map(|patch| patch.mesh().area()).collect();
             let most: Vec<usize> = patches
                 .iter()
-                .map(|patch| useful(patch, vertices_per_harmonic))
+                .map(|patch| useful_of_patch(patch, vertices_per_harmonic))
                 .collect();
             let useful = share(wanted, &areas, &most);
-            room = room.max(3 * useful.iter().sum::<usize>());
-            if room >= bits {
+            found = found.max(3 * useful.iter().sum::<usize>());
+            if found >= bits {
                 return without_empty(mesh, patches, &useful);
             }
         }
-        Err(MarkError::Room {
-            found: room,
-            least: bits,
-        })
+        Err(MarkError::Room { found, least: bits })
     }
 
     /// How many patches each component becomes; none if it is left alone.
-    fn parts(
-        &self,
-        mesh: &TriMesh,
-        components: &Components,
-        wanted: usize,
-        vertices_per_harmonic: usize,
-    ) -> Vec<usize> {
-        let mut areas = vec![0.0; components.count];
-        for triangle in 0..mesh.triangle_count() {
-            let v = mesh.triangles()[triangle][0];
-            areas[components.of_vertex[v as usize] as usize] += mesh.triangle_area(triangle);
-        }
-        let most: Vec<usize> = components
-            .sizes
-            .iter()
-            .map(|&size| (size / vertices_per_harmonic).saturating_sub(1))
-            .collect();
-        let useful = share(wanted, &areas, &most);
-        let taking_part = |c: usize| useful[c] >= LEAST_USEFUL;
-        let vertices: usize = (0..components.count)
-            .filter(|&c| taking_part(c))
-            .map(|c| components.sizes[c])
-            .sum();
-        let parts = |c: usize| match self.patches {
-            _ if !taking_part(c) => 0,
+    fn parts(&self, components: &Components, useful: &[usize]) -> Vec<usize> {
+        let taking_part = |&(_, useful): &(&usize, &usize)| *useful > 0;
+        let sizes = components.sizes.iter().zip(useful);
+        let vertices: usize = sizes.clone().filter(taking_part).map(|(size, _)| size).sum();
+        let parts = |(&size, &useful): (&usize, &usize)| match self.patches {
+            _ if useful == 0 => 0,
             Some(patches) => {
-                let share = components.sizes[c] as f64 / vertices as f64;
+                let share = size as f64 / vertices as f64;
                 ((patches as f64 * share).round() as usize).max(1)
             }
             None => {
-                let by_harmonics = (useful[c] as f64 / USEFUL_IN_PATCH as f64).round() as usize;
-                let size = components.sizes[c];
-                let at_least = size.div_ceil(MOST_VERTICES);
-                by_harmonics.min(size / LEAST_VERTICES).max(at_least)
+                let by_harmonics = (useful as f64 / USEFUL_IN_PATCH as f64).round() as usize;
+                by_harmonics
+                    .min(size / LEAST_VERTICES)
+                    .max(size.div_ceil(MOST_VERTICES))
             }
         };
-        (0..components.count).map(parts).collect()
+        sizes.map(parts).collect()
+    }
+}
+
+/// How many useful harmonics each component would have, at one density over the surface; none if it is left alone. Where a scene has so many parts that the
+/// wanted number leaves too few for each, there are more.
+fn useful_of_components(
+    mesh: &TriMesh,
+    components: &Components,
+    wanted: usize,
+    vertices_per_harmonic: usize,
+) -> Vec<usize> {
+    let mut areas = vec![0.0; components.count];
+    for (t, triangle) in mesh.triangles().iter().enumerate() {
+        areas[components.of_vertex[triangle[0] as usize] as usize] += mesh.triangle_area(t);
+    }
+    let sizes = components.sizes.iter();
+    let most: Vec<usize> = sizes
+        .map(|size| (size / vertices_per_harmonic).saturating_sub(1))
+        .collect();
+    let room: usize = most.iter().filter(|&&most| most >= LEAST_USEFUL).sum();
+    let mut density = wanted;
+    loop {
+        let mut useful = share(density, &areas, &most);
+        useful
+            .iter_mut()
+            .filter(|useful| **useful < LEAST_USEFUL)
+            .for_each(|useful| *useful = 0);
+        if useful.iter().sum::<usize>() >= wanted.min(room) || density > 2 * most.iter().sum::<usize>() {
+            return useful;
+        }
+        density = density.saturating_mul(2);
     }
 }
 
 /// How many useful harmonics a patch has room for: it has none at vertices where it is held.
-fn useful(patch: &Patch, vertices_per_harmonic: usize) -> usize {
+fn useful_of_patch(patch: &Patch, vertices_per_harmonic: usize) -> usize {
     let free = patch.at_border().iter().filter(|&&at_border| !at_border).count();
     (free / vertices_per_harmonic).saturating_sub(1)
 }
@@ -244,6 +255,16 @@ mod tests {
         for (useful, area) in useful.iter().zip(&areas) {
             assert!((useful - density * area).abs() < 1.0, "{useful} of {area}");
         }
+    }
+
+    #[test]
+    fn a_scene_of_very_many_parts_is_one_work() {
+        let parts =
+            (0..200).map(|i| shapes::translated(&shapes::icosphere(1), [3.0 * f64::from(i), 0.0, 0.0]));
+        let mesh = shapes::disjoint_union(&parts.collect::<Vec<_>>());
+        let (patches, functions) = cut(&mesh, 512, Pool::default()).unwrap();
+        assert_eq!(patches.len(), 200);
+        assert!(3 * functions.iter().map(|m| m - 1).sum::<usize>() >= 512);
     }
 
     #[test]
