@@ -17,7 +17,7 @@ use sigmark::{
     mark::{JointEstimator, MarkLayout, Reader, ReadingMethod, correlation, extraction_rate},
 };
 
-use super::layouts::TriedLayout;
+use super::layouts::{Kind, TriedLayout};
 use crate::suspects::attacked;
 
 const BITS: usize = 512;
@@ -90,7 +90,11 @@ pub(super) fn of(
     let mark = Arc::new(mark);
     let mut rng = ChaCha20Rng::from_seed([2; 32]);
     let bits: Vec<bool> = (0..BITS).map(|_| rng.next_u32() & 1 == 1).collect();
-    let positions = mark.write(&bits, &job)?.positions(mark.original());
+    let mut written = mark.write(&bits, &job)?;
+    if layout.kind == Kind::Pooled {
+        written.level_slivers(mark.original());
+    }
+    let positions = written.positions(mark.original());
     let marked = mesh.with_positions(positions)?;
 
     let turn = FacetTurn::between(mesh, &marked)?;

@@ -138,8 +138,11 @@ impl Embedder {
         let hash = statement.hash()?;
         let signature = self.key.sign(self.scheme, &statement.signed_bytes(&hash))?;
         let layout = MarkLayout::new(Arc::clone(original), statement.plan(hash)?, alphas)?;
-        let written = layout.write(&statement.payload(hash).bits(&signature), job)?;
+        let mut written = layout.write(&statement.payload(hash).bits(&signature), job)?;
         job.begin(MarkStage::Embedding)?;
+        if statement.binds_original() {
+            written.level_slivers(original);
+        }
         let marked = original.mesh().with_positions(written.positions(original));
         let contents = Contents {
             statement,

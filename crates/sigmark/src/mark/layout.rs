@@ -2,7 +2,9 @@ use std::sync::Arc;
 
 use job::Job;
 
-use super::{Chip, ChipPlan, MarkError, Original, Patch, PatchBasis, Strength, strength::distortion};
+use super::{
+    Chip, ChipPlan, MarkError, Original, Patch, PatchBasis, Strength, slivers::level, strength::distortion,
+};
 
 /// Where a mark lies in an original, in which order, and how strong it is in each patch, whatever its bits are.
 #[derive(Clone, Debug)]
@@ -160,6 +162,12 @@ pub struct Written {
 }
 
 impl Written {
+    /// Moves the corners of slivers alike where the mark would turn these by more than 15 degrees, which a shader would show. Tells how many vertices
+    /// are not where the mark alone would have them.
+    pub fn level_slivers(&mut self, original: &Original) -> usize {
+        level(original.mesh(), &mut self.displacement)
+    }
+
     /// The marked positions, #V.
     pub fn positions(&self, original: &Original) -> Vec<[f64; 3]> {
         let pairs = original.mesh().positions().iter().zip(&self.displacement);

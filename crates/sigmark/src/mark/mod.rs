@@ -15,6 +15,8 @@ mod patches;
 mod pool;
 mod reader;
 mod registered;
+mod roughness;
+mod slivers;
 mod stage;
 mod strength;
 

@@ -23,10 +23,10 @@ pub struct Pool {
 const REPETITIONS: usize = 6;
 
 /// Useful harmonics of a patch: the cost of all harmonics grows with it.
-const USEFUL_IN_PATCH: usize = 47;
+const USEFUL_IN_PATCH: usize = 95;
 
 /// Patches have at most about so many vertices: factorisations of larger ones cost more than they save.
-const MOST_VERTICES: usize = 12_000;
+const MOST_VERTICES: usize = 20_000;
 
 /// Patches of a model in one piece have at least about so many: smaller ones are mostly border.
 const LEAST_VERTICES: usize = 1_000;

@@ -35,7 +35,8 @@ impl Strength {
         }
         let relative: Vec<f64> = match (self, plan) {
             (Self::Distortion(_), ChipPlan::Pooled { .. }) => squares(original, plan)
-                .map(|square| square.max(f64::MIN_POSITIVE).sqrt().recip())
+                .zip(super::roughness::weights(original))
+                .map(|(square, weight)| weight * square.max(f64::MIN_POSITIVE).sqrt().recip())
                 .collect(),
             (Self::Distortion(_) | Self::Alpha(_), _) => vec![1.0; areas.len()],
             (Self::PaperAlpha(_), _) => areas.iter().map(|area| 1.0 / area.sqrt()).collect(),
