@@ -9,7 +9,7 @@ use crate::{
     points::{POINTS_APART, fits},
     sampled::Sampled,
     search::Search,
-    survivors::ByVertices,
+    survivors::{ByVertices, NEARLY},
     symmetries::Symmetries,
 };
 
@@ -69,13 +69,19 @@ pub fn align_points(
 /// How a suspect was found to lie on the original.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Placement {
-    /// It has the original's connectivity. These are the maps of the vertices that geometry can't tell apart,
+    /// It has the original's connectivity, or all but a hundredth of it. These are the maps of the vertices that geometry can't tell apart,
     /// the best first, at most [`Aligner::MOST_MAPS`] of them and at least one. Where the vertices lie was not
     /// judged: another shape may have the same connectivity.
     ByVertices(Vec<Correspondence>),
     /// It hasn't. Whether it lies on the original at all, [`Alignment::aligned`] says; which vertices are left,
     /// [`Alignment::correspondence`].
     BySurface(Alignment),
+}
+
+/// Whether two numbers of vertices differ by less than a hundredth.
+fn nearly_as_many(a: &TriMesh, b: &TriMesh) -> bool {
+    let [a, b] = [a, b].map(TriMesh::vertex_count);
+    NEARLY * a.abs_diff(b) <= a.min(b)
 }
 
 /// An original to which suspects are brought back, with what does not depend on the suspect.
@@ -147,11 +153,18 @@ impl Aligner {
             Survivors::All(maps) => return Ok(Placement::ByVertices(maps)),
             Survivors::Some(part) => part,
         };
-        let (part, sampled) = job.join(
-            || ByVertices::of_some(&part, self.original.mesh(), suspect.mesh(), job),
-            || self.sampled(&suspect, job),
-        )?;
-        let (part, (original, suspect)) = (part?, sampled?);
+        let of_some = || ByVertices::of_some(&part, self.original.mesh(), suspect.mesh(), job);
+        let (part, (original, suspect)) = if nearly_as_many(self.original.mesh(), suspect.mesh()) {
+            // As after rounding that merged a few: no search tree is needed if all others are there.
+            let part = of_some()?;
+            if let Some(map) = part.as_ref().and_then(ByVertices::nearly_all) {
+                return Ok(Placement::ByVertices(vec![map.clone()]));
+            }
+            (part, self.sampled(&suspect, job)?)
+        } else {
+            let (part, sampled) = job.join(of_some, || self.sampled(&suspect, job))?;
+            (part?, sampled?)
+        };
         job.begin(RegistrationStage::Preparation)?;
         let search = self.search(original, suspect, job);
         Ok(Placement::BySurface(self.concluded(part, &search)?))

@@ -19,6 +19,9 @@ const LEAST_SHARE: f64 = 0.25;
 /// Pairs farther apart than this many medians are strays. With half or twice as many all 60 stay right in the same time.
 const STRAY: f64 = 5.0;
 
+/// One part in so many may be missing of what is nearly all.
+pub(crate) const NEARLY: usize = 100;
+
 /// What surviving vertices say of the pose.
 pub(crate) struct ByVertices {
     matched_by: MatchedBy,
@@ -58,6 +61,14 @@ impl ByVertices {
         };
         let maps: Vec<_> = maps.into_iter().filter_map(fitted).collect();
         (!maps.is_empty()).then_some(Self { matched_by, maps })
+    }
+
+    /// The map of the vertices that are left, if that is all but a hundredth of them: their surroundings are unique, so that no symmetry makes
+    /// another.
+    pub(crate) fn nearly_all(&self) -> Option<&Correspondence> {
+        let [(_, map)] = &self.maps[..] else { return None };
+        let lost = map.suspect_of.len() - map.matched();
+        (NEARLY * lost <= map.suspect_of.len()).then_some(map)
     }
 
     /// The map that brings given points nearest to where they belong, and how near, root mean square.

@@ -133,10 +133,9 @@ impl Verifier {
         let expected = self.certificate.bits();
         let reading = found.read(&self.method, &expected, job)?;
         let mut verdict = self.judge(&reading, &expected);
-        verdict.poses = found.poses();
+        (verdict.poses, verdict.matched_by) = (found.poses(), found.matched_by());
         match found.alignment() {
             Some(alignment) => {
-                verdict.matched_by = alignment.matched_by;
                 (verdict.overlap, verdict.coverage) = (alignment.overlap, alignment.coverage);
             }
             None => {

@@ -57,8 +57,8 @@ mod tests {
     fn a_plane_is_smooth_and_noise_is_rough_whatever_its_size() {
         let plane = shapes::rectangle(20, 20, 1.0, 1.0);
         assert!(roughness(&plane) < 1e-7);
-        let rough = shapes::bumped(&shapes::icosphere(3), 0.05, 1);
-        assert!(roughness(&rough) > 2.0 * roughness(&shapes::icosphere(3)));
+        let rough = shapes::jittered(&shapes::icosphere(4), 0.5, 1);
+        assert!(roughness(&rough) > 2.0 * roughness(&shapes::icosphere(4)));
         let scaled = roughness(&shapes::scaled(&rough, 1e3));
         assert!((scaled / roughness(&rough) - 1.0).abs() < 1e-12);
     }

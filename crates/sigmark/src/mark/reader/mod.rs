@@ -17,7 +17,9 @@ pub use suspect::Suspect;
 use std::fmt;
 
 use job::Job;
-use registration::{AlignOptions, Aligner, Alignment, MatchedBy, Placement, PreparedMesh, RegistrationStage};
+use registration::{
+    AlignOptions, Aligner, Alignment, Correspondence, MatchedBy, Placement, PreparedMesh, RegistrationStage,
+};
 
 use super::{MarkError, MarkStage};
 use suspect::SeenBy;
@@ -130,6 +132,20 @@ impl Found {
         match &self.placement {
             Placement::ByVertices(_) => None,
             Placement::BySurface(alignment) => Some(alignment),
+        }
+    }
+
+    /// What of it was found again.
+    pub fn matched_by(&self) -> MatchedBy {
+        match &self.placement {
+            Placement::ByVertices(maps) => {
+                let all = |map: &Correspondence| map.matched() == map.suspect_of.len();
+                match maps.iter().all(all) {
+                    true => MatchedBy::Connectivity,
+                    false => MatchedBy::Surroundings,
+                }
+            }
+            Placement::BySurface(alignment) => alignment.matched_by,
         }
     }
 
