@@ -4,6 +4,7 @@
 //! and what to do goes to standard error; results go to standard output.
 
 mod args;
+mod capacity;
 mod claims;
 mod commands;
 mod files;

@@ -10,8 +10,12 @@ use std::{
     time::{Duration, Instant},
 };
 
+use anyhow::Result;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use job::Job;
+use serde_json::Value;
+
+use crate::report::{self, Lines};
 
 /// Watches a computation: what it is doing goes to the terminal (if standard error is one), how long each stage took is kept.
 ///
@@ -70,6 +74,11 @@ impl Progress {
             .push((name, Instant::now()));
         self.bar.set_message(doing);
         self.bar.set_position(0);
+    }
+
+    /// Prints a report while the work goes on.
+    pub(crate) fn tell(&self, lines: &Lines) -> Result<()> {
+        self.bar.suspend(|| report::print(false, &Value::Null, lines))
     }
 
     /// A job that this watches.

@@ -12,7 +12,8 @@ use super::{Common, numbers};
 Example:
   sigmark inspect model.obj
 
---json prints: file, format, gzipped, file_vertices, topology (counts and measures by name), remarks.")]
+--json prints: file, format, gzipped, file_vertices, topology (counts and measures by name), remarks, capacity (chips: places for bits; \
+payload: signature if its 512 bits fit; and as embed prints them patches, unmarked_vertices, margin_predicted, noise_read, noise_evidence, noise_detected, for the standard strength).")]
 pub(crate) struct Inspect {
     /// The mesh
     pub(crate) model: PathBuf,

@@ -30,6 +30,18 @@ impl Profile {
     }
 }
 
+/// Strengths with a name.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum StrengthName {
+    /// Facets turn by half a degree: hard to find even where one looks for it
+    Subtle,
+    /// Facets turn by about a degree
+    #[default]
+    Standard,
+    /// Facets turn by about two degrees: for rough surfaces, and for what has to outlast much
+    Strong,
+}
+
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Example:
@@ -68,8 +80,9 @@ signed file. Keep the original and the certificate: both are needed to verify, a
 Reads and writes OBJ, PLY, STL and OFF, also gzipped. A locked key's passphrase is asked for, or taken from the \
 environment variable SIGMARK_PASSPHRASE.
 
---json prints: output, certificate (file names), scheme, bits, chips (places for bits in all), laplacian, functions (manifold harmonics of each patch), \
-patches, unmarked_vertices, alpha, distortion_rms (fraction of the diagonal), facet_turn (median, p99, max: by how many degrees triangles \
+--json prints: output, certificate (file names), scheme, payload (what the bits are), bits, chips (places for bits in all), laplacian, functions (manifold harmonics of each patch), \
+patches, unmarked_vertices, alpha, distortion_rms (fraction of the diagonal), margin_predicted (T0 under noise of 0.1 %), noise_read, noise_evidence, \
+noise_detected (up to which noise, as a share of the bounding box, the signature is read, is evidence, is detected), facet_turn (median, p99, max: by how many degrees triangles \
 turned), flipped (triangles that look the other way), seconds (of each stage).")]
 pub(crate) struct Embed {
     /// The mesh to sign
@@ -101,13 +114,16 @@ pub(crate) struct Embed {
     /// Hash with SHA-1 in place of SHA-256 (P-256 keys)
     #[arg(long)]
     pub(crate) sha1: bool,
-    /// How far the surface moves: RMS displacement as a fraction of the bounding box's diagonal [default: 0.0004]
+    /// How strongly to mark: subtle and strong are half and twice the standard distortion [default: standard]
+    #[arg(long, value_enum, group = "strength")]
+    strength: Option<StrengthName>,
+    /// How far the surface moves: RMS displacement as a fraction of the bounding box's diagonal; in place of --strength [default: 0.0004]
     #[arg(long, value_name = "FRACTION", group = "strength", allow_negative_numbers = true, value_parser = numbers::distortion)]
     distortion: Option<f64>,
-    /// Strength as α of eq. 12, for patches of unit area; in place of --distortion
+    /// Strength as α of eq. 12, for patches of unit area; in place of --strength
     #[arg(long, value_name = "ALPHA", group = "strength", allow_negative_numbers = true, value_parser = numbers::positive)]
     alpha: Option<f64>,
-    /// Strength as the paper's α, in the model's unit of length; in place of --distortion
+    /// Strength as the paper's α, in the model's unit of length; in place of --strength
     #[arg(long, value_name = "ALPHA", group = "strength", allow_negative_numbers = true, value_parser = numbers::positive)]
     paper_alpha: Option<f64>,
     /// How often each bit stands in the mark, where there is room: more outlasts more decimation, and shows more at the same distortion. In the
@@ -133,7 +149,11 @@ impl Embed {
             (Some(fraction), _, _) => Strength::Distortion(fraction),
             (_, Some(alpha), _) => Strength::Alpha(alpha),
             (_, _, Some(alpha)) => Strength::PaperAlpha(alpha),
-            _ => Strength::default(),
+            _ => match self.strength.unwrap_or_default() {
+                StrengthName::Subtle => Strength::SUBTLE,
+                StrengthName::Standard => Strength::default(),
+                StrengthName::Strong => Strength::STRONG,
+            },
         }
     }
 }
@@ -148,7 +168,8 @@ certificate's own. A third party has the key from its owner:
   sigmark verify found.obj --certificate signed.obj.cert.json --original model.obj \\
       --public-key owner.pub.pem --dispute
 
-Exit code 0 if the signature was read back (verified) or its presence is beyond doubt (detected), 1 if it was not found.
+Exit code 0 if the signature was read back (verified) or its presence is beyond doubt (detected), 1 if it was not found; of several \
+suspects 0 if it was found in one, and 2 if one could not be judged.
 
 Two levels. Detected: a model without the mark comes so far with a probability of 1e-6 at most (--p-bound). That holds for a claim that was \
 there before the suspect: your own, or one with a time stamp. Who could make a claim after he saw the suspect can try many, and needs \
@@ -159,18 +180,21 @@ The suspect may be in any format, moved, turned, scaled, mirrored, its vertices 
 original's triangles, because it was cropped, decimated, subdivided or re-meshed, it is laid onto the original by its \
 surface; at least 80 % of that must lie there.
 
---json prints: outcome (verified, detected or not_found), evidence (whether p_value is at most 2^-120 for a mark that binds the \
+Few patches are read first, and more only where these do not hold every bit; the probability allows for all that might have been read.
+
+--json prints an object a suspect, each in a line: suspect (file name), outcome (verified, detected or not_found), evidence (whether p_value is at most 2^-120 for a mark that binds the \
 original), scheme, signed (what the signature in the shape covers: statement or message), own_key (whether the key is the \
 certificate's), original (file name), extraction_rate (0 to 1), p_value, p_dispute (2^80 p_value, at most 1), correlation, bits, \
-bit_errors, registration (connectivity, surroundings or surface), poses (how many were tried), overlap (share of the \
+bit_errors, patches_read (of how many patches the bits were read), registration (connectivity, surroundings or surface), poses (how many were tried), overlap (share of the \
 suspect's surface that lies on the original, 0 to 1), coverage (share of the original's that lies on the suspect), missing \
 (share of the original's vertices that were not seen), residual (fraction of the diagonal), transform (4 × 4, suspect to \
 original), mirrored, attack_model (of what moved the suspect, the shares of squared displacements that mark, misalignment, \
 smoothing, tessellation_bias and noise explain; null where the paper's rule alone read it), remark (why it is another shape), message, recipient, public_key (fingerprint), stamps (time, authority and serial of each; null where --stamp-roots is not given), seconds (of each stage). What can't be said \
 is null.")]
 pub(crate) struct Verify {
-    /// The mesh in question
-    pub(crate) suspect: PathBuf,
+    /// The meshes in question; what is computed of the original for the first serves the others
+    #[arg(required = true, value_name = "SUSPECT")]
+    pub(crate) suspects: Vec<PathBuf>,
     /// The certificate that embed wrote
     #[arg(long, value_name = "FILE")]
     pub(crate) certificate: PathBuf,

@@ -5,7 +5,7 @@ use job::Job;
 use mesh_io::Asset;
 use quality::{FacetTurn, TurnSummary};
 use serde_json::{Value, json};
-use sigmark::{Curve, Embedder, Scheme, Signed, SigningKey};
+use sigmark::{Curve, Embedder, Prediction, Scheme, Signed, SigningKey, claim::bits_for, mark::Original};
 
 use crate::{
     Answer,
@@ -31,14 +31,25 @@ pub(crate) fn run(arguments: &Embed) -> Result<Answer> {
     progress.begin("reading", "reading");
     let asset = files::open_mesh(&arguments.model)?;
     asset.check_name(&arguments.output)?;
-    let signed = embedder
-        .embed(asset.mesh(), &job)
-        .with_context(|| arguments.model.display().to_string())?;
+    let model = || arguments.model.display().to_string();
+    let original = Arc::new(embedder.cut(asset.mesh(), &job).with_context(model)?);
+    let prediction = embedder.predict(&original).with_context(model)?;
+    if !arguments.common.json {
+        progress.tell(&planned(arguments, &original, &prediction))?;
+    }
+    let signed = embedder.embed_in(&original, &job).with_context(model)?;
     progress.begin("writing", "writing");
     let turn = write(arguments, &certificate_path, &asset, &signed, &job)?;
     let seconds = progress.finish();
 
-    let object = object(arguments, &signed, &certificate_path, &turn, &seconds);
+    let object = object(
+        arguments,
+        &signed,
+        &certificate_path,
+        &prediction,
+        &turn,
+        &seconds,
+    );
     let lines = summary(arguments, &signed, &certificate_path, &turn, &seconds);
     report::print(arguments.common.json, &object, &lines)?;
     Ok(Answer::Yes)
@@ -80,14 +91,17 @@ fn object(
     arguments: &Embed,
     signed: &Signed,
     certificate: &Path,
+    prediction: &Prediction,
     turn: &FacetTurn,
     seconds: &Seconds,
 ) -> Value {
-    let scheme = signed.certificate().statement().scheme;
+    let statement = signed.certificate().statement();
+    let scheme = statement.scheme;
     json!({
         "output": arguments.output,
         "certificate": certificate,
         "scheme": scheme,
+        "payload": statement.payload_kind().name(),
         "bits": scheme.bits(),
         "chips": signed.layout().chip_count(),
         "laplacian": arguments.laplacian.name(),
@@ -96,6 +110,10 @@ fn object(
         "unmarked_vertices": signed.original().patches().unmarked_vertices(),
         "alpha": signed.layout().alpha(),
         "distortion_rms": signed.layout().distortion_rms(),
+        "margin_predicted": prediction.margin,
+        "noise_read": prediction.noise_read,
+        "noise_evidence": prediction.noise_evidence,
+        "noise_detected": prediction.noise_detected,
         "facet_turn": turn.summary(),
         "flipped": turn.flipped(),
         "seconds": report::seconds_json(seconds),
@@ -171,6 +189,50 @@ fn file_name(path: &Path) -> &str {
         .unwrap_or_default()
 }
 
+/// What is about to be done, and what it will be good for.
+fn planned(arguments: &Embed, original: &Original, prediction: &Prediction) -> Lines {
+    let mut lines = Lines::new(format!("Signing {}", arguments.model.display()));
+    let patches = report::counted(original.patches().len(), "patch", "patches");
+    let harmonics: usize = original.functions().iter().sum();
+    let mark = format!(
+        "{patches}, {} manifold harmonics in all",
+        report::grouped(harmonics)
+    );
+    lines.field("mark", mark);
+    let unmarked = original.patches().unmarked_vertices();
+    if unmarked > 0 {
+        let vertices = report::counted(unmarked, "vertex", "vertices");
+        let where_from = format!("{vertices} between patches, or in parts too small to carry anything");
+        lines.field("left unmarked", where_from);
+    }
+    let distortion = format!("RMS {:.4} % of the diagonal", 100.0 * prediction.distortion_rms);
+    lines.field("distortion", distortion);
+    survival(&mut lines, prediction);
+    lines
+}
+
+/// What a mark survives, in words.
+pub(crate) fn survival(lines: &mut Lines, prediction: &Prediction) {
+    let withstands = |noise: f64| match noise.is_finite() && noise > 0.0 {
+        true => format!(
+            "noise of {} % of the size, or {} bits a coordinate",
+            significant(100.0 * noise),
+            bits_for(noise).max(1)
+        ),
+        false => "nothing".into(),
+    };
+    lines.field("read after", withstands(prediction.noise_read));
+    lines.field("found after", withstands(prediction.noise_detected));
+    let margin = format!("T0 = {:.0} under noise of 0.1 %", prediction.margin);
+    lines.field("margin", margin);
+}
+
+/// Two digits.
+fn significant(x: f64) -> String {
+    let digits = (1 - x.log10().floor() as i32).clamp(0, 12) as usize;
+    format!("{x:.digits$}")
+}
+
 fn summary(
     arguments: &Embed,
     signed: &Signed,
@@ -179,27 +241,17 @@ fn summary(
     seconds: &Seconds,
 ) -> Lines {
     let scheme = signed.certificate().statement().scheme;
-    let original = signed.original();
     let model = arguments.model.display();
     let mut lines = Lines::new(format!("Signed {model}"));
     let bits = scheme.bits();
-    let signature = format!("{scheme}, {bits} bits, all read back from the file as written");
-    lines.field("signature", signature);
-    let patches = report::counted(original.patches().len(), "patch", "patches");
-    let harmonics: usize = original.functions().iter().sum();
     let times = signed.layout().chip_count() as f64 / bits as f64;
-    let mark = format!("{patches}, {harmonics} manifold harmonics in all, every bit {times:.1} times");
-    lines.field("mark", mark);
+    let signature =
+        format!("{scheme}, {bits} bits, every one {times:.1} times, all read back from the file as written");
+    lines.field("signature", signature);
     let (rms, alpha) = (signed.layout().distortion_rms(), signed.layout().alpha());
     let distortion = format!("RMS {:.4} % of the diagonal (α = {alpha:.3e})", 100.0 * rms);
     lines.field("distortion", distortion);
     lines.field("facets turn", turned(turn));
-    let unmarked = original.patches().unmarked_vertices();
-    if unmarked > 0 {
-        let vertices = report::counted(unmarked, "vertex", "vertices");
-        let where_from = format!("{vertices} between patches, or in pieces too small for the signature");
-        lines.field("left unmarked", where_from);
-    }
     lines.field("time", report::seconds_text(seconds));
     let written = format!("{} and {}", arguments.output.display(), certificate.display());
     lines.field("written", written);

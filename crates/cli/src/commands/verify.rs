@@ -1,10 +1,13 @@
-use std::{path::Path, sync::Arc};
+use std::{
+    path::{Path, PathBuf},
+    sync::Arc,
+};
 
 use anyhow::Result;
 use job::JobError;
 use registration::MatchedBy;
 use serde_json::{Map, Value, json};
-use sigmark::{GeometryDigest, Mismatch, Outcome, SigmarkError, Verdict, mark::MarkError};
+use sigmark::{GeometryDigest, Mismatch, Outcome, SigmarkError, Verdict, Verifier, mark::MarkError};
 
 use crate::{
     Answer,
@@ -17,7 +20,7 @@ use crate::{
 };
 
 pub(crate) fn run(arguments: &Verify) -> Result<Answer> {
-    let progress = Arc::new(Progress::within(arguments.time_limit.duration()));
+    let mut progress = Arc::new(Progress::within(arguments.time_limit.duration()));
     progress.begin("reading", "reading");
     let files = ClaimFiles {
         certificate: arguments.certificate.clone(),
@@ -30,32 +33,67 @@ pub(crate) fn run(arguments: &Verify) -> Result<Answer> {
         &arguments.certificate,
         arguments.stamp_roots.as_deref(),
     )?;
-    let suspect = files::open_mesh(&arguments.suspect)?;
-    let verifier = claim.verifier().map_err(|error| {
-        let swapped = matches!(error, SigmarkError::AnotherOriginal { .. })
-            && GeometryDigest::of(suspect.mesh()) == claim.certificate.statement().original.digest;
-        match swapped {
-            true => the_wrong_way_round(&arguments.suspect, &claim.original_path),
-            false => blame(error, arguments, &claim),
-        }
-    })?;
-    let verdict = verifier
+    let paths = &arguments.suspects;
+    let verifier = claim
+        .verifier()
+        .map_err(|error| match the_wrong_way_round(&error, paths, &claim) {
+            Some(error) => error,
+            None => blame(error, arguments, &claim, &paths[0]),
+        })?;
+    let verifier = verifier
         .p_bound(arguments.p_bound)
-        .paper_profile(arguments.profile == Some(Profile::Paper))
-        .verify(suspect.mesh(), &progress.job(arguments.common.threads()))
-        .map_err(|error| blame(error, arguments, &claim))?;
-    let seconds = progress.finish();
+        .paper_profile(arguments.profile == Some(Profile::Paper));
+    let (mut is_found, mut failed) = (false, None);
+    for (i, path) in paths.iter().enumerate() {
+        if i > 0 {
+            progress = Arc::new(Progress::within(arguments.time_limit.duration()));
+            progress.begin("reading", "reading");
+        }
+        match judged(&verifier, path, arguments, &claim, &stamps, &progress) {
+            Ok(found) => is_found |= found,
+            // The others may be what they may.
+            Err(error) if paths.len() > 1 => {
+                drop(std::mem::replace(&mut progress, Arc::new(Progress::new())));
+                report::failure(&error);
+                failed = Some(path);
+            }
+            Err(error) => return Err(error),
+        }
+    }
+    match failed {
+        Some(path) => Err(anyhow::anyhow!(
+            "{}: could not be judged, see above",
+            path.display()
+        )),
+        None if is_found => Ok(Answer::Yes),
+        None => Ok(Answer::No),
+    }
+}
 
-    let mut object = described(&verdict, &claim);
+/// Judges a suspect and prints the verdict; tells whether it is what was asked for.
+fn judged(
+    verifier: &Verifier,
+    path: &Path,
+    arguments: &Verify,
+    claim: &Claim,
+    stamps: &Stamps,
+    progress: &Arc<Progress>,
+) -> Result<bool> {
+    let suspect = files::open_mesh(path)?;
+    let verdict = verifier
+        .verify(suspect.mesh(), &progress.job(arguments.common.threads()))
+        .map_err(|error| blame(error, arguments, claim, path))?;
+    let seconds = progress.finish();
+    let mut object = described(&verdict, claim);
+    object.insert("suspect".into(), json!(path));
     object.insert("stamps".into(), stamps.json());
     object.insert("seconds".into(), report::seconds_json(&seconds));
-    let lines = summary(arguments, &verdict, &claim, &stamps, &seconds);
+    let lines = summary(path, arguments, &verdict, claim, stamps, &seconds);
     report::print(arguments.common.json, &object.into(), &lines)?;
-    let wanted = match arguments.dispute {
+    Ok(match arguments.dispute {
         true => verdict.is_evidence(),
         false => verdict.outcome.is_found(),
-    };
-    Ok(if wanted { Answer::Yes } else { Answer::No })
+    })
 }
 
 /// A verdict as `--json` prints it, but for the time that it took.
@@ -72,6 +110,7 @@ pub(crate) fn described(verdict: &Verdict, claim: &Claim) -> Map<String, Value> 
         "correlation": verdict.correlation,
         "bits": verdict.bits,
         "bit_errors": verdict.bit_errors,
+        "patches_read": verdict.patches_read,
         "registration": verdict.transform.map(|_| verdict.matched_by),
         "poses": verdict.poses,
         "overlap": verdict.overlap,
@@ -95,33 +134,43 @@ pub(crate) fn described(verdict: &Verdict, claim: &Claim) -> Map<String, Value> 
 }
 
 /// The error with the name of the file that it is about.
-fn blame(error: SigmarkError, arguments: &Verify, claim: &Claim) -> anyhow::Error {
+fn blame(error: SigmarkError, arguments: &Verify, claim: &Claim, suspect: &Path) -> anyhow::Error {
     let file: &Path = match error {
         SigmarkError::Job(JobError::Cancelled) => return arguments.time_limit.exceeded(),
         SigmarkError::AnotherKey { .. } => arguments.public_key.as_deref().unwrap_or(&arguments.certificate),
         SigmarkError::Certificate(_) | SigmarkError::PaperProfile => &arguments.certificate,
-        SigmarkError::Mark(MarkError::Registration(_) | MarkError::Mesh(_)) => &arguments.suspect,
+        SigmarkError::Mark(MarkError::Registration(_) | MarkError::Mesh(_)) => suspect,
         _ => &claim.original_path,
     };
     anyhow::Error::new(error).context(file.display().to_string())
 }
 
-fn the_wrong_way_round(suspect: &Path, original: &Path) -> anyhow::Error {
-    let (suspect, original) = (suspect.display(), original.display());
-    anyhow::anyhow!(
+/// Where a suspect is the original that the certificate names.
+fn the_wrong_way_round(error: &SigmarkError, suspects: &[PathBuf], claim: &Claim) -> Option<anyhow::Error> {
+    let digest = claim.certificate.statement().original.digest;
+    let is_original = |path: &&PathBuf| {
+        files::open_mesh(path).is_ok_and(|asset| GeometryDigest::of(asset.mesh()) == digest)
+    };
+    let SigmarkError::AnotherOriginal { .. } = error else {
+        return None;
+    };
+    let suspect = suspects.iter().find(is_original)?.display();
+    let original = claim.original_path.display();
+    Some(anyhow::anyhow!(
         "{suspect}: is the original, and {original} is not: the two are the wrong way round; \
          try `sigmark verify {original} --original {suspect} …`"
-    )
+    ))
 }
 
 fn summary(
+    suspect: &Path,
     arguments: &Verify,
     verdict: &Verdict,
     claim: &Claim,
     stamps: &Stamps,
     seconds: &Seconds,
 ) -> Lines {
-    let (suspect, original) = (arguments.suspect.display(), claim.original_path.display());
+    let (suspect, original) = (suspect.display(), claim.original_path.display());
     let headline = match verdict.outcome {
         Outcome::Verified if !verdict.binds_original => {
             format!(
@@ -151,7 +200,15 @@ fn summary(
     stamps.tell("existed", &mut lines);
     if let (Some(rate), Some(errors)) = (verdict.extraction_rate, verdict.bit_errors) {
         let (bits, rate) = (verdict.bits, 100.0 * rate);
-        lines.field("bits", format!("{} of {bits} agree ({rate:.2} %)", bits - errors));
+        let patches = claim.certificate.statement().alphas.len();
+        let read = match verdict.patches_read {
+            read if read < patches => format!(", read from {read} of {patches} patches"),
+            _ => String::new(),
+        };
+        lines.field(
+            "bits",
+            format!("{} of {bits} agree ({rate:.2} %){read}", bits - errors),
+        );
         tell_how_sure(&mut lines, verdict);
     }
     if let (Some(transform), Some(residual)) = (verdict.transform, verdict.residual) {

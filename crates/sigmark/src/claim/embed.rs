@@ -5,7 +5,7 @@ use mesh::TriMesh;
 use mhb_core::LaplacianKind;
 
 use super::{
-    Certificate, PackedLabels, SigmarkError,
+    Certificate, PackedLabels, Prediction, SigmarkError,
     certificate::Contents,
     keys::SigningKey,
     statement::{Carrier, OriginalRecord, Statement},
@@ -112,12 +112,7 @@ impl Embedder {
     /// When the key does not fit the scheme, the strength is out of bounds, or the mesh has no patch with room for the signature;
     /// [`SigmarkError::Job`].
     pub fn embed(&self, mesh: &TriMesh, job: &Job) -> Result<Signed, SigmarkError> {
-        self.strength.checked()?;
-        let original = self.cut(mesh, job)?;
-        let original = original
-            .with_laplacian(self.laplacian)
-            .with_borders(self.carrier().borders());
-        self.embed_in(&Arc::new(original), job)
+        self.embed_in(&Arc::new(self.cut(mesh, job)?), job)
     }
 
     /// Signs a mesh that was cut into patches already, with the Laplacian and the borders chosen there. Who signs one model for many receivers calls
@@ -158,9 +153,14 @@ impl Embedder {
         })
     }
 
-    fn cut(&self, mesh: &TriMesh, job: &Job) -> Result<Original, SigmarkError> {
+    /// Cuts a mesh as [`embed`](Self::embed) does; [`embed_in`](Self::embed_in) does the rest.
+    ///
+    /// # Errors
+    /// As [`embed`](Self::embed).
+    pub fn cut(&self, mesh: &TriMesh, job: &Job) -> Result<Original, SigmarkError> {
+        self.strength.checked()?;
         let bits = self.scheme.bits();
-        Ok(match self.carrier() {
+        let original = match self.carrier() {
             Carrier::Harmonics { chip_rate } => {
                 let count = self.patches.map_or(PatchCount::Paper, PatchCount::Exactly);
                 let functions = ChipLayout::new(bits, chip_rate)?.functions();
@@ -173,7 +173,20 @@ impl Embedder {
                 };
                 Original::pooled(mesh.clone(), bits, pool, job)?
             }
-        })
+        };
+        Ok(original
+            .with_laplacian(self.laplacian)
+            .with_borders(self.carrier().borders()))
+    }
+
+    /// How strong the mark will be, and what it survives.
+    ///
+    /// # Errors
+    /// When the strength is out of bounds, or `original` has no room for the mark.
+    pub fn predict(&self, original: &Arc<Original>) -> Result<Prediction, SigmarkError> {
+        let plan = self.carrier().plan(self.scheme.bits(), [0; 32])?;
+        let layout = MarkLayout::with_strength(Arc::clone(original), plan, self.strength)?;
+        Ok(Prediction::of(&layout))
     }
 
     fn carrier(&self) -> Carrier {

@@ -5,6 +5,7 @@ mod dispute;
 mod embed;
 mod error;
 pub mod keys;
+mod prediction;
 mod statement;
 pub mod statistics;
 mod verdict;
@@ -14,6 +15,7 @@ pub use certificate::{Certificate, CertificateError, LARGEST, PackedLabels, VERS
 pub use dispute::{Dispute, Precedence, Tie};
 pub use embed::{Embedder, Signed};
 pub use error::SigmarkError;
+pub use prediction::{Prediction, QUOTED_NOISE, bits_for};
 pub use statement::{Carrier, OriginalRecord, Statement};
 pub use verdict::{EVIDENCE, Mismatch, Outcome, STRANGERS_TRIES, Verdict};
 pub use verify::Verifier;

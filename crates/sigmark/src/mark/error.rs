@@ -13,7 +13,9 @@ pub enum MarkError {
         rate: usize,
     },
     /// The patches' harmonics are too few for the chips.
-    #[error("the patches have room for {found} chips, but the mark has {least}; cut the mesh for more")]
+    #[error(
+        "there is room for {found} chips, but the mark takes {least}; use a finer mesh: a part has room for three chips with every two of its vertices"
+    )]
     Room {
         /// Chips that the patches have room for; in the paper's plan, the patch with the fewest harmonics.
         found: usize,

@@ -103,6 +103,23 @@ impl MarkLayout {
         distortion(&self.original, &self.plan, &self.alphas)
     }
 
+    /// T₀, the signal-to-noise ratio of the whole mark, if every vertex is found again and each of its coordinates is off by a uniform amount of up to
+    /// so many of the bounding box's edges: T₀² = Σ n (α φ)² / σ² over the chips, of patches with n vertices.
+    pub fn margin(&self, noise: f64) -> f64 {
+        let edges = self.original.mesh().bounding_box().size();
+        let of_patch = |(index, patch): (usize, &Patch)| -> f64 {
+            let amplitude = self.amplitude(index);
+            let chips = self.chips[index].iter();
+            let signal: f64 = chips
+                .filter(|chip| edges[chip.axis] > 0.0)
+                .map(|chip| 3.0 * (amplitude[chip.axis] / (noise * edges[chip.axis])).powi(2))
+                .sum();
+            signal * patch.vertices().len() as f64
+        };
+        let patches = self.original.patches().iter().enumerate();
+        patches.map(of_patch).sum::<f64>().sqrt()
+    }
+
     /// What `f` makes of each patch that is read and of which something was seen.
     ///
     /// # Errors

@@ -22,6 +22,12 @@ impl Default for Strength {
 }
 
 impl Strength {
+    /// Half of the default.
+    pub const SUBTLE: Self = Self::Distortion(2e-4);
+
+    /// Twice the default.
+    pub const STRONG: Self = Self::Distortion(8e-4);
+
     /// α of every patch, for patches of unit area. Where chips are pooled, a [`Distortion`](Self::Distortion) moves the surface of all patches
     /// alike; in the paper's plan α is the same for all.
     ///
