@@ -6,6 +6,7 @@ use bench_harness::{
     partition::{LoneDivision, PartitionBench},
     quality::QualityBench,
     registration::RegistrationBench,
+    seconds::SecondsBench,
     security::SecurityBench,
     visibility::VisibilityBench,
 };
@@ -41,6 +42,12 @@ pub(crate) enum Bench {
     ///
     /// Makes a Python environment in attacks/.venv. Finished models are kept in .cache/bench/visibility by the digest of the code that made them.
     Visibility(VisibilityBench),
+    /// Seconds: what one waits for when meshes of a million vertices and more are signed and verified, and the memory that it takes
+    ///
+    /// Runs the program `sigmark` that lies beside this one: `cargo build --release -p sigmark-cli` makes it. Makes a Python environment in
+    /// attacks/.venv. What is finished is kept in .cache/bench/seconds by the digest of the program and of the code that measures, so that a
+    /// run that was interrupted goes on; the meshes that it works on are there, too.
+    Seconds(SecondsBench),
     /// Solve one problem in a process of its own, for `eigen`
     #[command(hide = true)]
     Solve(LoneSolve),
@@ -58,6 +65,7 @@ impl Bench {
             Self::Quality(bench) => bench.run(),
             Self::Security(bench) => bench.run(),
             Self::Visibility(bench) => bench.run(),
+            Self::Seconds(bench) => bench.run(),
             Self::Solve(alone) => alone.run(),
             Self::Divide(alone) => alone.run(),
         }

@@ -20,13 +20,13 @@
 //! | [`bumpy_block`] | q + χ | 2 q | 2 − 2 h | 0 | irregular, no symmetry |
 //!
 //! Changes to a mesh: [`moved`], [`scaled`], [`translated`], [`mirrored`], [`inside_out`], [`disjoint_union`], [`exploded`], [`shuffled`],
-//! [`jittered`], [`flipped`], [`bumped`].
+//! [`jittered`], [`flipped`], [`bumped`], [`divided`].
 
 mod irregular;
 mod plain;
 
 pub use irregular::{bumped, bumpy_block, bumpy_sphere, bumpy_torus, flipped, jittered, shuffled, soup};
 pub use plain::{
-    block, book, book_of_slivers, cube, cylinder, disjoint_union, exploded, icosphere, inside_out, mirrored,
-    moebius_strip, moved, rectangle, scaled, tetrahedron, torus, translated,
+    block, book, book_of_slivers, cube, cylinder, disjoint_union, divided, exploded, icosphere, inside_out,
+    mirrored, moebius_strip, moved, rectangle, scaled, tetrahedron, torus, translated,
 };

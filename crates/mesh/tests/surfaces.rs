@@ -131,6 +131,24 @@ fn areas_and_volumes_of_finer_spheres_approach_those_of_the_sphere_four_times_cl
 }
 
 #[test]
+fn a_divided_surface_has_four_times_the_triangles_and_the_same_area_and_topology() {
+    for Known { name, mesh, .. } in catalogue() {
+        let divided = shapes::divided(&mesh);
+        assert_eq!(divided.triangle_count(), 4 * mesh.triangle_count(), "{name}");
+        assert_eq!(
+            divided.positions()[..mesh.vertex_count()],
+            *mesh.positions(),
+            "{name}"
+        );
+        assert!((divided.area() / mesh.area() - 1.0).abs() < 1e-9, "{name}");
+        let [fine, coarse] = [&divided, &mesh].map(TopologyReport::of);
+        assert_eq!(fine.euler_characteristic, coarse.euler_characteristic, "{name}");
+        assert_eq!(fine.boundary_loops, coarse.boundary_loops, "{name}");
+        assert_eq!(fine.facing, coarse.facing, "{name}");
+    }
+}
+
+#[test]
 fn areas_and_volumes_are_those_of_the_formulas() {
     let cases = [
         (shapes::tetrahedron(), 8.0 * 3.0_f64.sqrt(), Some(8.0 / 3.0)),

@@ -39,7 +39,7 @@ pub(super) fn halves([a, b, c, d]: [u32; 4]) -> [[u32; 3]; 2] {
 
 /// The icosahedron with its triangles split in four `level` times, on the unit sphere.
 pub fn icosphere(level: u32) -> TriMesh {
-    (0..level).fold(icosahedron(), |mesh, _| split_in_four(&mesh))
+    (0..level).fold(icosahedron(), |mesh, _| split_in_four(&mesh, Vec3::unit))
 }
 
 fn icosahedron() -> TriMesh {
@@ -64,11 +64,17 @@ fn icosahedron() -> TriMesh {
     built(positions.into_iter().map(Into::into).collect(), triangles)
 }
 
-/// Splits every triangle in four at the midpoints of its edges, and projects on the unit sphere.
-fn split_in_four(mesh: &TriMesh) -> TriMesh {
+/// The mesh with every triangle split in four at the midpoints of its edges: the same surface. Vertices keep their indices, the midpoints
+/// come behind them.
+pub fn divided(mesh: &TriMesh) -> TriMesh {
+    split_in_four(mesh, |sum| 0.5 * sum)
+}
+
+/// Splits every triangle in four; `between` is where a new vertex lies, of the sum of an edge's ends.
+fn split_in_four(mesh: &TriMesh, between: impl Fn(Vec3) -> Vec3) -> TriMesh {
     let edges = Edges::of(mesh);
     let at = |v: u32| mesh.point(v as usize);
-    let midpoint = |&[a, b]: &[u32; 2]| (at(a) + at(b)).unit().into();
+    let midpoint = |&[a, b]: &[u32; 2]| between(at(a) + at(b)).into();
     let midpoints = edges.vertices().iter().map(midpoint);
     let positions = mesh.positions().iter().copied().chain(midpoints).collect();
     let first_midpoint = mesh.vertex_count() as u32;
