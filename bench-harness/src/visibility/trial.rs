@@ -92,7 +92,7 @@ pub(super) fn of(
     let bits: Vec<bool> = (0..BITS).map(|_| rng.next_u32() & 1 == 1).collect();
     let mut written = mark.write(&bits, &job)?;
     if layout.kind == Kind::Pooled {
-        written.level_slivers(mark.original());
+        mark.level_slivers(&mut written);
     }
     let positions = written.positions(mark.original());
     let marked = mesh.with_positions(positions)?;

@@ -307,15 +307,7 @@ fn meshes_that_can_carry_no_signature_are_refused_with_the_reason() {
     let table: &[(String, &[&str])] = &[
         (
             embed("triangle.obj", ""),
-            &["triangle.obj", "3 vertices", "344", "finer mesh"],
-        ),
-        (
-            embed("model.ply", "--chip-rate 2"),
-            &["model.ply", "642 vertices", "686", "lower chip rate"],
-        ),
-        (
-            embed("model.ply", "--chip-rate 18446744073709551615"),
-            &["model.ply", "lower chip rate"],
+            &["triangle.obj", "room for 0 chips", "512", "finer mesh"],
         ),
         (
             embed("large.ply", "--patches 1"),
@@ -327,8 +319,8 @@ fn meshes_that_can_carry_no_signature_are_refused_with_the_reason() {
             ],
         ),
         (
-            embed("model.ply", "--chip-rate 1 --patches 3"),
-            &["model.ply", "344 in each", "fewer patches"],
+            embed("model.ply", "--patches 40"),
+            &["model.ply", "chips, but the mark takes 512", "fewer patches"],
         ),
         (embed("thin.ply", "--chip-rate 1"), &["thin.ply", "area"]),
         (embed("tiny.ply", "--chip-rate 1"), &["tiny.ply"]),
@@ -642,8 +634,8 @@ fn certificates_that_are_none_are_refused() {
     folder.write("empty.json", "");
     folder.write("cut.json", &json[..json.len() / 2]);
     folder.write("other.json", "{\"asset\": {\"version\": \"2.0\"}}");
-    folder.write("next.json", json.replace("\"version\": 3", "\"version\": 4"));
-    folder.write("before.json", json.replace("\"version\": 3", "\"version\": 2"));
+    folder.write("next.json", json.replace("\"version\": 4", "\"version\": 5"));
+    folder.write("before.json", json.replace("\"version\": 4", "\"version\": 2"));
     folder.write("extra.json", json.replacen('{', "{\"note\": \"mine\",", 1));
     folder.write("deep.json", "[".repeat(100_000));
     let remedy = ".cert.json file that `sigmark embed` wrote";
@@ -655,7 +647,7 @@ fn certificates_that_are_none_are_refused() {
         ("deep.json", &["not a Sigmark certificate", remedy]),
         (
             "next.json",
-            &["version 4", "reads version 3", "use the Sigmark that wrote it"],
+            &["version 5", "reads version 4", "use the Sigmark that wrote it"],
         ),
         (
             "before.json",
@@ -724,7 +716,7 @@ fn no_field_of_a_certificate_can_be_edited_or_left_out_unnoticed() {
             "/format" | "/public_key" => "not a Sigmark certificate",
             "/mark/payload" | "/mark/laplacian" | "/mark/scheme" | "/mark/carrier" => "certificate",
             "/original/name" | "/seal" | "/mark/patches/0/last_eigenvalue" => "seal",
-            "/mark/patches/0/functions" | "/mark/patches/0/vertices" => "patches",
+            "/mark/patches/0/vertices" => "patches",
             "/original/vertices" | "/mark/labels" => "labels",
             _ => "not one by its key over what it states",
         };

@@ -126,8 +126,13 @@ fn what_embed_writes_verify_finds_in_every_format() {
                 "flipped",
                 "functions",
                 "laplacian",
+                "margin_predicted",
+                "noise_detected",
+                "noise_evidence",
+                "noise_read",
                 "output",
                 "patches",
+                "payload",
                 "scheme",
                 "seconds",
                 "unmarked_vertices"
@@ -140,7 +145,7 @@ fn what_embed_writes_verify_finds_in_every_format() {
         );
         assert_eq!(
             (&report["patches"], &report["functions"]),
-            (&1.into(), &172.into())
+            (&1.into(), &serde_json::json!([172]))
         );
         assert!((number(&report, "distortion_rms") - 4e-4).abs() < 1e-12);
         assert!(number(&report, "alpha") > 0.0 && number(&report["seconds"], "harmonics") > 0.0);
@@ -168,6 +173,7 @@ fn what_embed_writes_verify_finds_in_every_format() {
                 "own_key",
                 "p_dispute",
                 "p_value",
+                "patches_read",
                 "poses",
                 "public_key",
                 "recipient",
@@ -178,6 +184,7 @@ fn what_embed_writes_verify_finds_in_every_format() {
                 "seconds",
                 "signed",
                 "stamps",
+                "suspect",
                 "transform"
             ]
         );
@@ -324,7 +331,7 @@ fn the_papers_profile_signs_with_324_bits() {
         .json();
     assert_eq!(
         (&report["bits"], &report["functions"]),
-        (&324.into(), &217.into())
+        (&324.into(), &serde_json::json!([217]))
     );
     assert_eq!(report["scheme"], "ecdsa-b163-sha1");
     let certificate: Value = serde_json::from_str(&folder.text("p.ply.cert.json")).unwrap();
@@ -540,6 +547,7 @@ fn inspect_says_what_the_file_holds() {
     assert_eq!(
         keys(&report),
         [
+            "capacity",
             "file",
             "file_vertices",
             "format",

@@ -36,13 +36,13 @@
 //! # Conventions
 //! Bits are `bool`, most significant first. Axes 0, 1, 2 are x, y, z. α belongs to patches of unit area, distances are
 //! fractions of the diagonal of the original's bounding box. Transforms take the suspect to the original. Patches are
-//! connected and below 30 000 vertices unless asked for otherwise; components of fewer than twice as many vertices as manifold
-//! harmonics stay unmarked.
+//! connected; the bits are spread over all of them, and each has as many manifold harmonics as its area deserves. Parts of a model with
+//! room for fewer than three useful harmonics stay unmarked.
 //!
 //! # Costs
 //! Nearly all time goes into the manifold harmonics: see [`mhb_core`]. Memory is that of one basis a thread, 8 m bytes a
-//! vertex of a patch, unless bases are kept. Reading a suspect by its surface takes #V l² operations more, once or twice for each
-//! pose that is tried: about a second for 35 000 vertices and 512 bits.
+//! vertex of a patch with m of them; who reads keeps up to a gigabyte. An untouched copy is read from a few patches. Reading a suspect by its surface
+//! takes #V (3 m)² operations more, once or twice for each pose that is tried.
 //!
 //! # Features
 //! `paper`: the paper's own signature scheme, ECDSA on the binary curve B-163 with SHA-1. For reproduction only.

@@ -121,9 +121,9 @@ fn every_part_of_a_scene_takes_part() {
 #[test]
 fn what_noise_leaves_was_foretold() {
     for (mesh, noise) in [
-        (shapes::bumpy_torus(80, 50, 3), 5e-3),
-        (shapes::bumpy_sphere(4, 2), 3e-3),
-        (shapes::bumped(&shapes::torus(60, 40, 2.0, 0.8), 0.05, 5), 4e-3),
+        (shapes::jittered(&shapes::bumpy_block(1, 12, 5), 0.2, 4), 5e-3),
+        (shapes::flipped(&shapes::bumpy_sphere(4, 2), 3), 3e-3),
+        (shapes::flipped(&shapes::bumpy_torus(60, 40, 6), 7), 4e-3),
     ] {
         let embedder = embedder().strength(Strength::Distortion(1e-3));
         let original = std::sync::Arc::new(embedder.cut(&mesh, &Job::default()).unwrap());

@@ -115,16 +115,16 @@ pub(crate) struct Embed {
     #[arg(long)]
     pub(crate) sha1: bool,
     /// How strongly to mark: subtle and strong are half and twice the standard distortion [default: standard]
-    #[arg(long, value_enum, group = "strength")]
+    #[arg(long, value_enum, group = "how_strong")]
     strength: Option<StrengthName>,
     /// How far the surface moves: RMS displacement as a fraction of the bounding box's diagonal; in place of --strength [default: 0.0004]
-    #[arg(long, value_name = "FRACTION", group = "strength", allow_negative_numbers = true, value_parser = numbers::distortion)]
+    #[arg(long, value_name = "FRACTION", group = "how_strong", allow_negative_numbers = true, value_parser = numbers::distortion)]
     distortion: Option<f64>,
     /// Strength as α of eq. 12, for patches of unit area; in place of --strength
-    #[arg(long, value_name = "ALPHA", group = "strength", allow_negative_numbers = true, value_parser = numbers::positive)]
+    #[arg(long, value_name = "ALPHA", group = "how_strong", allow_negative_numbers = true, value_parser = numbers::positive)]
     alpha: Option<f64>,
     /// Strength as the paper's α, in the model's unit of length; in place of --strength
-    #[arg(long, value_name = "ALPHA", group = "strength", allow_negative_numbers = true, value_parser = numbers::positive)]
+    #[arg(long, value_name = "ALPHA", group = "how_strong", allow_negative_numbers = true, value_parser = numbers::positive)]
     paper_alpha: Option<f64>,
     /// How often each bit stands in the mark, where there is room: more outlasts more decimation, and shows more at the same distortion. In the
     /// paper's profile how often in each patch [default: 6; for the paper's profile 3]
@@ -182,7 +182,7 @@ surface; at least 80 % of that must lie there.
 
 Few patches are read first, and more only where these do not hold every bit; the probability allows for all that might have been read.
 
---json prints an object a suspect, each in a line: suspect (file name), outcome (verified, detected or not_found), evidence (whether p_value is at most 2^-120 for a mark that binds the \
+--json prints: an object a suspect, each in a line, of suspect (file name), outcome (verified, detected or not_found), evidence (whether p_value is at most 2^-120 for a mark that binds the \
 original), scheme, signed (what the signature in the shape covers: statement or message), own_key (whether the key is the \
 certificate's), original (file name), extraction_rate (0 to 1), p_value, p_dispute (2^80 p_value, at most 1), correlation, bits, \
 bit_errors, patches_read (of how many patches the bits were read), registration (connectivity, surroundings or surface), poses (how many were tried), overlap (share of the \

@@ -136,7 +136,7 @@ impl Embedder {
         let mut written = layout.write(&statement.payload(hash).bits(&signature), job)?;
         job.begin(MarkStage::Embedding)?;
         if statement.binds_original() {
-            written.level_slivers(original);
+            layout.level_slivers(&mut written);
         }
         let marked = original.mesh().with_positions(written.positions(original));
         let contents = Contents {
@@ -275,9 +275,9 @@ impl Signed {
             let (marked, held) = (patch.gather(self.positions()), patch.gather(positions));
             let amplitude = self.layout.amplitude(index);
             (0..3).all(|axis| {
-                // The largest error bounds the root of its mean square.
+                // The largest error bounds the root of its mean square. What slivers took is less than the other half.
                 let errors = marked.iter().zip(&held).map(|(m, h)| (m[axis] - h[axis]).abs());
-                errors.fold(0.0, f64::max) < amplitude[axis]
+                errors.fold(0.0, f64::max) < 0.5 * amplitude[axis]
             })
         })
     }

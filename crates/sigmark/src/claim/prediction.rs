@@ -10,6 +10,9 @@ pub const QUOTED_NOISE: f64 = 1e-3;
 /// Of a hundred marks, one has a bit that is read wrong.
 const ONE_WRONG: f64 = 0.01;
 
+/// With more noise a copy is not recognised as one: too few of its vertices lie within a hundredth of the diagonal of their places.
+const RECOGNISED: f64 = 0.015;
+
 /// What the owner's own p-value has to be below.
 const DETECTED: f64 = 1e-6;
 
@@ -39,7 +42,7 @@ impl Prediction {
     /// For a mark of a layout, whatever its bits.
     pub fn of(layout: &MarkLayout) -> Self {
         let (bits, margin) = (layout.bits() as f64, layout.margin(QUOTED_NOISE));
-        let noise_at = |needed: f64| QUOTED_NOISE * margin / needed;
+        let noise_at = |needed: f64| (QUOTED_NOISE * margin / needed).min(RECOGNISED);
         Self {
             distortion_rms: layout.distortion_rms(),
             margin,

@@ -14,7 +14,7 @@ pub enum MarkError {
     },
     /// The patches' harmonics are too few for the chips.
     #[error(
-        "there is room for {found} chips, but the mark takes {least}; use a finer mesh: a part has room for three chips with every two of its vertices"
+        "there is room for {found} chips, but the mark takes {least}; use a finer mesh, since every two vertices have room for three at most, or fewer patches where a number was asked for"
     )]
     Room {
         /// Chips that the patches have room for; in the paper's plan, the patch with the fewest harmonics.

@@ -1,6 +1,7 @@
 use std::sync::Arc;
 
 use job::Job;
+use mesh::Vec3;
 
 use super::{
     Chip, ChipPlan, MarkError, Original, Patch, PatchBasis, Strength, slivers::level, strength::distortion,
@@ -120,6 +121,29 @@ impl MarkLayout {
         patches.map(of_patch).sum::<f64>().sqrt()
     }
 
+    /// Moves the corners of slivers alike where the mark would turn these by more than 15 degrees, which a shader would show. A patch in which that could
+    /// take half of a chip stays as it is: a coefficient changes by no more than the root mean square of what moves. Tells how many
+    /// vertices are not where the mark alone would have them.
+    pub fn level_slivers(&self, written: &mut Written) -> usize {
+        let exact = written.displacement.clone();
+        if level(self.original.mesh(), &mut written.displacement) == 0 {
+            return 0;
+        }
+        for (index, patch) in self.original.patches().iter().enumerate() {
+            let vertices = patch.vertices().iter().map(|&v| v as usize);
+            let off = vertices
+                .clone()
+                .map(|v| Vec3(written.displacement[v]) - Vec3(exact[v]));
+            let change = root_mean_square(patch, &off.collect::<Vec<_>>());
+            let amplitude = self.amplitude(index);
+            if (0..3).any(|axis| change[axis] > 0.5 * amplitude[axis]) {
+                vertices.for_each(|v| written.displacement[v] = exact[v]);
+            }
+        }
+        let pairs = written.displacement.iter().zip(&exact);
+        pairs.filter(|(now, before)| now != before).count()
+    }
+
     /// What `f` makes of each patch that is read and of which something was seen.
     ///
     /// # Errors
@@ -168,6 +192,21 @@ impl MarkLayout {
     }
 }
 
+/// Of a field over a patch, along each axis, a vertex standing for a third of the triangles around it.
+fn root_mean_square(patch: &Patch, field: &[Vec3]) -> [f64; 3] {
+    let mesh = patch.mesh();
+    let mut squares = [0.0; 3];
+    for (t, triangle) in mesh.triangles().iter().enumerate() {
+        let third = mesh.triangle_area(t) / 3.0;
+        for &v in triangle {
+            for (axis, square) in squares.iter_mut().enumerate() {
+                *square += third * field[v as usize][axis].powi(2);
+            }
+        }
+    }
+    squares.map(|square| (square / mesh.area()).sqrt())
+}
+
 /// A mark as it was written.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
@@ -179,12 +218,6 @@ pub struct Written {
 }
 
 impl Written {
-    /// Moves the corners of slivers alike where the mark would turn these by more than 15 degrees, which a shader would show. Tells how many vertices
-    /// are not where the mark alone would have them.
-    pub fn level_slivers(&mut self, original: &Original) -> usize {
-        level(original.mesh(), &mut self.displacement)
-    }
-
     /// The marked positions, #V.
     pub fn positions(&self, original: &Original) -> Vec<[f64; 3]> {
         let pairs = original.mesh().positions().iter().zip(&self.displacement);

@@ -51,6 +51,9 @@ impl Pool {
         if bits == 0 || rate == 0 {
             return Err(MarkError::EmptyLayout { bits, rate });
         }
+        if mesh.area() == 0.0 {
+            return Err(MarkError::NoArea { patch: 0 });
+        }
         let wanted = bits.saturating_mul(rate).div_ceil(3);
         let components = components(mesh);
         let mut found = 0;
@@ -179,9 +182,9 @@ fn share(wanted: usize, areas: &[f64], most: &[usize]) -> Vec<usize> {
     for _ in 0..200 {
         let middle = 0.5 * (low + high);
         if capped(middle).sum::<f64>() < wanted as f64 {
-            low = middle
+            low = middle;
         } else {
-            high = middle
+            high = middle;
         }
     }
     let exact: Vec<f64> = capped(high).collect();

@@ -19,8 +19,7 @@ pub enum CertificateError {
     },
     /// From before version 3.
     #[error(
-        "the certificate has version {found}: a rival could forge such ones, since their signatures do not cover the public key, \
-         the patches and the strengths; sign the original again with this program"
+        "the certificate has version {found}: {}; sign the original again with this program", why_outdated(*found)
     )]
     Outdated {
         /// The version that it says it has.
@@ -59,4 +58,13 @@ pub enum CertificateError {
     /// The key does not suit the scheme.
     #[error(transparent)]
     Signature(#[from] SignatureError),
+}
+
+fn why_outdated(version: u64) -> &'static str {
+    match version {
+        3.. => "this program lays marks out otherwise",
+        _ => {
+            "a rival could forge such ones, since their signatures do not cover the public key, the patches and the strengths"
+        }
+    }
 }

@@ -35,7 +35,7 @@ enum ReadBy<'a> {
     Vertices(&'a Correspondence),
     /// In a pose, in which it was sampled.
     Surface {
-        suspect: Suspect,
+        suspect: Box<Suspect>,
         pose: Similarity,
         sampled: Registered,
     },
@@ -62,7 +62,7 @@ impl<'a> Readings<'a> {
                     Ok(Way {
                         looks: looks_by(method, |v| sampled.positions[v].is_some()),
                         by: ReadBy::Surface {
-                            suspect,
+                            suspect: Box::new(suspect),
                             pose,
                             sampled,
                         },
