@@ -24,13 +24,13 @@ use crate::kept;
 /// Which models, layouts and attacks.
 #[derive(Args)]
 pub struct VisibilityBench {
-    /// Mesh files
-    #[arg(long, value_name = "DIR")]
-    pub meshes: PathBuf,
+    /// A folder of mesh files; may be given again
+    #[arg(long, value_name = "DIR", required = true)]
+    pub meshes: Vec<PathBuf>,
     /// Only files whose name begins so; may be given again
     #[arg(long, value_name = "NAME")]
     pub only: Vec<String>,
-    /// Meshes with more vertices are passed over
+    /// Meshes with more vertices are not attacked
     #[arg(long, value_name = "N", default_value_t = 200_000)]
     pub most_vertices: usize,
     /// A layout as KIND:PATCHES:CHIP_RATE:RMS, such as free:2:3:4e-4, or pooled:auto:auto:4e-4; may be given again [default: those of the page]
@@ -56,26 +56,21 @@ impl VisibilityBench {
             given => given.to_vec(),
         };
         let mut trials = Vec::new();
-        let mut files = mesh_files(&self.meshes)?;
+        let mut files = Vec::new();
+        for folder in &self.meshes {
+            files.extend(mesh_files(folder)?);
+        }
         files.retain(|file| self.only.is_empty() || is_chosen(&name_of(file), &self.only));
-        ensure!(
-            !files.is_empty(),
-            "{}: no such mesh file there",
-            self.meshes.display()
-        );
+        ensure!(!files.is_empty(), "no such mesh file there");
         for file in files {
             let (name, asset) = (name_of(&file), Asset::open(&file)?);
-            if asset.mesh().vertex_count() > self.most_vertices {
-                continue;
-            }
+            let few = asset.mesh().vertex_count() <= self.most_vertices;
+            let attacks = attacks.as_ref().filter(|_| few);
             for layout in &layouts {
-                let kept = format!(
-                    "{name}-{}-{}",
-                    layout.to_string().replace(':', "-"),
-                    !self.no_attacks
-                );
+                let shown = layout.to_string().replace(':', "-");
+                let kept = format!("{name}-{shown}-{}", attacks.is_some());
                 trials.push(kept::figures(&folder, &kept, || {
-                    trial::of(&name, asset.mesh(), layout, attacks.as_ref())
+                    trial::of(&name, asset.mesh(), layout, attacks)
                 })?);
             }
         }

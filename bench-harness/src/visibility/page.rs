@@ -24,9 +24,10 @@ pub(super) fn write(trials: &[Trial], attacks: Option<&Python>, code: &str) -> R
     results::write_page(&results.join("visibility.md"), &page)
 }
 
-const WORDS: &str = "Each model carries the same 512 random bits in every layout. A layout is named BORDERS:PATCHES:CHIP RATE:STRENGTH. *Free* harmonics end with any value where \
-    patches meet, as in the paper, *fixed* ones are zero there; `auto` patches are as many as the library chooses: for free borders as few as keep each below 30 000 vertices, which with chip rate 3 was the default before; \
-    for fixed ones three times as many, which with chip rate 1 is the default. The strength is the root mean square displacement in diagonals. *At borders* are the triangles with a corner beside another patch; a model in one patch has none. \
+const WORDS: &str = "Each model carries the same 512 random bits in every layout. A layout is named KIND:PATCHES:CHIP RATE:STRENGTH. *Free* is the paper's: harmonics end with any value where \
+    patches meet, and every patch carries every bit so often; in *fixed* ones they are zero there; *pooled* ones are fixed, too, and all patches together carry every bit so often. `auto` is what the library chooses: \
+    free patches as few as keep each below 30 000 vertices, which with chip rate 3 was the default until version 3 of certificates; pooled ones are the default. The strength is the root mean square displacement in diagonals. \
+    *At borders* are the triangles with a corner beside another patch; a model in one patch has none. \
     T₀ = T / √(1 − T² / 512) is the signal-to-noise ratio of a matched filter; it grows without bound where all bits are exact, and is cut off at 1000. One draw of bits and attacks each: repeated draws differ by some per cent. \
     Seconds are wall time for the harmonics of all patches.";
 

@@ -9,7 +9,7 @@ use anyhow::Result;
 use baselines::{DetectorId, Prepared};
 use job::Job;
 use mesh::{Similarity, TriMesh};
-use registration::{Alignment, PreparedMesh};
+use registration::Alignment;
 use sigmark::mark::{self, Reader, Suspect};
 
 /// What suspects are brought onto.
@@ -59,16 +59,16 @@ impl Finder {
     /// Brings the suspect onto the reference (section 4.4.1).
     pub(crate) fn find(&self, suspect: &TriMesh) -> Result<Found> {
         let (begun, job) = (Instant::now(), Job::default());
-        let suspect = PreparedMesh::from(suspect);
-        let poses = self.reader.find(&suspect, &job)?;
+        let poses = self.reader.find(suspect, &job)?;
+        let suspect = poses.suspect();
         // Found by its vertices, it may have many poses, none of which the surfaces have judged.
         let alignment = match poses.alignment() {
             Some(alignment) => alignment.clone(),
-            None => self.reader.align(&suspect, &job)?,
+            None => self.reader.align(suspect, &job)?,
         };
         Ok(Found {
+            suspect: self.reader.suspect(suspect, &alignment),
             poses,
-            suspect: self.reader.suspect(&suspect, &alignment),
             alignment,
             seconds: begun.elapsed().as_secs_f64(),
         })

@@ -31,6 +31,7 @@ mod components;
 mod edges;
 mod error;
 mod normals;
+mod order;
 pub mod shapes;
 mod similarity;
 mod stars;

@@ -73,7 +73,10 @@ impl Reader {
     /// As [`Aligner::find`].
     pub fn find(&self, suspect: impl Into<PreparedMesh>, job: &Job) -> Result<Found, MarkError> {
         job.begin(MarkStage::Registration)?;
-        let suspect = suspect.into();
+        let mut suspect = suspect.into();
+        if let Some(gathered) = suspect.mesh().gathered() {
+            suspect = gathered.into();
+        }
         let job = job.within(RegistrationStage::Hypotheses);
         Ok(Found {
             reference: self.reference().clone(),
@@ -127,7 +130,12 @@ pub struct Found {
 }
 
 impl Found {
-    /// The alignment of the surfaces; none where the suspect was found by its vertices.
+    /// The suspect as it is read: its vertices are [gathered](mesh::TriMesh::gathered) if they were scattered.
+    pub fn suspect(&self) -> &PreparedMesh {
+        &self.suspect
+    }
+
+    /// The alignment of the surfaces; none where the suspect was found by its vertices. It numbers the vertices of [`suspect`](Self::suspect).
     pub fn alignment(&self) -> Option<&Alignment> {
         match &self.placement {
             Placement::ByVertices(_) => None,
