@@ -45,14 +45,14 @@ pub(crate) const SERIES: [(&str, ModelId, &[&str]); 5] = [
     ),
 ];
 
-/// The algorithms of a model: the paper's three, and on small models those that the paper did not try; MHBs alone on a model that is
+/// The algorithms of a model: the paper's three, what `sigmark embed` does today, and on small models those that the paper did not try; MHBs alone on a model that is
 /// there again.
 pub(crate) fn algorithms(model: &Model, options: &Options) -> Vec<Box<dyn Algorithm>> {
     let beyond = options.full && model.patches <= MOST_PATCHES_BEYOND;
     let wanted = |id: AlgorithmId| {
         let asked = options.algorithm.is_empty() || options.algorithm.contains(&id.to_string());
         let usual = (beyond || model.printed(&id).is_some()) && !model.again;
-        asked && (usual || id == AlgorithmId::MHB)
+        asked && (usual || id == AlgorithmId::MHB || (id == AlgorithmId::POOLED_MHB && !model.again))
     };
     let all = entries(model.functions).into_iter();
     all.filter(|algorithm| wanted(algorithm.id())).collect()
