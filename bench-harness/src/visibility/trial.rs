@@ -155,7 +155,8 @@ fn read(
         let t = correlation(bits, &soft.0);
         Ok(Read {
             rate: extraction_rate(bits, &soft.hard()),
-            margin: t / (1.0 - t * t / BITS as f64).sqrt(),
+            // Where all are exact it is infinite, which JSON can't say.
+            margin: (t / (1.0 - t * t / BITS as f64).sqrt()).min(f64::MAX),
         })
     };
     ATTACKS.iter().map(of_attack).collect()

@@ -13,7 +13,7 @@ use super::{LARGEST_PATCH, MarkError, Patch, Patches, VERTICES_PER_FUNCTION, pat
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Pool {
-    /// How often every bit stands in the whole mark, where there is room; none for [`REPETITIONS`].
+    /// How often every bit stands in the whole mark, where there is room; none for 6.
     pub repetitions: Option<usize>,
     /// Into how many patches the model is cut, about; none for as many as make the harmonics cheap.
     pub patches: Option<usize>,
