@@ -37,7 +37,7 @@ fn removal_words() -> String {
     let left = |copies: f64| (512.0 * 3.0 / (copies + 2.0)).sqrt();
     let (two, three, five, ten) = (left(2.0), left(3.0), left(5.0), left(10.0));
     format!(
-        "## Removal\n\nEach model is marked as `sigmark embed` does it by default (P-256, 512 bits, each once in every patch), attacked, and read by the code of `sigmark verify` (ours: the joint estimate), and by the \
+        "## Removal\n\nEach model is marked as `sigmark embed` does it by default (P-256, 512 bits, each six times where there is room), attacked, and read by the code of `sigmark verify` (ours: the joint estimate), and by the \
          paper's rule in the same pose. p counts all readings that the best was taken of; evidence is p ≤ 2⁻¹²⁰ = {EVIDENCE:.1e}. *Moved* is by how much the attack moved vertices beside the mark (root mean square, per cent of the diagonal). \
          *Random chips* change every coefficient of the mark by a multiple of its energy, with random signs and in the owner's own basis, which nobody else has. *Overwritten* is by strangers' marks on \
          the published model, each with a key of its own, at multiples of the mark's amplitude. *Averages* are of copies for as many recipients, and one is looked for. *Distance field* is a new surface \

@@ -221,8 +221,8 @@ pub(crate) fn survival(lines: &mut Lines, prediction: &Prediction) {
         ),
         false => "nothing".into(),
     };
-    lines.field("read after", withstands(prediction.noise_read));
-    lines.field("found after", withstands(prediction.noise_detected));
+    lines.field("read up to", withstands(prediction.noise_read));
+    lines.field("found up to", withstands(prediction.noise_detected));
     let margin = format!("T0 = {:.0} under noise of 0.1 %", prediction.margin);
     lines.field("margin", margin);
 }
