@@ -22,6 +22,8 @@ const TRIES: f64 = 4.0;
 /// What a mark of some strength survives if all vertices of the model are found again and each is off by itself: noise and rounding. Smoothing,
 /// decimation and cropping depend on the shape; `results/visibility.md` has what was measured.
 ///
+/// Real scans come within a tenth of it; small models, whose bits have few chips each, lost up to a third (`tests/small.rs`).
+///
 /// T₀ = √(l · signal to noise of a bit) is what all of it follows from: P(bit wrong) = Φ(−T₀/√l), T = T₀ / √(1 + T₀²/l).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
