@@ -50,3 +50,11 @@ pub(crate) fn figures_if<T: Serialize + DeserializeOwned>(
 pub(crate) fn is_finished(folder: &Path, name: &str) -> bool {
     folder.join(format!("{name}.json")).is_file()
 }
+
+/// For the tests of lists of what has no part in some figures.
+#[cfg(test)]
+pub(crate) fn assert_is_there(paths: &[&str]) {
+    for path in paths {
+        assert!(evaluation::process::root().join(path).exists(), "{path}");
+    }
+}

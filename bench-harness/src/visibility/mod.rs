@@ -99,8 +99,6 @@ mod tests {
 
     #[test]
     fn what_has_no_part_is_there() {
-        for path in NO_PART {
-            assert!(evaluation::process::root().join(path).exists(), "{path}");
-        }
+        kept::assert_is_there(&NO_PART);
     }
 }

@@ -22,7 +22,7 @@ pub struct Mhb {
 /// Makes a method for marks of a layout.
 pub type MakeMethod = fn(&Arc<MarkLayout>) -> ReadingMethod;
 
-type Methods = Vec<(DetectorId, MakeMethod)>;
+pub(crate) type Methods = Vec<(DetectorId, MakeMethod)>;
 
 impl Default for Mhb {
     /// The paper's.
@@ -78,32 +78,32 @@ impl Algorithm for Mhb {
         let original = Original::with_patches(subject.mesh.clone(), subject.patches.clone(), functions)?;
         let original = original.with_borders(Borders::Free);
         original.keep_bases(job)?;
+        let patches = original.patches().iter();
         Ok(Box::new(PreparedMhb {
+            // The paper's α is over unit area for each patch.
+            units: patches.map(|patch| patch.mesh().area().sqrt()).collect(),
             original: Arc::new(original),
-            layout,
+            plan: ChipPlan::EveryPatch(layout),
             methods: self.methods.clone(),
         }))
     }
 }
 
+/// A mesh that was cut for marks of a plan, with its bases.
 #[derive(Debug)]
-struct PreparedMhb {
-    original: Arc<Original>,
-    layout: ChipLayout,
-    methods: Methods,
+pub(crate) struct PreparedMhb {
+    pub(crate) original: Arc<Original>,
+    pub(crate) plan: ChipPlan,
+    /// What the algorithm's α is divided by to be a patch's.
+    pub(crate) units: Vec<f64>,
+    pub(crate) methods: Methods,
 }
 
 impl PreparedMhb {
-    /// Marks of the paper's α, which is over unit area for each patch.
     fn layout(&self, alpha: f64) -> Result<Arc<MarkLayout>, BaselineError> {
         check_alpha(alpha)?;
-        let patches = self.original.patches().iter();
-        let alphas = patches.map(|patch| alpha / patch.mesh().area().sqrt());
-        let layout = MarkLayout::new(
-            Arc::clone(&self.original),
-            ChipPlan::EveryPatch(self.layout),
-            alphas.collect(),
-        )?;
+        let alphas = self.units.iter().map(|unit| alpha / unit).collect();
+        let layout = MarkLayout::new(Arc::clone(&self.original), self.plan, alphas)?;
         Ok(Arc::new(layout))
     }
 }
@@ -114,11 +114,11 @@ impl Prepared for PreparedMhb {
     }
 
     fn functions(&self) -> usize {
-        self.layout.functions()
+        self.original.functions().iter().copied().max().unwrap_or(0)
     }
 
     fn embed(&self, bits: &[bool], alpha: f64, job: &Job) -> Result<Vec<[f64; 3]>, BaselineError> {
-        check_bits(bits.len(), self.layout.bits())?;
+        check_bits(bits.len(), self.plan.bits())?;
         let written = self.layout(alpha)?.write(bits, job)?;
         Ok(written.positions(&self.original))
     }

@@ -3,15 +3,11 @@ use std::sync::Arc;
 use job::Job;
 use sigmark::{
     Strength,
-    mark::{
-        ChipPlan, CoefficientDetector, Detector, JointEstimator, MarkLayout, Original, Pool, ReadingMethod,
-        Registered, SoftBits,
-    },
+    mark::{ChipPlan, JointEstimator, Original, Pool, ReadingMethod},
 };
 
 use crate::{
-    Algorithm, AlgorithmId, BaselineError, DetectorId, Prepared, Reference, Subject,
-    algorithm::{check_alpha, check_bits},
+    Algorithm, AlgorithmId, BaselineError, DetectorId, Prepared, Reference, Subject, mhb::PreparedMhb,
 };
 
 /// Manifold harmonics as `sigmark embed` uses them by default: the bits pooled over patches of its own, whose harmonics are zero at borders. α is the root mean
@@ -42,57 +38,17 @@ impl Algorithm for PooledMhb {
         original.keep_bases(job)?;
         let original = Arc::new(original);
         let plan = ChipPlan::Pooled { bits, key: [1; 32] };
-        Ok(Box::new(PreparedPooled {
-            alphas: Strength::Distortion(UNIT).alphas(&original, &plan)?,
+        let alphas = Strength::Distortion(UNIT).alphas(&original, &plan)?;
+        Ok(Box::new(PreparedMhb {
             original,
             plan,
+            units: alphas.into_iter().map(|alpha| UNIT / alpha).collect(),
+            methods: vec![(DetectorId::LEAST_SQUARES, |layout| {
+                ReadingMethod::joint(JointEstimator::new(layout).into())
+            })],
         }))
     }
 }
 
 /// A strength that every mesh takes; all others are multiples of it.
 const UNIT: f64 = 1e-3;
-
-#[derive(Debug)]
-struct PreparedPooled {
-    original: Arc<Original>,
-    plan: ChipPlan,
-    /// Those of strength [`UNIT`].
-    alphas: Vec<f64>,
-}
-
-impl PreparedPooled {
-    fn layout(&self, alpha: f64) -> Result<Arc<MarkLayout>, BaselineError> {
-        check_alpha(alpha)?;
-        let alphas = self.alphas.iter().map(|unit| alpha / UNIT * unit).collect();
-        let layout = MarkLayout::new(Arc::clone(&self.original), self.plan, alphas)?;
-        Ok(Arc::new(layout))
-    }
-}
-
-impl Prepared for PreparedPooled {
-    fn patches(&self) -> usize {
-        self.original.patches().len()
-    }
-
-    fn functions(&self) -> usize {
-        self.original.functions().iter().copied().max().unwrap_or(0)
-    }
-
-    fn embed(&self, bits: &[bool], alpha: f64, job: &Job) -> Result<Vec<[f64; 3]>, BaselineError> {
-        check_bits(bits.len(), self.plan.bits())?;
-        let written = self.layout(alpha)?.write(bits, job)?;
-        Ok(written.positions(&self.original))
-    }
-
-    fn extract(&self, suspect: &Registered, alpha: f64, job: &Job) -> Result<SoftBits, BaselineError> {
-        let detector = CoefficientDetector::new(&self.layout(alpha)?);
-        Ok(detector.detect(suspect, job)?)
-    }
-
-    fn methods(&self, alpha: f64) -> Result<Vec<(DetectorId, ReadingMethod)>, BaselineError> {
-        let joint = JointEstimator::new(&self.layout(alpha)?);
-        let method = ReadingMethod::joint(Arc::new(joint));
-        Ok(vec![(DetectorId::LEAST_SQUARES, method)])
-    }
-}

@@ -76,6 +76,7 @@ fn every_edit_is_noticed() {
         ("/mark/patches/0/functions", json!(2)),
         ("/mark/patches/0/functions", json!(0)),
         ("/mark/patches/0/functions", json!(1u64 << 60)),
+        ("/mark/patches/0/functions", json!(u64::MAX)),
         ("/mark/laplacian", json!("intrinsic")),
         ("/mark/labels", json!("eJwDAAAAAAE=")),
         ("/mark/patches", json!([])),

@@ -77,13 +77,17 @@ impl ChipPlan {
     /// # Errors
     /// [`MarkError::Room`] if not.
     pub fn check(&self, functions: &[usize]) -> Result<(), MarkError> {
-        let places = |m: &usize| 3 * m.saturating_sub(1);
+        // Numbers may come from a file.
+        let places = |m: &usize| m.saturating_sub(1).saturating_mul(3);
         let (found, least) = match self {
             Self::EveryPatch(layout) => (
                 functions.iter().map(places).min().unwrap_or(0),
                 layout.bits.saturating_mul(layout.rate),
             ),
-            Self::Pooled { bits, .. } => (functions.iter().map(places).sum(), *bits),
+            Self::Pooled { bits, .. } => {
+                let all = functions.iter().map(places);
+                (all.fold(0, usize::saturating_add), *bits)
+            }
         };
         if found >= least && least > 0 {
             return Ok(());
