@@ -38,6 +38,7 @@ pub struct Asset {
     buffers: Vec<Buffer>,
     slots: Arc<Slots>,
     gzip: Option<Gzip>,
+    manifests: usize,
     welded: Arc<Welded>,
     moved: Option<TriMesh>,
 }
@@ -81,8 +82,8 @@ impl Asset {
             return Err(AssetProblem::Empty.of(path));
         }
         let format = formats::decide(&path, format, &bytes).map_err(refused)?;
-        let geometry = formats::read(format, &bytes).map_err(|fault| fault.of(&path))?;
-        Self::assembled(path, format, gzip, vec![Buffer::file(bytes)], geometry)
+        let (buffers, geometry) = formats::read(format, &path, bytes)?;
+        Self::assembled(path, format, gzip, buffers, geometry)
     }
 
     /// Puts together what a format's reader found in the buffers.
@@ -95,6 +96,7 @@ impl Asset {
             positions,
             triangles,
             slots,
+            manifests,
         }: Geometry,
     ) -> Result<Self, AssetError> {
         let welded = match Welded::new(&positions, &triangles) {
@@ -116,6 +118,7 @@ impl Asset {
             buffers,
             slots: Arc::new(slots),
             gzip,
+            manifests,
             welded: Arc::new(welded),
             moved: None,
         })
@@ -162,7 +165,18 @@ impl Asset {
         let refused = |error| AssetProblem::Geometry(error).of(&self.path);
         let finite = self.mesh().with_positions(positions.to_vec()).map_err(refused)?;
         let vertex_of = self.welded.vertex_of();
-        let target = |file_vertex: usize| vertex_of[file_vertex].map(|v| finite.positions()[v as usize]);
+        let (file_held, held) = (self.slots.positions(&self.buffers), self.mesh().positions());
+        let target = |file_vertex: usize| {
+            let vertex = vertex_of[file_vertex]? as usize;
+            let (own, new) = (file_held[file_vertex], finite.positions()[vertex]);
+            // Copies that were merged though they differ in their last digits go on differing by as much.
+            Some(std::array::from_fn(|axis| {
+                match own[axis] == held[vertex][axis] {
+                    true => new[axis],
+                    false => own[axis] + (new[axis] - held[vertex][axis]),
+                }
+            }))
+        };
         let rewritten = self.slots.rewrite(&self.buffers, target);
         let (buffers, slots) = rewritten.map_err(|refusal| {
             let vertex = vertex_of[refusal.file_vertex].map_or(0, |v| v as usize);
@@ -194,6 +208,7 @@ impl Asset {
             buffers,
             slots: Arc::new(slots),
             gzip,
+            manifests: 0,
             moved,
             ..self.clone()
         })
@@ -202,6 +217,18 @@ impl Asset {
     /// The file's content, unpacked where it is gzipped.
     pub fn content(&self) -> &[u8] {
         &self.buffers[0].bytes
+    }
+
+    /// Files that this one refers to by name, such as buffers and textures of glTF: name, within the folder of the file, and bytes.
+    pub fn companions(&self) -> impl Iterator<Item = (&str, &[u8])> {
+        let named = self.buffers[1..].iter().filter(|buffer| !buffer.name.is_empty());
+        named.map(|Buffer { name, bytes }| (name.as_str(), bytes.as_slice()))
+    }
+
+    /// Whether the file says who made it by a digest of all its bytes (a C2PA manifest). No file with other positions has it: it would
+    /// no longer be true.
+    pub fn has_manifest(&self) -> bool {
+        self.manifests > 0
     }
 
     /// The bytes that [`Self::save`] writes: gzipped as the file was; for an unchanged file, exactly its bytes.
@@ -226,16 +253,23 @@ impl Asset {
     }
 
     /// Writes the file: to a temporary one in the same folder, which is then renamed, so that a failure leaves nothing.
-    /// A symbolic link is followed. A file that is overwritten passes its permissions on. Other files that it refers to by name
-    /// are written into the same folder first, each as a whole.
+    /// A symbolic link is followed. A file that is overwritten passes its permissions on. Its [companions](Self::companions)
+    /// are written beside it first, each as a whole; one that is there already with the same content stays.
     ///
     /// # Errors
     /// When the name does not end as the format demands, the file exists and `overwrite` is false, or writing fails.
     pub fn save(&self, path: impl AsRef<Path>, overwrite: bool) -> Result<(), AssetError> {
         let path = path.as_ref();
         self.check_name(path)?;
-        for Buffer { name, bytes } in &self.buffers[1..] {
-            write_file(path.with_file_name(name), bytes, overwrite)?;
+        for (name, bytes) in self.companions() {
+            let beside = path.with_file_name(name);
+            if fs::read(&beside).is_ok_and(|there| there == bytes) {
+                continue;
+            }
+            if let Some(folder) = beside.parent() {
+                fs::create_dir_all(folder).map_err(|error| AssetProblem::Write(error).of(folder))?;
+            }
+            write_file(beside, bytes, overwrite)?;
         }
         write_file(path, &self.to_bytes(), overwrite)
     }
@@ -275,6 +309,8 @@ mod tests {
             types: [Scalar::F32; 3],
             endian: Endian::Little,
             quantisation: None,
+            placement: None,
+            locked: None,
         }]);
         let beside = Buffer {
             name: "corners.bin".into(),
@@ -285,6 +321,7 @@ mod tests {
             positions: slots.positions(&buffers),
             triangles: vec![[0, 1, 2]],
             slots,
+            manifests: 0,
         };
         let asset = Asset::assembled(PathBuf::new(), Format::Obj, None, buffers, geometry).unwrap();
         let moved = asset

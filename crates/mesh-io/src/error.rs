@@ -178,6 +178,14 @@ impl Fault {
         }
     }
 
+    /// A fault in a text of which the parser counts lines itself.
+    pub(crate) fn at_json_line(line: usize, problem: impl Into<String>) -> Self {
+        Self {
+            place: Place::Line(line),
+            problem: problem.into(),
+        }
+    }
+
     /// A fault in a text file: the line of byte `at`, counted only now.
     pub(crate) fn at_line(bytes: &[u8], at: usize, problem: impl Into<String>) -> Self {
         Self {

@@ -1,3 +1,6 @@
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+
 use crate::{Format, formats, number};
 use mesh::TriMesh;
 
@@ -11,9 +14,9 @@ pub enum Precision {
     Double,
 }
 
-/// A new file with nothing but the mesh: OBJ, ASCII OFF, binary little-endian PLY, or binary STL.
+/// A new file with nothing but the mesh: OBJ, ASCII OFF, binary little-endian PLY, binary STL, glTF or GLB.
 ///
-/// STL has no double precision: its coordinates are single whatever is asked, and its normals are those of the triangles.
+/// STL and glTF have no double precision: their coordinates are single whatever is asked; normals of STL are those of the triangles.
 /// Beyond ±3.4e38, where single precision ends, numbers become infinite.
 ///
 /// ```
@@ -117,4 +120,73 @@ pub(crate) fn stl(mesh: &TriMesh) -> Vec<u8> {
         out.extend([0, 0]);
     }
     out
+}
+
+/// A GLB of one mesh with one primitive.
+pub(crate) fn glb(mesh: &TriMesh) -> Vec<u8> {
+    let buffer = gltf_buffer(mesh);
+    let mut json = gltf_json(mesh, buffer.len(), None).into_bytes();
+    json.resize(json.len().next_multiple_of(4), b' ');
+    let mut out = b"glTF".to_vec();
+    let chunks = [(b"JSON", &json), (b"BIN\0", &buffer)];
+    let length: usize = 12 + chunks.iter().map(|(_, content)| 8 + content.len()).sum::<usize>();
+    out.extend(2_u32.to_le_bytes());
+    out.extend((length as u32).to_le_bytes());
+    for (kind, content) in chunks {
+        out.extend((content.len() as u32).to_le_bytes());
+        out.extend(kind);
+        out.extend(content);
+    }
+    out
+}
+
+/// A glTF of one mesh with one primitive, its buffer in the text.
+pub(crate) fn gltf(mesh: &TriMesh) -> Vec<u8> {
+    let buffer = gltf_buffer(mesh);
+    let encoded = STANDARD.encode(&buffer);
+    let uri = format!("data:application/octet-stream;base64,{encoded}");
+    gltf_json(mesh, buffer.len(), Some(&uri)).into_bytes()
+}
+
+/// Positions in single precision, then indices.
+fn gltf_buffer(mesh: &TriMesh) -> Vec<u8> {
+    let coordinates = mesh.positions().as_flattened().iter();
+    let indices = mesh.triangles().as_flattened().iter();
+    let numbers = coordinates.flat_map(|&x| (x as f32).to_le_bytes());
+    numbers.chain(indices.flat_map(|v| v.to_le_bytes())).collect()
+}
+
+fn gltf_json(mesh: &TriMesh, length: usize, uri: Option<&str>) -> String {
+    let positions = mesh.positions();
+    let bound = |pick: fn(f32, f32) -> f32| -> [f32; 3] {
+        let single = |p: &[f64; 3]| p.map(|x| x as f32);
+        let first = single(&positions[0]);
+        positions
+            .iter()
+            .map(single)
+            .fold(first, |a, b| std::array::from_fn(|i| pick(a[i], b[i])))
+    };
+    let indices_at = 12 * positions.len();
+    let mut buffer = serde_json::json!({"byteLength": length});
+    if let Some(uri) = uri {
+        buffer["uri"] = uri.into();
+    }
+    serde_json::json!({
+        "asset": {"version": "2.0", "generator": "sigmark"},
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": positions.len(), "type": "VEC3",
+                "min": bound(f32::min), "max": bound(f32::max)},
+            {"bufferView": 1, "componentType": 5125, "count": 3 * mesh.triangle_count(), "type": "SCALAR"},
+        ],
+        "bufferViews": [
+            {"buffer": 0, "byteLength": indices_at, "target": 34962},
+            {"buffer": 0, "byteOffset": indices_at, "byteLength": length - indices_at, "target": 34963},
+        ],
+        "buffers": [buffer],
+    })
+    .to_string()
 }

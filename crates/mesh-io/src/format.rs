@@ -1,6 +1,8 @@
 use std::fmt;
 use std::path::Path;
 
+use crate::formats::gltf::is_glb;
+
 /// A file format whose positions can be rewritten in place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
@@ -13,6 +15,10 @@ pub enum Format {
     Stl,
     /// Geomview OFF, with or without normals, colours and texture coordinates.
     Off,
+    /// glTF 2.0 as JSON, its buffers in the text or in files beside it.
+    Gltf,
+    /// glTF 2.0 in one binary file.
+    Glb,
 }
 
 /// How binary STL begins: a free header, then the number of facets in 32 bits; and the size of a facet.
@@ -21,8 +27,8 @@ pub(crate) const STL_FACET: usize = 50;
 
 impl Format {
     /// The formats, as a message lists them.
-    pub(crate) const LIST: &str = "OBJ, PLY, STL and OFF";
-    const ALL: [Self; 4] = [Self::Obj, Self::Ply, Self::Stl, Self::Off];
+    pub(crate) const LIST: &str = "GLB, glTF, OBJ, PLY, STL and OFF";
+    const ALL: [Self; 6] = [Self::Obj, Self::Ply, Self::Stl, Self::Off, Self::Gltf, Self::Glb];
 
     /// The usual end of a file name, without the dot.
     pub fn extension(self) -> &'static str {
@@ -31,6 +37,8 @@ impl Format {
             Self::Ply => "ply",
             Self::Stl => "stl",
             Self::Off => "off",
+            Self::Gltf => "gltf",
+            Self::Glb => "glb",
         }
     }
 
@@ -50,6 +58,9 @@ impl Format {
 
     /// The format that a mark in the content proves; such a mark may contradict a file's name.
     pub(crate) fn marked(bytes: &[u8]) -> Option<Self> {
+        if is_glb(bytes) {
+            return Some(Self::Glb);
+        }
         let bytes = without_bom(bytes);
         let first = first_word(bytes);
         if first == b"ply" && bytes.starts_with(b"ply") {
@@ -59,6 +70,8 @@ impl Format {
             Some(Self::Stl)
         } else if first.ends_with(b"OFF") && first.iter().all(u8::is_ascii_alphanumeric) {
             Some(Self::Off)
+        } else if first.starts_with(b"{") && has_word(bytes, b"\"asset\"") {
+            Some(Self::Gltf)
         } else {
             None
         }
@@ -67,7 +80,10 @@ impl Format {
 
 impl fmt::Display for Format {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.extension().to_ascii_uppercase())
+        match self {
+            Self::Gltf => f.write_str("glTF"),
+            other => f.write_str(&other.extension().to_ascii_uppercase()),
+        }
     }
 }
 

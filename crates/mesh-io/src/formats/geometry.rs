@@ -5,6 +5,8 @@ pub(crate) struct Geometry {
     pub(crate) positions: Vec<[f64; 3]>,
     pub(crate) triangles: Vec<[u32; 3]>,
     pub(crate) slots: Slots,
+    /// How many manifests say whose the file is by a digest of all of it (C2PA).
+    pub(crate) manifests: usize,
 }
 
 /// Cuts a polygon into triangles around its first corner.

@@ -32,6 +32,8 @@ fn read_binary(bytes: &[u8]) -> Result<Geometry, Fault> {
         types: [Scalar::F32; 3],
         endian: Endian::Little,
         quantisation: None,
+        placement: None,
+        locked: None,
     }]);
     let positions = slots.positions(&[bytes]);
     let triangles = (0..vertex_count as u32 / 3)
@@ -41,6 +43,7 @@ fn read_binary(bytes: &[u8]) -> Result<Geometry, Fault> {
         positions,
         triangles,
         slots,
+        manifests: 0,
     })
 }
 

@@ -1,5 +1,6 @@
 use std::sync::Arc;
 
+use super::placement::Placement;
 use super::replacement::{Refusal, axes_in_order, replacement};
 use crate::scalar::{Endian, Scalar};
 
@@ -22,6 +23,10 @@ pub(crate) struct BinaryRun {
     pub(crate) endian: Endian,
     /// How integers stand for coordinates that are none.
     pub(crate) quantisation: Option<Quantisation>,
+    /// Where the scene puts these vertices, if not where the numbers say.
+    pub(crate) placement: Option<Placement>,
+    /// Why these numbers can't be changed, if they can't.
+    pub(crate) locked: Option<&'static str>,
 }
 
 /// A coordinate is offset + scale · q for the integer q that the file holds; q is divided by the greatest number of its type if
@@ -33,6 +38,9 @@ pub(crate) struct Quantisation {
     pub(crate) normalised: bool,
 }
 
+/// Quantised models fill their box: what would leave it by less than this share of its size stays on its face.
+const ON_THE_BOX: f64 = 0.01;
+
 const BEYOND: &str = "the file holds quantised coordinates, and this one lies beyond the largest: quantise the model anew, with a box that has room for it";
 
 impl BinaryRun {
@@ -43,10 +51,13 @@ impl BinaryRun {
     }
 
     pub(super) fn positions(&self, bytes: &[u8]) -> impl Iterator<Item = [f64; 3]> {
-        (0..self.count).map(move |vertex| {
-            let place = self.place(vertex);
-            std::array::from_fn(|axis| self.value(self.number_at(bytes, place[axis], axis), axis))
-        })
+        (0..self.count).map(move |vertex| self.position(bytes, vertex))
+    }
+
+    fn position(&self, bytes: &[u8], vertex: usize) -> [f64; 3] {
+        let place = self.place(vertex);
+        let own = std::array::from_fn(|axis| self.value(self.number_at(bytes, place[axis], axis), axis));
+        self.placement.map_or(own, |placement| placement.apply(own))
     }
 
     /// Overwrites the numbers for which `target` gives others. `first` is the number of this run's first vertex in the file.
@@ -60,15 +71,27 @@ impl BinaryRun {
             let Some(position) = target(first + vertex) else {
                 continue;
             };
+            let held = self.position(bytes, vertex);
+            if held == position {
+                continue;
+            }
+            let refusal = |axis: usize, problem| Refusal {
+                file_vertex: first + vertex,
+                value: position[axis],
+                problem,
+            };
+            if let Some(problem) = self.locked {
+                let axis = (0..3).find(|&axis| held[axis] != position[axis]);
+                return Err(refusal(axis.unwrap_or(0), problem));
+            }
+            let own = self
+                .placement
+                .map_or(position, |placement| placement.undo(position));
             let place = self.place(vertex);
             for axis in axes_in_order(place) {
                 let old = self.number_at(bytes, place[axis], axis);
-                let new = self.replacement(old, position[axis], axis);
-                let new = new.map_err(|problem| Refusal {
-                    file_vertex: first + vertex,
-                    value: position[axis],
-                    problem,
-                })?;
+                let new = self.replacement(old, own[axis], axis);
+                let new = new.map_err(|problem| refusal(axis, problem))?;
                 if let Some(new) = new {
                     // Copied at the first change; from then on the bytes are ours alone.
                     let bytes: &mut Vec<u8> = Arc::make_mut(bytes);
@@ -108,10 +131,12 @@ impl BinaryRun {
             true => (kind.greatest(), 0.0),
             false => (1.0, kind.least()),
         };
-        let number = (q * unit).round();
-        if !(least..=kind.greatest()).contains(&number) {
+        let (number, greatest) = ((q * unit).round(), kind.greatest());
+        let slack = ON_THE_BOX * (greatest - least);
+        if !(least - slack..=greatest + slack).contains(&number) {
             return Err(BEYOND);
         }
+        let number = number.clamp(least, greatest);
         Ok((number != old).then_some(number))
     }
 }
@@ -143,6 +168,8 @@ mod tests {
             types: [Scalar::F32; 3],
             endian: Endian::Little,
             quantisation: None,
+            placement: None,
+            locked: None,
         };
         let quantised = BinaryRun {
             buffer: 1,
@@ -249,6 +276,8 @@ mod tests {
                 offset: [0.0; 3],
                 normalised,
             }),
+            placement: None,
+            locked: None,
         };
         let read = |run: &BinaryRun, bytes: &[u8]| run.positions(bytes).next().unwrap();
         let bytes = [i8::MIN as u8, -127_i8 as u8, 127];
@@ -263,7 +292,10 @@ mod tests {
             .rewrite(&mut rounded, 0, &target)
             .unwrap();
         assert_eq!(read(&run([Scalar::I8; 3], false), &rounded), [3.0, -128.0, 127.0]);
-        let beyond = run([Scalar::I8; 3], true).rewrite(&mut rounded, 0, &|_| Some([0.0, 0.0, 1.01]));
+        let beyond = run([Scalar::I8; 3], true).rewrite(&mut rounded, 0, &|_| Some([0.0, 0.0, 1.03]));
         assert_eq!(beyond.unwrap_err().problem, BEYOND);
+        let nearly = run([Scalar::I8; 3], true).rewrite(&mut rounded, 0, &|_| Some([0.0, -1.015, 1.015]));
+        assert!(nearly.is_ok());
+        assert_eq!(read(&run([Scalar::I8; 3], true), &rounded), [0.0, -1.0, 1.0]);
     }
 }

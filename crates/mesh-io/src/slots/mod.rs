@@ -4,13 +4,17 @@
 //! that text is spliced together anew ([`text`]).
 
 pub(crate) mod binary;
+pub(crate) mod placement;
 mod replacement;
+pub(crate) mod scene;
 pub(crate) mod text;
 
 use crate::buffer::Buffer;
 use crate::error::Place;
+use crate::formats;
 use binary::BinaryRun;
 use replacement::Refusal;
+use scene::SceneSlots;
 use text::TextSlots;
 
 /// The places of all coordinates, vertex by vertex.
@@ -20,6 +24,8 @@ pub(crate) enum Slots {
     Text(TextSlots),
     /// Runs of numbers, each in some buffer: together all vertices, in their order.
     Binary(Vec<BinaryRun>),
+    /// Runs of numbers in the buffers of a scene description, which says their bounds.
+    Scene(SceneSlots),
 }
 
 impl Slots {
@@ -27,7 +33,9 @@ impl Slots {
     pub(crate) fn len(&self) -> usize {
         match self {
             Self::Text(text) => text.starts.len(),
-            Self::Binary(runs) => runs.iter().map(|run| run.count).sum(),
+            Self::Binary(runs) | Self::Scene(SceneSlots { runs, .. }) => {
+                runs.iter().map(|run| run.count).sum()
+            }
         }
     }
 
@@ -35,7 +43,7 @@ impl Slots {
     pub(crate) fn positions(&self, buffers: &[impl AsRef<[u8]>]) -> Vec<[f64; 3]> {
         match self {
             Self::Text(text) => text.positions(buffers[0].as_ref()).collect(),
-            Self::Binary(runs) => runs
+            Self::Binary(runs) | Self::Scene(SceneSlots { runs, .. }) => runs
                 .iter()
                 .flat_map(|run| run.positions(buffers[run.buffer].as_ref()))
                 .collect(),
@@ -46,7 +54,7 @@ impl Slots {
     pub(crate) fn place(&self, buffers: &[Buffer], vertex: usize, axis: usize) -> Place {
         match self {
             Self::Text(text) => text.place(&buffers[0].bytes, vertex, axis),
-            Self::Binary(runs) => {
+            Self::Binary(runs) | Self::Scene(SceneSlots { runs, .. }) => {
                 let mut first = 0;
                 let holds = |run: &&BinaryRun| {
                     first += run.count;
@@ -68,21 +76,40 @@ impl Slots {
     /// stays the [same](Buffer::is_same).
     pub(crate) fn rewrite(
         &self,
-        buffers: &[Buffer],
+        old: &[Buffer],
         target: impl Fn(usize) -> Option<[f64; 3]>,
     ) -> Result<(Vec<Buffer>, Self), Refusal> {
-        let mut buffers = buffers.to_vec();
+        let mut buffers = old.to_vec();
         let slots = match self {
             Self::Text(text) => Self::Text(text.rewrite(&mut buffers[0].bytes, target)?),
             Self::Binary(runs) => {
-                let mut first = 0;
-                for run in runs {
-                    run.rewrite(&mut buffers[run.buffer].bytes, first, &target)?;
-                    first += run.count;
-                }
+                overwrite(runs, &mut buffers, target)?;
                 self.clone()
+            }
+            Self::Scene(scene) => {
+                overwrite(&scene.runs, &mut buffers, target)?;
+                if old.iter().zip(&buffers).all(|(old, new)| new.is_same(old)) {
+                    return Ok((buffers, self.clone()));
+                }
+                let rewritten = formats::gltf::rewrite(old, buffers, scene);
+                let (buffers, scene) = rewritten.expect("a document that was read can be read again");
+                return Ok((buffers, Self::Scene(scene)));
             }
         };
         Ok((buffers, slots))
     }
+}
+
+/// Overwrites the numbers of all runs for which `target` gives others.
+fn overwrite(
+    runs: &[BinaryRun],
+    buffers: &mut [Buffer],
+    target: impl Fn(usize) -> Option<[f64; 3]>,
+) -> Result<(), Refusal> {
+    let mut first = 0;
+    for run in runs {
+        run.rewrite(&mut buffers[run.buffer].bytes, first, &target)?;
+        first += run.count;
+    }
+    Ok(())
 }

@@ -88,12 +88,15 @@ impl<'a> Binary<'a> {
             types: axes.map(|axis| vertices.properties[axis].value),
             endian,
             quantisation: None,
+            placement: None,
+            locked: None,
         }]);
         let positions = slots.positions(&[bytes]);
         Ok(Geometry {
             positions,
             triangles: binary.triangles.triangles,
             slots,
+            manifests: 0,
         })
     }
 

@@ -1,0 +1,367 @@
+//! glTF as it comes: scenes, seams, buffers of all kinds; written back with new positions and nothing else changed.
+
+mod gltf_common;
+
+use std::fs;
+
+use gltf_common::Scene;
+use mesh_io::{Asset, AssetProblem, Format};
+use proptest::prelude::*;
+use serde_json::{Value, json};
+
+fn open(file: &[u8]) -> Asset {
+    let asset = Asset::from_bytes(file, None);
+    asset.unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn refusal(file: &[u8]) -> String {
+    Asset::from_bytes(file, None).expect_err("a bad file").to_string()
+}
+
+/// Every vertex somewhere else, by amounts that single precision holds.
+fn moved(asset: &Asset) -> Vec<[f64; 3]> {
+    let bend = |[x, y, z]: [f64; 3]| [x + 0.25, y - 0.125 * z, z + 0.0625 * x];
+    asset.mesh().positions().iter().map(|&p| bend(p)).collect()
+}
+
+fn assert_near(held: &[[f64; 3]], wanted: &[[f64; 3]], tolerance: f64) {
+    assert_eq!(held.len(), wanted.len());
+    for (held, wanted) in held.as_flattened().iter().zip(wanted.as_flattened()) {
+        assert!((held - wanted).abs() <= tolerance, "{held} for {wanted}");
+    }
+}
+
+/// Moves all vertices, reads the file again, and checks that they are where they should be. Returns the new file.
+fn moved_and_read_again(file: &[u8], tolerance: f64) -> Vec<u8> {
+    let asset = open(file);
+    let target = moved(&asset);
+    let changed = asset.with_positions(&target).unwrap();
+    assert_near(changed.mesh().positions(), &target, tolerance);
+    let again = open(&changed.to_bytes());
+    assert_eq!(again.mesh(), changed.mesh());
+    let back = again.with_positions(asset.mesh().positions()).unwrap();
+    assert_near(back.mesh().positions(), asset.mesh().positions(), tolerance);
+    changed.to_bytes().into_owned()
+}
+
+#[test]
+fn an_unchanged_file_keeps_every_byte() {
+    for scene in gltf_common::scenes() {
+        for file in [scene.glb(), scene.gltf()] {
+            let asset = open(&file);
+            assert_eq!(*asset.to_bytes(), *file, "{}", scene.name);
+            let same = asset.with_positions(asset.mesh().positions()).unwrap();
+            assert_eq!(*same.to_bytes(), *file, "{}", scene.name);
+        }
+    }
+}
+
+#[test]
+fn every_kind_of_file_shows_the_same_pyramid_where_the_scene_puts_it() {
+    for scene in gltf_common::scenes() {
+        let asset = open(&scene.glb());
+        assert_eq!(asset.format(), Format::Glb);
+        assert_eq!(asset.mesh().vertex_count(), 5, "{}", scene.name);
+        assert_eq!(asset.mesh().triangle_count(), 6, "{}", scene.name);
+        assert!(
+            (asset.mesh().signed_volume() - scene.volume).abs() < 1e-3 * scene.volume,
+            "{}: {}",
+            scene.name,
+            asset.mesh().signed_volume()
+        );
+        assert_eq!(open(&scene.gltf()).mesh(), asset.mesh(), "{}", scene.name);
+    }
+}
+
+#[test]
+fn positions_are_written_where_they_lie_and_read_back() {
+    for scene in gltf_common::scenes().into_iter().filter(|scene| scene.writable) {
+        for file in [scene.glb(), scene.gltf()] {
+            moved_and_read_again(&file, scene.tolerance);
+        }
+    }
+}
+
+#[test]
+fn only_positions_and_their_bounds_change() {
+    for scene in gltf_common::scenes().into_iter().filter(|scene| scene.writable) {
+        let file = scene.glb();
+        let changed = moved_and_read_again(&file, scene.tolerance);
+        let [(old_json, old_bin), (new_json, new_bin)] =
+            [&file, &changed].map(|file| gltf_common::parts(file));
+        assert_eq!(old_bin.len(), new_bin.len());
+        for (at, (old, new)) in old_bin.iter().zip(new_bin).enumerate() {
+            assert!(
+                old == new || scene.positions.iter().any(|bytes| bytes.contains(&at)),
+                "{}: byte {at}",
+                scene.name
+            );
+        }
+        let [mut old, mut new]: [Value; 2] =
+            [old_json, new_json].map(|json| serde_json::from_slice(json).unwrap());
+        for json in [&mut old, &mut new] {
+            for accessor in json["accessors"].as_array_mut().unwrap() {
+                (accessor["min"], accessor["max"]) = (Value::Null, Value::Null);
+            }
+        }
+        assert_eq!(old, new, "{}", scene.name);
+        // The text is the same but for numbers: the words stand in their order.
+        let words = |json: &[u8]| {
+            let text = String::from_utf8(json.to_vec()).unwrap();
+            text.chars()
+                .filter(|c| !c.is_ascii_digit() && !"-.e ".contains(*c))
+                .collect::<String>()
+        };
+        assert_eq!(words(old_json), words(new_json), "{}", scene.name);
+    }
+}
+
+#[test]
+fn bounds_are_those_of_the_numbers_in_the_file() {
+    for scene in gltf_common::scenes().into_iter().filter(|scene| scene.writable) {
+        let changed = moved_and_read_again(&scene.glb(), scene.tolerance);
+        let (json, bin) = gltf_common::parts(&changed);
+        let json: Value = serde_json::from_slice(json).unwrap();
+        for (accessor, numbers) in scene.numbers(&json, bin) {
+            for (name, pick) in [("min", f64::min as fn(f64, f64) -> f64), ("max", f64::max)] {
+                for axis in 0..3 {
+                    let true_bound = numbers.iter().map(|number| number[axis]).reduce(pick).unwrap();
+                    let stated = accessor[name][axis].as_f64().unwrap();
+                    assert_eq!(stated as f32, true_bound as f32, "{}: {name} {axis}", scene.name);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_surface_that_two_nodes_share_has_no_crack_before_or_after() {
+    // Two triangles with an edge in common, in two meshes that a third of a turn and a move put where they belong: their corners
+    // differ in the last digits.
+    let scene = gltf_common::two_nodes_with_a_common_edge();
+    let asset = open(&scene);
+    assert_eq!(asset.welded().summary().file_vertices, 6);
+    assert_eq!(asset.mesh().vertex_count(), 4, "the edge is one");
+    let changed = asset.with_positions(&moved(&asset)).unwrap();
+    let again = open(&changed.to_bytes());
+    assert_eq!(
+        (again.mesh().vertex_count(), again.mesh().triangle_count()),
+        (4, 2)
+    );
+    assert_near(again.mesh().positions(), &moved(&asset), 2e-6);
+}
+
+#[test]
+fn an_instance_is_marked_once_and_lies_where_the_default_scene_has_it_first() {
+    let mut scene = Scene::pyramid();
+    scene.json["nodes"] = json!([
+        {"mesh": 0, "translation": [5, 0, 0]},
+        {"mesh": 0, "translation": [9, 0, 0]},
+        {"mesh": 0, "translation": [7, 0, 0]},
+    ]);
+    scene.json["scenes"] = json!([{"nodes": [0]}, {"nodes": [2, 1]}]);
+    scene.json["scene"] = 1.into();
+    let asset = open(&scene.glb());
+    assert_eq!(asset.mesh().vertex_count(), 5);
+    assert!(
+        asset
+            .mesh()
+            .positions()
+            .iter()
+            .all(|p| (6.0..=8.0).contains(&p[0]))
+    );
+}
+
+#[test]
+fn a_manifest_of_all_bytes_is_not_carried_into_another_file() {
+    let mut file = Scene::pyramid().glb();
+    file.extend(12_u32.to_le_bytes());
+    file.extend(b"C2PAwho made it.");
+    let length = (file.len() as u32).to_le_bytes();
+    file[8..12].copy_from_slice(&length);
+    let asset = open(&file);
+    assert!(asset.has_manifest());
+    assert_eq!(*asset.to_bytes(), *file);
+    let changed = asset.with_positions(&moved(&asset)).unwrap();
+    assert!(!changed.has_manifest());
+    let changed = changed.to_bytes();
+    assert!(changed.windows(4).all(|word| word != b"C2PA"));
+    assert_eq!(open(&changed).mesh().vertex_count(), 5);
+}
+
+#[test]
+fn files_beside_the_model_go_with_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut scene = Scene::pyramid();
+    scene.json["buffers"][0]["uri"] = "data/my%20pyramid.bin".into();
+    scene.json["images"] = json!([{"uri": "skin.png"}, {"uri": "missing.png"}]);
+    fs::create_dir(folder.path().join("data")).unwrap();
+    fs::write(folder.path().join("data/my pyramid.bin"), &scene.bin).unwrap();
+    fs::write(folder.path().join("skin.png"), b"a picture").unwrap();
+    let text = serde_json::to_string_pretty(&scene.json).unwrap();
+    fs::write(folder.path().join("model.gltf"), &text).unwrap();
+    let asset = Asset::open(folder.path().join("model.gltf")).unwrap();
+    let names: Vec<&str> = asset.companions().map(|(name, _)| name).collect();
+    assert_eq!(names, ["data/my pyramid.bin", "skin.png"]);
+
+    let other = tempfile::tempdir().unwrap();
+    let changed = asset.with_positions(&moved(&asset)).unwrap();
+    changed.save(other.path().join("signed.gltf"), false).unwrap();
+    let again = Asset::open(other.path().join("signed.gltf")).unwrap();
+    assert_eq!(again.mesh(), changed.mesh());
+    assert_eq!(fs::read(other.path().join("skin.png")).unwrap(), b"a picture");
+    // In the original's folder its buffer would be lost.
+    let error = changed
+        .save(folder.path().join("signed.gltf"), false)
+        .unwrap_err();
+    assert!(matches!(error.problem, AssetProblem::Exists), "{error}");
+    assert_eq!(
+        fs::read(folder.path().join("data/my pyramid.bin")).unwrap(),
+        scene.bin
+    );
+
+    let in_memory = Asset::from_bytes(text, Format::Gltf).unwrap_err().to_string();
+    assert!(in_memory.contains("open it by its path"), "{in_memory}");
+}
+
+#[test]
+fn bytes_that_mean_something_else_too_are_not_changed() {
+    let mut scene = Scene::pyramid();
+    scene.json["meshes"][0]["primitives"][0]["attributes"]["NORMAL"] = 0.into();
+    let asset = open(&scene.glb());
+    assert_eq!(asset.mesh().vertex_count(), 5);
+    let error = asset.with_positions(&moved(&asset)).unwrap_err().to_string();
+    assert!(error.contains("for something else, too"), "{error}");
+    assert!(asset.with_positions(asset.mesh().positions()).is_ok());
+}
+
+#[test]
+fn compressed_geometry_is_refused_with_the_way_out() {
+    for (extension, name) in [
+        ("KHR_draco_mesh_compression", "Draco"),
+        ("EXT_meshopt_compression", "meshopt"),
+    ] {
+        let mut scene = Scene::pyramid();
+        scene.json["extensionsUsed"] = json!([extension]);
+        let message = refusal(&scene.glb());
+        assert!(
+            message.contains(name) && message.contains("gltf-transform"),
+            "{message}"
+        );
+    }
+}
+
+#[test]
+fn references_that_lead_nowhere_are_refused() {
+    type Damage = fn(&mut Value);
+    let cases: [(Damage, &str); 14] = [
+        (
+            |json| json["meshes"][0]["primitives"][0]["indices"] = 77.into(),
+            "accessor 77 is referred to",
+        ),
+        (
+            |json| json["meshes"][0]["primitives"][0]["attributes"]["POSITION"] = 77.into(),
+            "accessor 77",
+        ),
+        (|json| json["nodes"][0]["mesh"] = 3.into(), "mesh 3"),
+        (|json| json["nodes"][0]["children"] = json!([8]), "node 8"),
+        (|json| json["nodes"][0]["skin"] = 1.into(), "skin 1"),
+        (|json| json["scenes"][0]["nodes"] = json!([4]), "node 4"),
+        (
+            |json| json["accessors"][0]["bufferView"] = 9.into(),
+            "buffer view 9",
+        ),
+        (|json| json["bufferViews"][0]["buffer"] = 2.into(), "buffer 2"),
+        (
+            |json| json["accessors"][0]["count"] = 4_000_000_000_u32.into(),
+            "accessor 0 goes beyond its buffer view",
+        ),
+        (
+            |json| json["accessors"][0]["byteOffset"] = json!(u64::MAX),
+            "accessor 0 goes beyond its buffer view",
+        ),
+        (
+            |json| json["bufferViews"][0]["byteLength"] = json!(u64::MAX),
+            "buffer view 0 goes beyond its buffer",
+        ),
+        (
+            |json| json["buffers"][0]["byteLength"] = json!(1_u64 << 40),
+            "buffer 0 should have",
+        ),
+        (
+            |json| json["accessors"][0]["type"] = "VEC2".into(),
+            "accessor 0 holds no positions",
+        ),
+        (
+            |json| {
+                json["accessors"][0].as_object_mut().unwrap().remove("bufferView");
+                json["accessors"][0]["count"] = json!(1_u64 << 40);
+            },
+            "more elements than the file has bytes",
+        ),
+    ];
+    for (damage, expected) in cases {
+        let mut scene = Scene::pyramid();
+        damage(&mut scene.json);
+        let message = refusal(&scene.glb());
+        assert!(message.contains(expected), "{expected}: {message}");
+    }
+    let mut scene = Scene::pyramid();
+    scene.bin[60] = 200; // an index
+    assert!(refusal(&scene.glb()).contains("names a vertex that there is not"));
+    let mut scene = Scene::pyramid();
+    scene.json["nodes"] = json!([{"mesh": 0, "children": [1]}, {"children": [0]}]);
+    assert_eq!(
+        open(&scene.glb()).mesh().vertex_count(),
+        5,
+        "a ring of nodes ends"
+    );
+}
+
+#[test]
+fn a_scene_without_a_mesh_or_with_lines_alone_has_no_surface() {
+    let mut scene = Scene::pyramid();
+    scene.json["meshes"][0]["primitives"][0]["mode"] = 1.into();
+    assert!(
+        refusal(&scene.glb()).contains("triangle"),
+        "{}",
+        refusal(&scene.glb())
+    );
+    let mut scene = Scene::pyramid();
+    scene.json["nodes"][0]["scale"] = json!([1, 0, 1]);
+    assert!(refusal(&scene.glb()).contains("triangle"));
+}
+
+proptest! {
+    #[test]
+    fn damaged_files_are_refused_or_read_and_nothing_panics(
+        which in 0_usize..16,
+        at in any::<prop::sample::Index>(),
+        byte in any::<u8>(),
+        length in any::<prop::sample::Index>(),
+        cut in any::<bool>(),
+    ) {
+        let scenes = gltf_common::scenes();
+        let scene = &scenes[which % scenes.len()];
+        let mut file = if which % 2 == 0 { scene.glb() } else { scene.gltf() };
+        let at = at.index(file.len());
+        file[at] = byte;
+        if cut {
+            file.truncate(length.index(file.len()));
+        }
+        if let Ok(asset) = Asset::from_bytes(file, None) {
+            let _ = asset.with_positions(&moved(&asset));
+        }
+    }
+}
+
+#[test]
+fn a_new_file_is_read_as_it_was_written() {
+    let mesh = mesh::shapes::bumpy_sphere(2, 7);
+    for format in [Format::Glb, Format::Gltf] {
+        let file = mesh_io::write_mesh(&mesh, format, mesh_io::Precision::Single);
+        let asset = Asset::from_bytes(file, format).unwrap();
+        assert_eq!(asset.mesh().triangles(), mesh.triangles());
+        assert_near(asset.mesh().positions(), mesh.positions(), 1e-6);
+    }
+}
