@@ -1,4 +1,5 @@
 use std::borrow::Cow;
+use std::collections::HashMap;
 use std::fmt;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -8,7 +9,7 @@ use mesh::{MeshError, TriMesh, Welded};
 
 use crate::buffer::Buffer;
 use crate::error::{AssetError, AssetProblem, Fault};
-use crate::formats::{self, Geometry};
+use crate::formats::{self, Geometry, Instance};
 use crate::gzip::{self, Gzip};
 use crate::save::write_file;
 use crate::slots::Slots;
@@ -38,6 +39,7 @@ pub struct Asset {
     buffers: Vec<Buffer>,
     slots: Arc<Slots>,
     gzip: Option<Gzip>,
+    instances: Arc<[Instance]>,
     manifests: usize,
     welded: Arc<Welded>,
     moved: Option<TriMesh>,
@@ -96,6 +98,7 @@ impl Asset {
             positions,
             triangles,
             slots,
+            instances,
             manifests,
         }: Geometry,
     ) -> Result<Self, AssetError> {
@@ -118,6 +121,7 @@ impl Asset {
             buffers,
             slots: Arc::new(slots),
             gzip,
+            instances: instances.into(),
             manifests,
             welded: Arc::new(welded),
             moved: None,
@@ -142,6 +146,38 @@ impl Asset {
     /// The surface, with the positions that the bytes hold now.
     pub fn mesh(&self) -> &TriMesh {
         self.moved.as_ref().unwrap_or(self.welded.mesh())
+    }
+
+    /// All that a viewer shows. [`Self::mesh`] has what the file holds: a mesh that a scene places several times is there once, and here each
+    /// time. Everywhere else the two are the same.
+    ///
+    /// # Errors
+    /// When a place is so far away that its coordinates are not finite.
+    pub fn scene(&self) -> Result<Cow<'_, TriMesh>, AssetError> {
+        if self.instances.is_empty() {
+            return Ok(Cow::Borrowed(self.mesh()));
+        }
+        let mesh = self.mesh();
+        let (mut positions, mut triangles) = (mesh.positions().to_vec(), mesh.triangles().to_vec());
+        for instance in self.instances.iter() {
+            let mut copies = HashMap::new();
+            for corners in &instance.triangles {
+                let [Some(a), Some(b), Some(c)] = corners.map(|v| self.welded.vertex_of()[v as usize]) else {
+                    continue;
+                };
+                let mut copy = |v: u32| {
+                    *copies.entry(v).or_insert_with(|| {
+                        positions.push(instance.carry(mesh.positions()[v as usize]));
+                        positions.len() as u32 - 1
+                    })
+                };
+                let [a, b, c] = [copy(a), copy(b), copy(c)];
+                triangles.push(if instance.mirrors() { [a, c, b] } else { [a, b, c] });
+            }
+        }
+        let welded = Welded::new(&positions, &triangles);
+        let welded = welded.map_err(|error| AssetProblem::Geometry(error).of(&self.path))?;
+        Ok(Cow::Owned(welded.into_mesh()))
     }
 
     /// How the file's vertices were welded when it was read; its mesh has the positions of that time.
@@ -321,6 +357,7 @@ mod tests {
             positions: slots.positions(&buffers),
             triangles: vec![[0, 1, 2]],
             slots,
+            instances: Vec::new(),
             manifests: 0,
         };
         let asset = Asset::assembled(PathBuf::new(), Format::Obj, None, buffers, geometry).unwrap();

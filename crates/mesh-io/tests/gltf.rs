@@ -170,6 +170,28 @@ fn an_instance_is_marked_once_and_lies_where_the_default_scene_has_it_first() {
             .iter()
             .all(|p| (6.0..=8.0).contains(&p[0]))
     );
+    let shown = asset.scene().unwrap();
+    // Neighbours stand side by side: two corners of each are those of the next.
+    assert_eq!((shown.vertex_count(), shown.triangle_count()), (11, 18));
+    assert!((shown.signed_volume() - 3.0 * 4.0).abs() < 1e-9);
+    let changed = asset.with_positions(&moved(&asset)).unwrap();
+    let shown = changed.scene().unwrap();
+    assert!((shown.signed_volume() - 3.0 * changed.mesh().signed_volume()).abs() < 1e-6);
+}
+
+#[test]
+fn a_mirrored_instance_faces_outwards_and_a_flood_of_instances_is_bounded() {
+    let mut scene = Scene::pyramid();
+    scene.json["nodes"] = json!([{"mesh": 0}, {"mesh": 0, "scale": [-1, 2, 1], "translation": [5, 0, 0]}]);
+    scene.json["scenes"] = json!([{"nodes": [0, 1]}]);
+    assert!((open(&scene.glb()).scene().unwrap().signed_volume() - 4.0 * 3.0).abs() < 1e-9);
+    let nodes: Vec<Value> = (0..1000)
+        .map(|i| json!({"mesh": 0, "translation": [3 * i, 0, 0]}))
+        .collect();
+    scene.json["scenes"][0]["nodes"] = (0..nodes.len()).collect();
+    scene.json["nodes"] = nodes.into();
+    let file = scene.glb();
+    assert!(open(&file).scene().unwrap().triangle_count() <= file.len() + 6);
 }
 
 #[test]

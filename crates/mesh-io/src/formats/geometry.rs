@@ -1,12 +1,40 @@
 use crate::slots::Slots;
+use crate::slots::placement::Placement;
 
 /// What the reader of one format finds in a file.
 pub(crate) struct Geometry {
     pub(crate) positions: Vec<[f64; 3]>,
     pub(crate) triangles: Vec<[u32; 3]>,
     pub(crate) slots: Slots,
+    /// Triangles that are shown more than once, each time but the first.
+    pub(crate) instances: Vec<Instance>,
     /// How many manifests say whose the file is by a digest of all of it (C2PA).
     pub(crate) manifests: usize,
+}
+
+/// Triangles that a scene shows again in another place.
+#[derive(Clone, Debug)]
+pub(crate) struct Instance {
+    /// By file vertices.
+    pub(crate) triangles: Vec<[u32; 3]>,
+    /// How they were placed the first time.
+    pub(crate) from: Option<Placement>,
+    /// How they are placed now.
+    pub(crate) to: Option<Placement>,
+}
+
+impl Instance {
+    /// Where a point of the first lies in this one.
+    pub(crate) fn carry(&self, point: [f64; 3]) -> [f64; 3] {
+        let own = self.from.map_or(point, |from| from.undo(point));
+        self.to.map_or(own, |to| to.apply(own))
+    }
+
+    /// Whether it is a mirror image of the first.
+    pub(crate) fn mirrors(&self) -> bool {
+        let mirrors = |placement: Option<Placement>| placement.is_some_and(|placement| placement.mirrors());
+        mirrors(self.from) != mirrors(self.to)
+    }
 }
 
 /// Cuts a polygon into triangles around its first corner.

@@ -15,7 +15,7 @@ use mesh::TriMesh;
 use crate::buffer::Buffer;
 use crate::error::{AssetError, AssetProblem};
 use crate::{Format, Precision, export, format};
-pub(crate) use geometry::Geometry;
+pub(crate) use geometry::{Geometry, Instance};
 
 /// Reads a file from its bytes; returns the buffers of which the geometry speaks.
 pub(crate) fn read(

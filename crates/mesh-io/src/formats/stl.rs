@@ -43,6 +43,7 @@ fn read_binary(bytes: &[u8]) -> Result<Geometry, Fault> {
         positions,
         triangles,
         slots,
+        instances: Vec::new(),
         manifests: 0,
     })
 }

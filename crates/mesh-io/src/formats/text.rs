@@ -60,6 +60,7 @@ impl TextGeometry {
     /// The geometry, in declared types.
     pub(crate) fn finish_as(self, types: [Scalar; 3]) -> Geometry {
         Geometry {
+            instances: Vec::new(),
             manifests: 0,
             positions: self.positions,
             triangles: self.triangles,

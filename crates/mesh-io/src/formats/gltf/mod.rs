@@ -13,13 +13,14 @@ mod scene;
 mod seams;
 mod vertices;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
+use std::ops::Range;
 use std::path::Path;
 
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
 
-use super::geometry::Geometry;
+use super::geometry::{Geometry, Instance};
 use crate::buffer::Buffer;
 use crate::error::{AssetError, Fault};
 use crate::slots::Slots;
@@ -68,18 +69,30 @@ fn position_accessors(document: &Document, store: &Store) -> Result<BTreeSet<usi
 fn geometry(document: &Document, store: &Store) -> Result<Geometry, Fault> {
     let mut vertices = Vertices::default();
     let mut triangles = Vec::new();
-    let mut seen = Vec::new();
+    // Which triangles a primitive has, and where they lie: whoever has the same comes second, and is an instance.
+    let mut first: HashMap<_, (Range<usize>, Option<Placement>)> = HashMap::new();
+    let mut instances = Vec::new();
+    let mut room: usize = store.buffers.iter().map(|buffer| buffer.bytes.len()).sum();
     for_each_primitive(document, store, |primitive, positions, placement| {
-        let numbers = vertices.add(document, store, positions, placement)?;
         let indices = primitive.indices.map(|index| index.value());
-        let key = (positions, indices, mode(primitive));
-        if seen.contains(&key) {
+        let key = (positions, indices, mode(primitive).map(Mode::as_gl_enum));
+        if let Some((range, from)) = first.get(&key) {
+            if placement != from.as_ref() && range.len() <= room {
+                room -= range.len();
+                instances.push(Instance {
+                    triangles: triangles[range.clone()].to_vec(),
+                    from: *from,
+                    to: placement.copied(),
+                });
+            }
             return Ok(());
         }
-        seen.push(key);
+        let numbers = vertices.add(document, store, positions, placement)?;
         let corners = corners(document, store, indices, numbers)?;
+        let start = triangles.len();
         let flip = placement.is_some_and(Placement::mirrors);
         cut(&corners, mode(primitive), flip, &mut triangles);
+        first.insert(key, (start..triangles.len(), placement.copied()));
         Ok(())
     })?;
     vertices.lock_what_others_use(document, store)?;
@@ -94,6 +107,7 @@ fn geometry(document: &Document, store: &Store) -> Result<Geometry, Fault> {
         positions,
         triangles,
         slots,
+        instances,
         manifests: 0,
     })
 }

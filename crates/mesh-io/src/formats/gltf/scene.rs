@@ -14,7 +14,7 @@ const IDENTITY: Columns = [
     1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0,
 ];
 
-/// A mesh where it is seen first.
+/// A mesh where it is seen.
 #[derive(Debug)]
 pub(super) struct Placed {
     /// Number of the mesh.
@@ -23,8 +23,7 @@ pub(super) struct Placed {
     pub(super) columns: Columns,
 }
 
-/// Every mesh that a scene shows, once: the default scene's first, each where the first node puts it that has it. Of a file without scenes
-/// and nodes, all meshes as they are.
+/// Every mesh that a scene shows, as often as it does: the default scene's first. Of a file without scenes and nodes, all meshes as they are.
 ///
 /// A skinned mesh lies where its first joint puts it, for its node's own place does not count; joints that agree, as those of a
 /// figure at rest do, all put it there.
@@ -32,15 +31,12 @@ pub(super) fn placed_meshes(document: &Document, store: &Store) -> Result<Vec<Pl
     let root = &document.root;
     let world = world_matrices(document)?;
     let mut placed: Vec<Placed> = Vec::new();
-    let mut is_placed = vec![false; root.meshes.len()];
     for node in shown_nodes(document)? {
         let Some(mesh) = document.node(node)?.mesh.map(|mesh| mesh.value()) else {
             continue;
         };
-        match is_placed.get_mut(mesh) {
-            None => return Err(super::document::missing("mesh", mesh)),
-            Some(true) => continue,
-            Some(first) => *first = true,
+        if mesh >= root.meshes.len() {
+            return Err(super::document::missing("mesh", mesh));
         }
         placed.push(Placed {
             mesh,
@@ -67,7 +63,7 @@ fn shown_nodes(document: &Document) -> Result<Vec<usize>, Fault> {
     let mut shown = Vec::new();
     let mut seen = vec![false; root.nodes.len()];
     for scene in &scenes {
-        let mut open: Vec<usize> = scene.nodes.iter().rev().map(|node| node.value()).collect();
+        let mut open: Vec<usize> = scene.nodes.iter().rev().map(gltf::json::Index::value).collect();
         while let Some(index) = open.pop() {
             let node = document.node(index)?;
             if std::mem::replace(&mut seen[index], true) {
@@ -84,7 +80,7 @@ fn shown_nodes(document: &Document) -> Result<Vec<usize>, Fault> {
 }
 
 fn children(node: &Node) -> impl DoubleEndedIterator<Item = usize> {
-    node.children.iter().flatten().map(|child| child.value())
+    node.children.iter().flatten().map(gltf::json::Index::value)
 }
 
 /// Each node's way to the scene.
@@ -125,7 +121,7 @@ fn skin_matrix(
     let skin = skins
         .get(skin.value())
         .ok_or_else(|| super::document::missing("skin", skin.value()))?;
-    let Some(joint) = skin.joints.first().map(|joint| joint.value()) else {
+    let Some(joint) = skin.joints.first().map(gltf::json::Index::value) else {
         return Ok(None);
     };
     document.node(joint)?;
