@@ -91,6 +91,7 @@ mod hypotheses;
 mod icp;
 mod matrix;
 mod overlap;
+mod pieces;
 mod points;
 mod prepared;
 mod resample;
@@ -107,6 +108,7 @@ pub use connectivity::{
     Correspondence, Difference, match_candidates, match_connectivity, match_surroundings,
 };
 pub use error::RegistrationError;
+pub use pieces::{Piece, PiecePlace};
 pub use points::PointPair;
 pub use prepared::PreparedMesh;
 pub use resample::{ResampleOptions, Resampled, resample};
