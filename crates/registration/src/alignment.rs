@@ -44,6 +44,8 @@ pub enum MatchedBy {
     Surface,
     /// The surfaces, from pairs of points that were given.
     Points,
+    /// Its connected parts, each by itself.
+    Parts,
 }
 
 /// Where the suspect belongs, and how well it fits there.

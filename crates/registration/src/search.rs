@@ -323,7 +323,7 @@ impl Search<'_> {
         let overlap = self.overlap(&transform, SAMPLES)?;
         let free_directions = match matched_by {
             MatchedBy::Connectivity | MatchedBy::Surroundings => 0,
-            MatchedBy::Surface | MatchedBy::Points => self.free_directions(&transform)?,
+            MatchedBy::Surface | MatchedBy::Points | MatchedBy::Parts => self.free_directions(&transform)?,
         };
         Ok(Alignment {
             transform,

@@ -55,7 +55,7 @@ pub mod mark;
 pub mod payload;
 
 pub use claim::{
-    Certificate, CertificateError, Dispute, Embedder, Mismatch, Outcome, Precedence, Prediction,
+    Certificate, CertificateError, Dispute, Embedder, FoundPart, Mismatch, Outcome, Precedence, Prediction,
     SigmarkError, Signed, Statement, Verdict, Verifier,
     keys::{KeyError, PublicKey, SigningKey},
 };

@@ -64,6 +64,20 @@ pub const EVIDENCE: f64 = 7.52316384526264e-37;
 /// How many claims a stranger may try: 2⁸⁰.
 pub const STRANGERS_TRIES: f64 = 1.2089258196146292e24;
 
+/// A connected part of the original that was seen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct FoundPart {
+    /// Its number, as [`mesh::components`] numbers the original's.
+    pub part: usize,
+    /// One of its vertices, the first.
+    pub vertex: usize,
+    /// The share of its vertices that were seen where they belong, from 0 to 1.
+    pub seen: f64,
+    /// What takes it from the suspect to the original, where it was put back by itself.
+    pub transform: Option<Similarity>,
+}
+
 /// What was found, and how.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
@@ -102,6 +116,10 @@ pub struct Verdict {
     pub transform: Option<Similarity>,
     /// What moved the suspect beside the mark; `None` where the paper's rule alone read it, or nothing did.
     pub attack_model: Option<AttackModel>,
+    /// Of the connected parts of the original that carry the mark, those of which the suspect shows at least half; the largest first.
+    pub parts: Vec<FoundPart>,
+    /// How many connected parts of the original carry the mark.
+    pub marked_parts: usize,
     /// Why the suspect is another shape, if it is.
     pub mismatch: Option<Mismatch>,
 }

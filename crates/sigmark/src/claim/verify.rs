@@ -1,16 +1,18 @@
 use std::sync::Arc;
 
 use job::Job;
-use mesh::TriMesh;
+use mesh::{Components, TriMesh, components};
 use registration::{AlignOptions, Alignment, MatchedBy, PreparedMesh};
 
 use super::{
-    Certificate, Mismatch, Outcome, SigmarkError, Verdict,
+    Certificate, FoundPart, Mismatch, Outcome, SigmarkError, Verdict,
     keys::PublicKey,
     statistics::{correlation, extraction_rate, p_of_chosen},
 };
 use crate::{
-    mark::{Detector, JointEstimator, MarkLayout, Original, Patches, Reader, Reading, ReadingMethod},
+    mark::{
+        Detector, FoundParts, JointEstimator, MarkLayout, Original, Patches, Reader, Reading, ReadingMethod,
+    },
     payload::GeometryDigest,
 };
 
@@ -22,6 +24,7 @@ pub struct Verifier {
     reader: Arc<Reader>,
     method: ReadingMethod,
     certificate: Arc<Certificate>,
+    parts: Arc<[MarkedPart]>,
     p_bound: f64,
     paper_profile: bool,
 }
@@ -89,6 +92,7 @@ impl Verifier {
             reader: Arc::new(Reader::new(original.mesh())?),
             method,
             certificate: Arc::new(certificate.clone()),
+            parts: MarkedPart::all_of(&original).into(),
             p_bound: 1e-6,
             paper_profile: false,
         })
@@ -126,6 +130,31 @@ impl Verifier {
         if !self.paper_profile && !self.certificate.statement().binds_original() {
             return Err(SigmarkError::PaperProfile);
         }
+        let suspect = suspect.into();
+        let whole = self.verify_whole(&suspect, job)?;
+        if self.parts.len() < 2 && components(suspect.mesh()).count < 2 {
+            return Ok(whole);
+        }
+        // What is read of the parts is the second way to the same bits, whether or not it is taken: either counts twice.
+        let whole = self.weighed(whole);
+        if whole.outcome == Outcome::Verified {
+            return Ok(whole);
+        }
+        let found = self.reader.find_parts(&suspect, self.method.layout(), job)?;
+        if found.is_empty() {
+            return Ok(whole);
+        }
+        let by_parts = self.weighed(self.verify_parts(&found, job)?);
+        Ok(
+            match by_parts.outcome.is_found() && by_parts.p_value <= whole.p_value {
+                true => by_parts,
+                false => whole,
+            },
+        )
+    }
+
+    /// Judges a suspect as one.
+    fn verify_whole(&self, suspect: &PreparedMesh, job: &Job) -> Result<Verdict, SigmarkError> {
         let found = self.reader.find(suspect, job)?;
         if let Some(alignment) = found.alignment().filter(|alignment| !alignment.aligned) {
             return Ok(self.does_not_align(alignment));
@@ -150,6 +179,35 @@ impl Verifier {
             }
         }
         Ok(verdict)
+    }
+
+    /// Judges parts of a suspect, each put back by itself.
+    fn verify_parts(&self, found: &FoundParts, job: &Job) -> Result<Verdict, SigmarkError> {
+        let expected = self.certificate.bits();
+        let read = found.read(&self.method, &expected, job)?;
+        let mut verdict = self.judge(&read.reading, &expected);
+        verdict.matched_by = MatchedBy::Parts;
+        (verdict.overlap, verdict.coverage) = (read.overlap, read.coverage);
+        for part in &mut verdict.parts {
+            let own = read.parts.iter().find(|(number, _)| *number == part.part);
+            part.transform = own.map(|&(_, transform)| transform);
+        }
+        Ok(verdict)
+    }
+
+    /// A verdict that could have been another: its probability counts twice.
+    fn weighed(&self, verdict: Verdict) -> Verdict {
+        let p = (2.0 * verdict.p_value).min(1.0);
+        let outcome = match verdict.outcome {
+            Outcome::Detected { .. } if p <= self.p_bound => Outcome::Detected { p },
+            Outcome::Verified => Outcome::Verified,
+            _ => Outcome::NotFound { p },
+        };
+        Verdict {
+            outcome,
+            p_value: p,
+            ..verdict
+        }
     }
 
     /// The original, with its search structures.
@@ -189,6 +247,12 @@ impl Verifier {
             residual: Some(reading.residual / diagonal),
             transform: Some(reading.transform),
             attack_model: reading.attack_model,
+            parts: self
+                .parts
+                .iter()
+                .filter_map(|part| part.found(&reading.seen))
+                .collect(),
+            marked_parts: self.parts.len(),
             mismatch: None,
         }
     }
@@ -211,11 +275,52 @@ impl Verifier {
             residual: None,
             transform: None,
             attack_model: None,
+            parts: Vec::new(),
+            marked_parts: self.parts.len(),
             mismatch: Some(Mismatch::Surface {
                 overlap: alignment.overlap,
                 least: AlignOptions::default().least_overlap,
             }),
         }
+    }
+}
+
+/// A connected part of the original that carries the mark.
+#[derive(Clone, Debug)]
+struct MarkedPart {
+    number: usize,
+    vertices: Vec<u32>,
+}
+
+impl MarkedPart {
+    /// The largest first.
+    fn all_of(original: &Original) -> Vec<Self> {
+        let Components { count, of_vertex, .. } = components(original.mesh());
+        let mut parts: Vec<Self> = (0..count)
+            .map(|number| Self {
+                number,
+                vertices: Vec::new(),
+            })
+            .collect();
+        for (v, &part) in of_vertex.iter().enumerate() {
+            parts[part as usize].vertices.push(v as u32);
+        }
+        let labels = original.patches().labels();
+        parts.retain(|part| part.vertices.iter().any(|&v| labels[v as usize] > 0));
+        parts.sort_by_key(|part| std::cmp::Reverse(part.vertices.len()));
+        parts
+    }
+
+    /// What is to be said of it if at least half of it was seen.
+    fn found(&self, seen: &[bool]) -> Option<FoundPart> {
+        let count = self.vertices.iter().filter(|&&v| seen[v as usize]).count();
+        let share = count as f64 / self.vertices.len() as f64;
+        (share >= 0.5).then(|| FoundPart {
+            part: self.number,
+            vertex: self.vertices[0] as usize,
+            seen: share,
+            transform: None,
+        })
     }
 }
 

@@ -29,7 +29,7 @@ pub use layout::{MarkLayout, Written};
 pub use original::{Borders, Original};
 pub use patches::{LARGEST_PATCH, Patch, PatchCount, Patches, VERTICES_PER_FUNCTION};
 pub use pool::Pool;
-pub use reader::{Found, Reader, Reading, ReadingMethod, Readings, Suspect};
+pub use reader::{Found, FoundParts, ReadParts, Reader, Reading, ReadingMethod, Readings, Suspect};
 pub use registered::Registered;
 pub use stage::MarkStage;
 pub use strength::{MOST_DISTORTION, Strength};

@@ -4,12 +4,14 @@ mod by_vertices;
 mod generalised;
 mod looks;
 mod method;
+mod parts;
 mod reading;
 mod readings;
 mod suspect;
 mod tessellation;
 
 pub use method::ReadingMethod;
+pub use parts::{FoundParts, ReadParts};
 pub use reading::Reading;
 pub use readings::Readings;
 pub use suspect::Suspect;

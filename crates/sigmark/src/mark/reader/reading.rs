@@ -1,3 +1,5 @@
+use std::sync::Arc;
+
 use mesh::{Similarity, Vec3};
 use registration::AlignOptions;
 
@@ -15,6 +17,8 @@ pub struct Reading {
     pub missing: f64,
     /// Of the vertices that were seen, the share that lies within the [tolerance](AlignOptions::tolerance) of where they belong, from 0 to 1.
     pub in_place: f64,
+    /// Whether each vertex of the original was seen where it belongs, within the same tolerance, #V.
+    pub seen: Arc<[bool]>,
     /// Root mean square distance of corresponding points, in the original's unit.
     pub residual: f64,
     /// What moved the suspect; none where the joint estimate was not asked.
@@ -35,17 +39,22 @@ impl Reading {
     ) -> Self {
         let original = layout.original().mesh();
         let pairs = registered.positions.iter().zip(original.positions());
-        let squares: Vec<f64> = pairs
-            .filter_map(|(r, &v)| r.map(|r| (Vec3(r) - Vec3(v)).squared()))
-            .collect();
+        let square = |(r, &v): (&Option<[f64; 3]>, &[f64; 3])| r.map(|r| (Vec3(r) - Vec3(v)).squared());
+        let all: Vec<Option<f64>> = pairs.map(square).collect();
         let bound = (AlignOptions::default().tolerance * original.bounding_box().diagonal()).powi(2);
-        let near = squares.iter().filter(|&&square| square <= bound).count();
+        let seen: Arc<[bool]> = all
+            .iter()
+            .map(|square| square.is_some_and(|square| square <= bound))
+            .collect();
+        let squares: Vec<f64> = all.into_iter().flatten().collect();
+        let near = seen.iter().filter(|&&seen| seen).count();
         Self {
             soft,
             in_place: near as f64 / squares.len().max(1) as f64,
             transform,
             residual: (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt(),
             missing: registered.missing(),
+            seen,
             attack_model,
             patches_read: layout.patches_seen(&registered.positions).len(),
             tries: 1,

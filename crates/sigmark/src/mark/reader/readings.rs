@@ -176,7 +176,7 @@ fn kept(
     }
 }
 
-fn agreement(reading: &Reading, expected: &[bool]) -> f64 {
+pub(super) fn agreement(reading: &Reading, expected: &[bool]) -> f64 {
     let SoftBits(soft) = &reading.soft;
     correlation(expected, soft)
 }

@@ -1,0 +1,166 @@
+//! A suspect whose parts went different ways: each is put back by itself, and what comes of it is read as one.
+
+use std::collections::HashMap;
+
+use job::Job;
+use mesh::{Similarity, TriMesh};
+use registration::{Alignment, Correspondence, MatchedBy, Piece, PiecePlace, Placement, PreparedMesh};
+
+use super::{Found, Reader, Reading, ReadingMethod, readings::agreement};
+use crate::mark::{MarkError, MarkLayout, MarkStage};
+
+/// Parts of a suspect that are parts of the reference, each in all the places where it may belong.
+pub struct FoundParts {
+    reference: PreparedMesh,
+    suspect: PreparedMesh,
+    pieces: Vec<Piece>,
+}
+
+/// What was read of parts that were put back.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct ReadParts {
+    /// The bits; its transform is that of the largest part.
+    pub reading: Reading,
+    /// Number of each part of the reference that was found, as [`mesh::components`] numbers them, and what takes the suspect's part there.
+    pub parts: Vec<(usize, Similarity)>,
+    /// The share of the suspect's surface that those parts are, from 0 to 1.
+    pub overlap: f64,
+    /// The share of the reference's surface that those parts are, from 0 to 1.
+    pub coverage: f64,
+}
+
+impl Reader {
+    /// Looks for connected parts of a suspect that are parts of the reference, where a layout has patches.
+    ///
+    /// # Errors
+    /// As [`Aligner::pieces`](registration::Aligner::pieces).
+    pub fn find_parts(
+        &self,
+        suspect: impl Into<PreparedMesh>,
+        layout: &MarkLayout,
+        job: &Job,
+    ) -> Result<FoundParts, MarkError> {
+        job.begin(MarkStage::Registration)?;
+        let suspect = suspect.into();
+        let is_marked: Vec<bool> = layout
+            .original()
+            .patches()
+            .labels()
+            .iter()
+            .map(|&label| label > 0)
+            .collect();
+        Ok(FoundParts {
+            pieces: self.aligner.pieces(&suspect, &is_marked, job)?,
+            reference: self.reference().clone(),
+            suspect,
+        })
+    }
+}
+
+impl FoundParts {
+    /// Whether no part was found.
+    pub fn is_empty(&self) -> bool {
+        self.pieces.is_empty()
+    }
+
+    /// Puts the parts back and reads them together. Of the places of a part, the one is taken where it alone agrees best with the bits that are
+    /// looked for, which counts as so many tries.
+    ///
+    /// # Errors
+    /// As [`Found::read`].
+    pub fn read(&self, method: &ReadingMethod, expected: &[bool], job: &Job) -> Result<ReadParts, MarkError> {
+        let mut chosen: Vec<(&Piece, &PiecePlace)> = Vec::new();
+        let mut choices = 1_usize;
+        for piece in &self.pieces {
+            let is_free = |place: &&PiecePlace| chosen.iter().all(|(_, other)| other.part != place.part);
+            let free: Vec<&PiecePlace> = piece.places.iter().filter(is_free).collect();
+            let place = match free.as_slice() {
+                [] => continue,
+                [one] => one,
+                several => {
+                    choices = choices.saturating_mul(several.len());
+                    self.best_place(piece, several, method, expected, job)?
+                }
+            };
+            chosen.push((piece, place));
+        }
+        let mut reading = self.assembled(&chosen)?.read(method, expected, job)?;
+        reading.tries = reading.tries.saturating_mul(choices);
+        if let Some((_, largest)) = chosen.first() {
+            reading.transform = largest.transform;
+        }
+        let area: f64 = chosen.iter().map(|(piece, _)| piece.area).sum();
+        let there: f64 = chosen
+            .iter()
+            .map(|(piece, place)| piece.area * place.transform.scale.powi(2))
+            .sum();
+        Ok(ReadParts {
+            reading,
+            parts: chosen
+                .iter()
+                .map(|(_, place)| (place.part, place.transform))
+                .collect(),
+            overlap: (area / self.suspect.mesh().area()).min(1.0),
+            coverage: (there / self.reference.mesh().area()).min(1.0),
+        })
+    }
+
+    fn best_place<'a>(
+        &self,
+        piece: &Piece,
+        places: &[&'a PiecePlace],
+        method: &ReadingMethod,
+        expected: &[bool],
+        job: &Job,
+    ) -> Result<&'a PiecePlace, MarkError> {
+        let mut best = (f64::NEG_INFINITY, places[0]);
+        for place in places {
+            let reading = self.assembled(&[(piece, place)])?.read(method, expected, job)?;
+            let agreement = agreement(&reading, expected);
+            if agreement > best.0 {
+                best = (agreement, place);
+            }
+        }
+        Ok(best.1)
+    }
+
+    /// The parts where they belong, as a suspect that lies on the reference.
+    fn assembled(&self, parts: &[(&Piece, &PiecePlace)]) -> Result<Found, MarkError> {
+        let suspect = self.suspect.mesh();
+        let (mut positions, mut triangles) = (Vec::new(), Vec::new());
+        let mut suspect_of = vec![None; self.reference.mesh().vertex_count()];
+        for (piece, place) in parts {
+            let mut numbers = HashMap::new();
+            let mut number = |v: u32| {
+                *numbers.entry(v).or_insert_with(|| {
+                    positions.push(place.transform.apply(suspect.positions()[v as usize]));
+                    positions.len() as u32 - 1
+                })
+            };
+            triangles.extend(piece.triangles.iter().map(|corners| corners.map(&mut number)));
+            for &[v, of_suspect] in &place.pairs {
+                suspect_of[v as usize] = Some(number(of_suspect));
+            }
+        }
+        let is_seen = suspect_of.iter().any(Option::is_some);
+        let alignment = Alignment {
+            transform: Similarity::IDENTITY,
+            matched_by: MatchedBy::Parts,
+            overlap: 1.0,
+            coverage: 1.0,
+            residual: 0.0,
+            aligned: true,
+            correspondence: is_seen.then_some(Correspondence { suspect_of }),
+            alternatives: Vec::new(),
+            free_directions: 0,
+        };
+        Ok(Found {
+            reference: self.reference.clone(),
+            suspect: TriMesh::new(positions, triangles)
+                .map_err(|_| MarkError::Alignment)?
+                .into(),
+            placement: Placement::BySurface(alignment),
+        })
+    }
+}
