@@ -2,18 +2,19 @@ use std::borrow::Cow;
 use std::collections::HashMap;
 use std::fmt;
 use std::fs;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use mesh::{MeshError, TriMesh, Welded};
 
+use crate::Format;
 use crate::buffer::Buffer;
 use crate::error::{AssetError, AssetProblem, Fault};
 use crate::formats::{self, Geometry, Instance};
-use crate::gzip::{self, Gzip};
+use crate::packing::Packing;
 use crate::save::write_file;
 use crate::slots::Slots;
-use crate::{Format, format};
 
 /// A mesh file that keeps all its bytes: its geometry is seen as a welded [`TriMesh`], and positions can be replaced.
 ///
@@ -38,7 +39,8 @@ pub struct Asset {
     /// The file first.
     buffers: Vec<Buffer>,
     slots: Arc<Slots>,
-    gzip: Option<Gzip>,
+    packing: Packing,
+    names: Arc<[(Range<usize>, String)]>,
     instances: Arc<[Instance]>,
     manifests: usize,
     welded: Arc<Welded>,
@@ -79,25 +81,29 @@ impl Asset {
 
     fn read(path: PathBuf, stored: Vec<u8>, format: Option<Format>) -> Result<Self, AssetError> {
         let refused = |problem: AssetProblem| problem.of(&path);
-        let (bytes, gzip) = gzip::unpack(stored).map_err(refused)?;
+        let (packing, bytes) = Packing::open(stored).map_err(refused)?;
         if bytes.is_empty() {
             return Err(AssetProblem::Empty.of(path));
         }
-        let format = formats::decide(&path, format, &bytes).map_err(refused)?;
+        let format = match &packing {
+            Packing::Zip(archive) => archive.format,
+            _ => formats::decide(&path, format, &bytes).map_err(refused)?,
+        };
         let (buffers, geometry) = formats::read(format, &path, bytes)?;
-        Self::assembled(path, format, gzip, buffers, geometry)
+        Self::assembled(path, format, packing, buffers, geometry)
     }
 
     /// Puts together what a format's reader found in the buffers.
     fn assembled(
         path: PathBuf,
         format: Format,
-        gzip: Option<Gzip>,
+        packing: Packing,
         buffers: Vec<Buffer>,
         Geometry {
             positions,
             triangles,
             slots,
+            names,
             instances,
             manifests,
         }: Geometry,
@@ -120,7 +126,8 @@ impl Asset {
             format,
             buffers,
             slots: Arc::new(slots),
-            gzip,
+            packing,
+            names: names.into(),
             instances: instances.into(),
             manifests,
             welded: Arc::new(welded),
@@ -135,7 +142,7 @@ impl Asset {
 
     /// Whether the file is gzipped.
     pub fn is_gzipped(&self) -> bool {
-        self.gzip.is_some()
+        matches!(self.packing, Packing::Gzip(_))
     }
 
     /// The file that was opened; empty for bytes in memory.
@@ -146,6 +153,22 @@ impl Asset {
     /// The surface, with the positions that the bytes hold now.
     pub fn mesh(&self) -> &TriMesh {
         self.moved.as_ref().unwrap_or(self.welded.mesh())
+    }
+
+    /// What the file calls the part that a vertex of [`Self::mesh`] belongs to: the name of a node, mesh or object in glTF and 3MF.
+    pub fn name_of(&self, vertex: usize) -> Option<&str> {
+        if self.names.is_empty() {
+            return None;
+        }
+        let of_mesh = self.welded.vertex_of();
+        let file_vertex = of_mesh
+            .iter()
+            .position(|v| v.is_some_and(|v| v as usize == vertex))?;
+        let (_, name) = self
+            .names
+            .iter()
+            .find(|(vertices, _)| vertices.contains(&file_vertex))?;
+        Some(name)
     }
 
     /// All that a viewer shows. [`Self::mesh`] has what the file holds: a mesh that a scene places several times is there once, and here each
@@ -236,21 +259,21 @@ impl Asset {
             }
         }
         let moved = Some(self.mesh().with_positions(held).map_err(refused)?);
-        let gzip = match is_same(0) {
-            true => self.gzip.clone(),
-            false => self.gzip.as_ref().map(Gzip::changed),
+        let packing = match is_same(0) {
+            true => self.packing.clone(),
+            false => self.packing.changed(),
         };
         Ok(Self {
             buffers,
             slots: Arc::new(slots),
-            gzip,
+            packing,
             manifests: 0,
             moved,
             ..self.clone()
         })
     }
 
-    /// The file's content, unpacked where it is gzipped.
+    /// The file's content, unpacked where it is gzipped or in a zip archive.
     pub fn content(&self) -> &[u8] {
         &self.buffers[0].bytes
     }
@@ -267,12 +290,9 @@ impl Asset {
         self.manifests > 0
     }
 
-    /// The bytes that [`Self::save`] writes: gzipped as the file was; for an unchanged file, exactly its bytes.
+    /// The bytes that [`Self::save`] writes: packed as the file was; for an unchanged file, exactly its bytes.
     pub fn to_bytes(&self) -> Cow<'_, [u8]> {
-        match &self.gzip {
-            None => Cow::Borrowed(self.content()),
-            Some(gzip) => gzip.pack(self.content()),
-        }
+        self.packing.pack(self.content())
     }
 
     /// Whether [`Self::save`] accepts a name: it must end as the format demands, and in `.gz` exactly if the file is gzipped.
@@ -281,11 +301,17 @@ impl Asset {
     /// When it does not; the message says how it should end.
     pub fn check_name(&self, path: impl AsRef<Path>) -> Result<(), AssetError> {
         let path = path.as_ref();
-        let (format, gzipped) = (self.format, self.is_gzipped());
-        if Format::of_path(path) == Some(format) && format::ends_in_gz(path) == gzipped {
+        let format = self.format;
+        let (packed, ending) = self.packing.name_of(format);
+        if self.packing.fits(format, path) {
             return Ok(());
         }
-        Err(AssetProblem::SaveName { format, gzipped }.of(path))
+        let problem = AssetProblem::SaveName {
+            format,
+            packed,
+            ending,
+        };
+        Err(problem.of(path))
     }
 
     /// Writes the file: to a temporary one in the same folder, which is then renamed, so that a failure leaves nothing.
@@ -357,10 +383,11 @@ mod tests {
             positions: slots.positions(&buffers),
             triangles: vec![[0, 1, 2]],
             slots,
+            names: Vec::new(),
             instances: Vec::new(),
             manifests: 0,
         };
-        let asset = Asset::assembled(PathBuf::new(), Format::Obj, None, buffers, geometry).unwrap();
+        let asset = Asset::assembled(PathBuf::new(), Format::Obj, Packing::Plain, buffers, geometry).unwrap();
         let moved = asset
             .with_positions(&[[0.0; 3], [2.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
             .unwrap();

@@ -60,6 +60,25 @@ pub enum AssetProblem {
         /// The largest size that is accepted for it.
         limit: u64,
     },
+    /// The zip archive is damaged, or packed in a way that is not read.
+    #[error("the zip archive can't be read ({0}): fetch the file again, or unpack it first")]
+    Archive(String),
+    /// An entry of the archive grows beyond what meshes do.
+    #[error(
+        "unpacks to more than {limit} bytes, far more than a mesh would from {compressed}: if you trust it, unpack it first"
+    )]
+    ArchiveTooLarge {
+        /// Compressed size in bytes.
+        compressed: usize,
+        /// The largest size that is accepted for it.
+        limit: u64,
+    },
+    /// No entry of the archive is a mesh by its name.
+    #[error("there is no mesh in this zip archive; {list} are read in one", list = Format::LIST)]
+    NoMeshInArchive,
+    /// Which one is meant can't be told.
+    #[error("there are several meshes in this zip archive ({}): unpack it, and name one", .0.join(", "))]
+    SeveralMeshesInArchive(Vec<String>),
     /// Positions and faces were read but do not make a mesh.
     #[error("{0}")]
     Geometry(#[source] MeshError),
@@ -77,12 +96,14 @@ pub enum AssetProblem {
     #[error("exists already: choose another name, or allow overwriting")]
     Exists,
     /// An asset keeps its format and compression, and the output's name says otherwise.
-    #[error("the output stays {format}{}: give it a name that ends in .{}{}", if *gzipped { ", gzipped" } else { "" }, format.extension(), if *gzipped { ".gz" } else { "" })]
+    #[error("the output stays {format}{packed}: give it a name that ends in .{ending}")]
     SaveName {
         /// The asset's format.
         format: Format,
-        /// Whether it is gzipped.
-        gzipped: bool,
+        /// How it is packed, as a message says it after the format; empty if it is not.
+        packed: &'static str,
+        /// How its name has to end.
+        ending: String,
     },
     /// The output cannot be written.
     #[error("{}", reason_and_remedy(.0, "written"))]

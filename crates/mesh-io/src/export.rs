@@ -190,3 +190,54 @@ fn gltf_json(mesh: &TriMesh, length: usize, uri: Option<&str>) -> String {
     })
     .to_string()
 }
+
+/// A 3MF of one object, in millimetres.
+pub(crate) fn threemf(mesh: &TriMesh, precision: Precision) -> Vec<u8> {
+    const TYPES: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
+<Types xmlns="http://schemas.openxmlformats.org/package/2006/content-types"><Default Extension="rels" ContentType="application/vnd.openxmlformats-package.relationships+xml"/><Default Extension="model" ContentType="application/vnd.ms-package.3dmanufacturing-3dmodel+xml"/></Types>"#;
+    const RELATIONS: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
+<Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships"><Relationship Target="/3D/3dmodel.model" Id="rel0" Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>"#;
+    let parts = [
+        ("[Content_Types].xml", TYPES.as_bytes()),
+        ("_rels/.rels", RELATIONS.as_bytes()),
+        ("3D/3dmodel.model", &threemf_model(mesh, precision)),
+    ];
+    let mut archive = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
+    for (name, content) in parts {
+        let options = zip::write::SimpleFileOptions::default();
+        archive
+            .start_file(name, options)
+            .and_then(|()| Ok(std::io::Write::write_all(&mut archive, content)?))
+            .expect("a vector takes every byte");
+    }
+    archive.finish().expect("a vector takes every byte").into_inner()
+}
+
+fn threemf_model(mesh: &TriMesh, precision: Precision) -> Vec<u8> {
+    let mut out = br#"<?xml version="1.0" encoding="UTF-8"?>
+<model unit="millimeter" xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02">
+<resources><object id="1" type="model"><mesh>
+<vertices>
+"#
+    .to_vec();
+    for position in mesh.positions() {
+        out.extend(b"<vertex");
+        for (name, &x) in ["x", "y", "z"].iter().zip(position) {
+            out.extend(format!(" {name}=\"").bytes());
+            match precision {
+                Precision::Single => number::write_single(x as f32, &mut out),
+                Precision::Double => number::write_double(x, &mut out),
+            }
+            out.push(b'"');
+        }
+        out.extend(b"/>\n");
+    }
+    out.extend(b"</vertices>\n<triangles>\n");
+    for [a, b, c] in mesh.triangles() {
+        out.extend(format!("<triangle v1=\"{a}\" v2=\"{b}\" v3=\"{c}\"/>\n").bytes());
+    }
+    out.extend(
+        b"</triangles>\n</mesh></object></resources>\n<build><item objectid=\"1\"/></build>\n</model>\n",
+    );
+    out
+}

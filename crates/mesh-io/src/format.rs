@@ -19,6 +19,8 @@ pub enum Format {
     Gltf,
     /// glTF 2.0 in one binary file.
     Glb,
+    /// 3D Manufacturing Format: XML in a zip archive.
+    ThreeMf,
 }
 
 /// How binary STL begins: a free header, then the number of facets in 32 bits; and the size of a facet.
@@ -27,8 +29,16 @@ pub(crate) const STL_FACET: usize = 50;
 
 impl Format {
     /// The formats, as a message lists them.
-    pub(crate) const LIST: &str = "GLB, glTF, OBJ, PLY, STL and OFF";
-    const ALL: [Self; 6] = [Self::Obj, Self::Ply, Self::Stl, Self::Off, Self::Gltf, Self::Glb];
+    pub(crate) const LIST: &str = "GLB, glTF, OBJ, PLY, STL, OFF and 3MF";
+    const ALL: [Self; 7] = [
+        Self::Obj,
+        Self::Ply,
+        Self::Stl,
+        Self::Off,
+        Self::Gltf,
+        Self::Glb,
+        Self::ThreeMf,
+    ];
 
     /// The usual end of a file name, without the dot.
     pub fn extension(self) -> &'static str {
@@ -39,6 +49,7 @@ impl Format {
             Self::Off => "off",
             Self::Gltf => "gltf",
             Self::Glb => "glb",
+            Self::ThreeMf => "3mf",
         }
     }
 

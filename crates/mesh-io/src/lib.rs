@@ -17,6 +17,7 @@
 //! **Costs.** Reading takes linear time (welding n log n) and memory of a small multiple of the file's size; counts in a header
 //! are checked against that size before anything is allocated.
 
+mod archive;
 mod asset;
 mod buffer;
 mod error;
@@ -25,6 +26,7 @@ mod format;
 mod formats;
 mod gzip;
 mod number;
+mod packing;
 mod save;
 mod scalar;
 mod slots;

@@ -136,7 +136,7 @@ pub(crate) fn number_at(bytes: &[u8], start: usize) -> &[u8] {
     let rest = &bytes[start..];
     let length = rest
         .iter()
-        .position(|&b| ends_word(b) || b == b'\\')
+        .position(|&b| ends_word(b) || matches!(b, b'\\' | b'"' | b'\''))
         .unwrap_or(rest.len());
     &rest[..length]
 }

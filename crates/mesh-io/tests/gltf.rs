@@ -1,4 +1,5 @@
 //! glTF as it comes: scenes, seams, buffers of all kinds; written back with new positions and nothing else changed.
+#![allow(clippy::unwrap_used)] // in the helpers of tests, too
 
 mod gltf_common;
 
@@ -170,6 +171,8 @@ fn an_instance_is_marked_once_and_lies_where_the_default_scene_has_it_first() {
             .iter()
             .all(|p| (6.0..=8.0).contains(&p[0]))
     );
+    assert_eq!(asset.name_of(4), None, "neither node nor mesh has a name");
+    assert_eq!(open(&Scene::pyramid().glb()).name_of(4), Some("pyramid"));
     let shown = asset.scene().unwrap();
     // Neighbours stand side by side: two corners of each are those of the next.
     assert_eq!((shown.vertex_count(), shown.triangle_count()), (11, 18));

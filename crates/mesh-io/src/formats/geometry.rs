@@ -1,3 +1,5 @@
+use std::ops::Range;
+
 use crate::slots::Slots;
 use crate::slots::placement::Placement;
 
@@ -6,6 +8,8 @@ pub(crate) struct Geometry {
     pub(crate) positions: Vec<[f64; 3]>,
     pub(crate) triangles: Vec<[u32; 3]>,
     pub(crate) slots: Slots,
+    /// What the file calls its vertices: the node, mesh or object that they belong to, in ascending ranges.
+    pub(crate) names: Vec<(Range<usize>, String)>,
     /// Triangles that are shown more than once, each time but the first.
     pub(crate) instances: Vec<Instance>,
     /// How many manifests say whose the file is by a digest of all of it (C2PA).

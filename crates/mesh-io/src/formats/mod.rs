@@ -7,6 +7,7 @@ mod off;
 mod ply;
 mod stl;
 mod text;
+mod threemf;
 
 use std::path::Path;
 
@@ -29,6 +30,7 @@ pub(crate) fn read(
         Format::Ply => ply::read(&file.bytes),
         Format::Stl => stl::read(&file.bytes),
         Format::Off => off::read(&file.bytes),
+        Format::ThreeMf => threemf::read(&file.bytes),
         Format::Gltf | Format::Glb => return gltf::read(path, file),
     };
     let geometry = geometry.map_err(|fault| fault.of(path))?;
@@ -44,6 +46,7 @@ pub(crate) fn write(format: Format, mesh: &TriMesh, precision: Precision) -> Vec
         Format::Off => export::off(mesh, precision),
         Format::Gltf => export::gltf(mesh),
         Format::Glb => export::glb(mesh),
+        Format::ThreeMf => export::threemf(mesh, precision),
     }
 }
 

@@ -43,6 +43,7 @@ fn read_binary(bytes: &[u8]) -> Result<Geometry, Fault> {
         positions,
         triangles,
         slots,
+        names: Vec::new(),
         instances: Vec::new(),
         manifests: 0,
     })

@@ -1,10 +1,12 @@
 //! What the text formats have in common.
 
+use std::ops::Range;
+
 use super::geometry::{Geometry, fan};
 use crate::error::{CUT_SHORT, Fault};
 use crate::number;
 use crate::scalar::Scalar;
-use crate::slots::{Slots, text::TextSlots};
+use crate::slots::{Slots, placement::Placement, text::TextSlots};
 use crate::words::{Word, Words, not_a_number};
 
 /// Gathers the vertices and triangles of a text file.
@@ -13,6 +15,7 @@ pub(crate) struct TextGeometry {
     positions: Vec<[f64; 3]>,
     starts: Vec<[usize; 3]>,
     triangles: Vec<[u32; 3]>,
+    placed: Vec<(Range<usize>, Placement)>,
     /// Whether a coordinate has more digits than single precision.
     double: bool,
 }
@@ -24,9 +27,14 @@ impl TextGeometry {
 
     /// Takes a vertex's coordinates, x, y, z.
     pub(crate) fn push_vertex(&mut self, words: &Words<'_>, xyz: [Word<'_>; 3]) -> Result<(), Fault> {
+        self.push_words(xyz).map_err(|word| not_a_number(words, word))
+    }
+
+    /// Takes a vertex's coordinates, or returns the one that is no number.
+    pub(crate) fn push_words<'a>(&mut self, xyz: [Word<'a>; 3]) -> Result<(), Word<'a>> {
         let mut position = [0.0; 3];
         for (value, word) in position.iter_mut().zip(xyz) {
-            *value = number::parse(word.text).ok_or_else(|| not_a_number(words, word))?;
+            *value = number::parse(word.text).ok_or(word)?;
             self.double = self.double || !number::fits_single(word.text, *value);
         }
         self.positions.push(position);
@@ -51,6 +59,18 @@ impl TextGeometry {
         fan(corners, &mut self.triangles);
     }
 
+    pub(crate) fn push_triangles(&mut self, triangles: impl IntoIterator<Item = [u32; 3]>) {
+        self.triangles.extend(triangles);
+    }
+
+    /// Puts vertices where the file says that they are shown; each vertex once.
+    pub(crate) fn place(&mut self, vertices: Range<usize>, placement: Placement) {
+        for position in &mut self.positions[vertices.clone()] {
+            *position = placement.apply(*position);
+        }
+        self.placed.push((vertices, placement));
+    }
+
     /// The geometry, in the precision that the digits show.
     pub(crate) fn finish(self) -> Geometry {
         let precision = if self.double { Scalar::F64 } else { Scalar::F32 };
@@ -60,12 +80,14 @@ impl TextGeometry {
     /// The geometry, in declared types.
     pub(crate) fn finish_as(self, types: [Scalar; 3]) -> Geometry {
         Geometry {
+            names: Vec::new(),
             instances: Vec::new(),
             manifests: 0,
             positions: self.positions,
             triangles: self.triangles,
             slots: Slots::Text(TextSlots {
                 starts: self.starts,
+                placed: self.placed,
                 types,
             }),
         }

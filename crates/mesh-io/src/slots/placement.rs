@@ -25,6 +25,18 @@ impl Placement {
         self.linear == [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]] && self.offset == [0.0; 3]
     }
 
+    /// This one, then another.
+    pub(crate) fn then(&self, next: &Self) -> Option<Self> {
+        let image = |axis: usize| {
+            let unit = std::array::from_fn(|i| if i == axis { 1.0 } else { 0.0 });
+            let [p, o] = [unit, [0.0; 3]].map(|point| next.apply(self.apply(point)));
+            [p[0] - o[0], p[1] - o[1], p[2] - o[2], 0.0]
+        };
+        let [x, y, z] = next.apply(self.apply([0.0; 3]));
+        let columns = [image(0), image(1), image(2), [x, y, z, 1.0]];
+        Self::of_columns(columns.as_flattened().try_into().ok()?)
+    }
+
     /// Whether it turns a surface inside out.
     pub(crate) fn mirrors(&self) -> bool {
         determinant(&self.linear) < 0.0

@@ -1,5 +1,7 @@
+use std::ops::Range;
 use std::sync::Arc;
 
+use super::placement::Placement;
 use super::replacement::{Refusal, axes_in_order, replacement};
 use crate::error::{Fault, Place};
 use crate::scalar::Scalar;
@@ -10,15 +12,36 @@ use crate::{number, words};
 pub(crate) struct TextSlots {
     /// First bytes of x, y and z of each vertex; vertices ascend, axes may stand in any order.
     pub(crate) starts: Vec<[usize; 3]>,
+    /// Vertices that are shown elsewhere than where their numbers say.
+    pub(crate) placed: Vec<(Range<usize>, Placement)>,
     /// What x, y and z are rounded to: decimals have a type, too.
     pub(crate) types: [Scalar; 3],
 }
 
 impl TextSlots {
     pub(super) fn positions(&self, bytes: &[u8]) -> impl Iterator<Item = [f64; 3]> {
-        self.starts
+        self.starts.iter().enumerate().map(move |(vertex, starts)| {
+            let own = starts.map(|start| number_at(bytes, start));
+            self.placement(vertex)
+                .map_or(own, |placement| placement.apply(own))
+        })
+    }
+
+    fn placement(&self, vertex: usize) -> Option<&Placement> {
+        let of_vertex = self
+            .placed
             .iter()
-            .map(move |starts| starts.map(|start| number_at(bytes, start)))
+            .find(|(vertices, _)| vertices.contains(&vertex));
+        of_vertex.map(|(_, placement)| placement)
+    }
+
+    /// What a vertex's own numbers have to be so that it is shown at `position`; `None` if it is.
+    fn own(&self, bytes: &[u8], vertex: usize, position: [f64; 3]) -> Option<[f64; 3]> {
+        let Some(placement) = self.placement(vertex) else {
+            return Some(position);
+        };
+        let held = placement.apply(self.starts[vertex].map(|start| number_at(bytes, start)));
+        (held != position).then(|| placement.undo(position))
     }
 
     pub(super) fn place(&self, bytes: &[u8], vertex: usize, axis: usize) -> Place {
@@ -39,7 +62,7 @@ impl TextSlots {
         };
         let mut starts = self.starts.clone();
         for (vertex, starts) in starts.iter_mut().enumerate() {
-            let target = target(vertex);
+            let target = target(vertex).and_then(|position| self.own(bytes, vertex, position));
             for axis in axes_in_order(*starts) {
                 let start = starts[axis];
                 starts[axis] = splice.copy_to(start);
@@ -61,7 +84,10 @@ impl TextSlots {
         if splice.changed {
             *bytes = Arc::new(splice.new);
         }
-        Ok(Self { starts, ..*self })
+        Ok(Self {
+            starts,
+            ..self.clone()
+        })
     }
 }
 

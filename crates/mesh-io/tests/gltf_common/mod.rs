@@ -1,5 +1,10 @@
 //! A pyramid in every kind of glTF.
-#![allow(missing_docs, unreachable_pub)]
+#![allow(
+    missing_docs,
+    unreachable_pub,
+    clippy::unwrap_used,
+    clippy::single_range_in_vec_init
+)]
 
 use std::ops::Range;
 

@@ -49,7 +49,7 @@ pub(crate) fn read(path: &Path, file: Buffer) -> Result<(Vec<Buffer>, Geometry),
 /// Where the positions lie.
 fn runs(document: &Document, store: &Store) -> Result<Vec<BinaryRun>, Fault> {
     let mut vertices = Vertices::default();
-    for_each_primitive(document, store, |_, positions, placement| {
+    for_each_primitive(document, store, |_, positions, (placement, _)| {
         vertices.add(document, store, positions, placement).map(drop)
     })?;
     vertices.lock_what_others_use(document, store)?;
@@ -73,7 +73,8 @@ fn geometry(document: &Document, store: &Store) -> Result<Geometry, Fault> {
     let mut first: HashMap<_, (Range<usize>, Option<Placement>)> = HashMap::new();
     let mut instances = Vec::new();
     let mut room: usize = store.buffers.iter().map(|buffer| buffer.bytes.len()).sum();
-    for_each_primitive(document, store, |primitive, positions, placement| {
+    let mut names = Vec::new();
+    for_each_primitive(document, store, |primitive, positions, (placement, name)| {
         let indices = primitive.indices.map(|index| index.value());
         let key = (positions, indices, mode(primitive).map(Mode::as_gl_enum));
         if let Some((range, from)) = first.get(&key) {
@@ -87,8 +88,12 @@ fn geometry(document: &Document, store: &Store) -> Result<Geometry, Fault> {
             }
             return Ok(());
         }
-        let numbers = vertices.add(document, store, positions, placement)?;
-        let corners = corners(document, store, indices, numbers)?;
+        let first_vertex = vertices.count();
+        let numbers = vertices.add(document, store, positions, placement)?.to_vec();
+        if let Some(name) = name.filter(|_| vertices.count() > first_vertex) {
+            names.push((first_vertex..vertices.count(), name.to_string()));
+        }
+        let corners = corners(document, store, indices, &numbers)?;
         let start = triangles.len();
         let flip = placement.is_some_and(Placement::mirrors);
         cut(&corners, mode(primitive), flip, &mut triangles);
@@ -107,17 +112,18 @@ fn geometry(document: &Document, store: &Store) -> Result<Geometry, Fault> {
         positions,
         triangles,
         slots,
+        names,
         instances,
         manifests: 0,
     })
 }
 
-/// Calls `each` for every primitive that has triangles, with the accessor of its positions and its place in the scene. Meshes that
+/// Calls `each` for every primitive that has triangles, with the accessor of its positions, its place in the scene and its name. Meshes that
 /// the scene flattens to nothing are passed over.
 fn for_each_primitive(
     document: &Document,
     store: &Store,
-    mut each: impl FnMut(&Primitive, usize, Option<&Placement>) -> Result<(), Fault>,
+    mut each: impl FnMut(&Primitive, usize, (Option<&Placement>, Option<&str>)) -> Result<(), Fault>,
 ) -> Result<(), Fault> {
     for placed in scene::placed_meshes(document, store)? {
         let Some(placement) = Placement::of_columns(&placed.columns) else {
@@ -127,7 +133,7 @@ fn for_each_primitive(
         for primitive in &document.root.meshes[placed.mesh].primitives {
             let positions = primitive.attributes.get(&Checked::Valid(Semantic::Positions));
             if let (Some(positions), Some(_)) = (positions, mode(primitive)) {
-                each(primitive, positions.value(), placement)?;
+                each(primitive, positions.value(), (placement, placed.name.as_deref()))?;
             }
         }
     }

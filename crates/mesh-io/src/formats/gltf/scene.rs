@@ -21,6 +21,8 @@ pub(super) struct Placed {
     pub(super) mesh: usize,
     /// From its own coordinates to the scene's.
     pub(super) columns: Columns,
+    /// What the node is called, or else the mesh.
+    pub(super) name: Option<String>,
 }
 
 /// Every mesh that a scene shows, as often as it does: the default scene's first. Of a file without scenes and nodes, all meshes as they are.
@@ -41,12 +43,18 @@ pub(super) fn placed_meshes(document: &Document, store: &Store) -> Result<Vec<Pl
         placed.push(Placed {
             mesh,
             columns: skin_matrix(document, store, &world, node)?.unwrap_or(world[node]),
+            name: document
+                .node(node)?
+                .name
+                .clone()
+                .or_else(|| root.meshes[mesh].name.clone()),
         });
     }
     if root.nodes.iter().all(|node| node.mesh.is_none()) {
         placed.extend((0..root.meshes.len()).map(|mesh| Placed {
             mesh,
             columns: IDENTITY,
+            name: root.meshes[mesh].name.clone(),
         }));
     }
     Ok(placed)

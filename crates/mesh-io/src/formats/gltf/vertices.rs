@@ -29,6 +29,11 @@ pub(super) struct Vertices {
 }
 
 impl Vertices {
+    /// How many there are.
+    pub(super) fn count(&self) -> usize {
+        self.count as usize
+    }
+
     /// Adds the elements of an accessor, placed by whoever comes first; returns which vertices they are.
     pub(super) fn add(
         &mut self,

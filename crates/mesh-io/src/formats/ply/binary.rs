@@ -96,6 +96,7 @@ impl<'a> Binary<'a> {
             positions,
             triangles: binary.triangles.triangles,
             slots,
+            names: Vec::new(),
             instances: Vec::new(),
             manifests: 0,
         })

@@ -1,0 +1,271 @@
+//! Meshes in zip archives, 3MF among them: written back with everything else as it was.
+#![allow(clippy::unwrap_used)] // in the helpers of tests, too
+
+use std::io::{Cursor, Read, Write};
+
+use mesh::{TriMesh, shapes};
+use mesh_io::{Asset, AssetProblem, Format, Precision, write_mesh};
+use proptest::prelude::*;
+use zip::{CompressionMethod, ZipArchive, ZipWriter, write::SimpleFileOptions};
+
+fn open(bytes: &[u8]) -> Asset {
+    Asset::from_bytes(bytes, None).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn refusal(bytes: &[u8]) -> String {
+    Asset::from_bytes(bytes, None)
+        .expect_err("a bad file")
+        .to_string()
+}
+
+fn moved(mesh: &TriMesh) -> Vec<[f64; 3]> {
+    mesh.positions()
+        .iter()
+        .map(|[x, y, z]| [x + 0.5, y - 0.25 * x, z * 1.5])
+        .collect()
+}
+
+/// An archive of entries; those that are said to be stored are not compressed.
+fn archive(entries: &[(&str, &[u8], bool)]) -> Vec<u8> {
+    let mut writer = ZipWriter::new(Cursor::new(Vec::new()));
+    writer.set_raw_comment(b"kept".as_slice().into()).unwrap();
+    for (name, content, stored) in entries {
+        let method = if *stored {
+            CompressionMethod::Stored
+        } else {
+            CompressionMethod::Deflated
+        };
+        writer
+            .start_file(*name, SimpleFileOptions::default().compression_method(method))
+            .unwrap();
+        writer.write_all(content).unwrap();
+    }
+    writer.finish().unwrap().into_inner()
+}
+
+/// Names and contents of the entries, in their order.
+fn entries(bytes: &[u8]) -> Vec<(String, Vec<u8>)> {
+    let mut archive = ZipArchive::new(Cursor::new(bytes)).unwrap();
+    assert_eq!(archive.comment(), b"kept");
+    (0..archive.len())
+        .map(|i| {
+            let mut file = archive.by_index(i).unwrap();
+            let mut content = Vec::new();
+            file.read_to_end(&mut content).unwrap();
+            (file.name().unwrap().into_owned(), content)
+        })
+        .collect()
+}
+
+fn threemf(model: &str) -> Vec<u8> {
+    archive(&[
+        ("[Content_Types].xml", b"<Types/>", false),
+        ("Metadata/thumbnail.png", &[7; 100], true),
+        ("3D/3dmodel.model", model.as_bytes(), false),
+        ("_rels/.rels", b"<Relationships/>", false),
+    ])
+}
+
+/// A tetrahedron of volume 1/6.
+const MESH: &str = r#"<mesh><vertices><vertex x="0" y="0" z="0"/><vertex x=" 1.0" y='0' z="0" />
+  <vertex z="0" y="1" x="0"/><vertex x="0" y="0" z="1"/></vertices>
+  <triangles><triangle v1="0" v2="2" v3="1" pid="1"/><triangle v1="0" v2="1" v3="3"/><triangle v1="1" v2="2" v3="3"/><triangle v1="2" v2="0" v3="3"/></triangles></mesh>"#;
+
+fn model(resources: &str, build: &str) -> String {
+    format!(
+        r#"<?xml version="1.0"?><!-- by hand --><model unit="inch" xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02"><metadata name="Title">a &lt;b&gt;</metadata><resources>{resources}</resources><build>{build}</build></model>"#
+    )
+}
+
+fn one_object() -> Vec<u8> {
+    threemf(&model(
+        &format!(r#"<object id="4">{MESH}</object>"#),
+        r#"<item objectid="4"/>"#,
+    ))
+}
+
+#[test]
+fn a_threemf_is_read_and_unchanged_it_keeps_every_byte() {
+    let file = one_object();
+    let asset = open(&file);
+    assert_eq!(asset.format(), Format::ThreeMf);
+    assert_eq!(
+        (asset.mesh().vertex_count(), asset.mesh().triangle_count()),
+        (4, 4)
+    );
+    assert!((asset.mesh().signed_volume() - 1.0 / 6.0).abs() < 1e-12);
+    assert_eq!(*asset.to_bytes(), *file);
+    let same = asset.with_positions(asset.mesh().positions()).unwrap();
+    assert_eq!(*same.to_bytes(), *file);
+}
+
+#[test]
+fn of_a_threemf_only_numbers_of_vertices_change() {
+    let file = one_object();
+    let asset = open(&file);
+    let changed = asset.with_positions(&moved(asset.mesh())).unwrap();
+    let bytes = changed.to_bytes();
+    assert_eq!(open(&bytes).mesh(), changed.mesh());
+    assert_eq!(open(&bytes).mesh().positions(), moved(asset.mesh()));
+    let (old, new) = (entries(&file), entries(&bytes));
+    for (i, (old, new)) in old.iter().zip(&new).enumerate() {
+        assert_eq!(old.0, new.0);
+        assert!(i == 2 || old.1 == new.1, "{}", old.0);
+    }
+    let without_numbers = |xml: &[u8]| {
+        let text = String::from_utf8(xml.to_vec()).unwrap();
+        text.chars()
+            .filter(|c| !c.is_ascii_digit() && !"-.".contains(*c))
+            .collect::<String>()
+    };
+    assert_eq!(without_numbers(&old[2].1), without_numbers(&new[2].1));
+}
+
+#[test]
+fn objects_lie_where_items_and_components_put_them_and_once_each() {
+    let resources = format!(
+        r#"<object id="1">{MESH}</object><object id="2"><components><component objectid="1" transform="2 0 0 0 2 0 0 0 2 10 0 0"/>
+           <component objectid="1" transform="-1 0 0 0 1 0 0 0 1 0 0 0"/></components></object>"#
+    );
+    let build = r#"<item objectid="2" transform="0 1 0 -1 0 0 0 0 1 0 0 5"/>"#;
+    let asset = open(&threemf(&model(&resources, build)));
+    // Doubled and moved by 10 along x, which the item turns to y; then up by 5.
+    assert_eq!(asset.mesh().positions()[0], [0.0, 10.0, 5.0]);
+    assert_eq!(asset.mesh().positions()[1], [0.0, 12.0, 5.0]);
+    assert!((asset.mesh().signed_volume() - 8.0 / 6.0).abs() < 1e-12);
+    let shown = asset.scene().unwrap();
+    assert_eq!(shown.vertex_count(), 8);
+    assert!(
+        (shown.signed_volume() - 9.0 / 6.0).abs() < 1e-12,
+        "the mirrored one faces outwards, too"
+    );
+    let changed = asset.with_positions(&moved(asset.mesh())).unwrap();
+    assert_eq!(open(&changed.to_bytes()).mesh(), changed.mesh());
+    for (held, wanted) in changed
+        .mesh()
+        .positions()
+        .as_flattened()
+        .iter()
+        .zip(moved(asset.mesh()).as_flattened())
+    {
+        assert!((held - wanted).abs() < 1e-5);
+    }
+}
+
+#[test]
+fn what_a_threemf_lacks_is_said() {
+    let object = |mesh: &str| {
+        threemf(&model(
+            &format!(r#"<object id="4">{mesh}</object>"#),
+            r#"<item objectid="4"/>"#,
+        ))
+    };
+    for (file, expected) in [
+        (
+            object(&MESH.replace("v3=\"1\"", "v3=\"9\"")),
+            "a triangle whose vertex there is not",
+        ),
+        (
+            object(&MESH.replace("x=\" 1.0\"", "x=\"one\"")),
+            "\"one\" is not a number",
+        ),
+        (
+            object(&MESH.replace("x=\" 1.0\"", "")),
+            "vertex 1 needs three coordinates",
+        ),
+        (
+            object(&MESH.replace("</mesh>", "</triangles>")),
+            "not the XML of 3MF",
+        ),
+        (
+            threemf(&model("", r#"<item objectid="4" p:path="/3D/Objects/a.model"/>"#)),
+            "production extension",
+        ),
+        (
+            threemf(&model(
+                r#"<object id="1"><components><component objectid="1"/><component objectid="1"/></components></object>"#,
+                r#"<item objectid="1"/>"#,
+            )),
+            "made of each other without end",
+        ),
+        (object(""), "triangle"),
+    ] {
+        let message = refusal(&file);
+        assert!(message.contains(expected), "{expected}: {message}");
+    }
+}
+
+#[test]
+fn a_new_threemf_is_read_as_it_was_written() {
+    let mesh = shapes::bumpy_sphere(2, 7);
+    let asset = open(&write_mesh(&mesh, Format::ThreeMf, Precision::Double));
+    assert_eq!(asset.mesh(), &mesh);
+}
+
+#[test]
+fn the_one_mesh_of_an_archive_is_read_and_the_rest_stays() {
+    let mesh = shapes::bumpy_sphere(2, 7);
+    let obj = write_mesh(&mesh, Format::Obj, Precision::Double);
+    let file = archive(&[
+        ("model/model.obj", &obj, false),
+        ("model/model.mtl", b"newmtl a", true),
+        ("__MACOSX/model/._model.obj", b"junk", true),
+        ("model/.hidden.obj", b"junk", true),
+    ]);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("model.zip");
+    std::fs::write(&path, &file).unwrap();
+    let asset = Asset::open(&path).unwrap();
+    assert_eq!((asset.format(), asset.mesh()), (Format::Obj, &mesh));
+    let changed = asset.with_positions(&moved(&mesh)).unwrap();
+    let signed = folder.path().join("signed.zip");
+    changed.save(&signed, false).unwrap();
+    let again = Asset::open(&signed).unwrap();
+    assert_eq!(again.mesh().positions(), moved(&mesh));
+    let (old, new) = (entries(&file), entries(&std::fs::read(&signed).unwrap()));
+    assert_eq!(old[1..], new[1..]);
+    let error = changed.save(folder.path().join("signed.obj"), false).unwrap_err();
+    assert!(
+        error
+            .to_string()
+            .contains("the output stays OBJ in a zip archive: give it a name that ends in .zip"),
+        "{error}"
+    );
+}
+
+#[test]
+fn archives_without_one_mesh_are_refused() {
+    let several = archive(&[("a.obj", b"v", false), ("b.stl", b"", false)]);
+    assert!(refusal(&several).contains("several meshes in this zip archive (a.obj, b.stl)"));
+    assert!(refusal(&archive(&[("a.txt", b"", false)])).contains("no mesh in this zip archive"));
+    assert!(refusal(b"PK\x03\x04 and nothing more").contains("can't be read"));
+    let bomb = archive(&[("a.obj", &vec![b'#'; 30 << 20], false)]);
+    assert!(matches!(
+        Asset::from_bytes(bomb, None).unwrap_err().problem,
+        AssetProblem::ArchiveTooLarge { .. }
+    ));
+}
+
+proptest! {
+    #[test]
+    fn damaged_models_are_refused_or_read_and_nothing_panics(at in any::<prop::sample::Index>(), byte in any::<u8>(), raw in any::<bool>()) {
+        let text = model(&format!(r#"<object id="4">{MESH}</object>"#), r#"<item objectid="4" transform="2 0 0 0 2 0 0 0 2 1 1 1"/>"#);
+        let mut bytes = text.into_bytes();
+        if !raw {
+            let at = at.index(bytes.len());
+            bytes[at] = byte;
+        }
+        let mut file = archive(&[("3D/3dmodel.model", &bytes, false)]);
+        if raw {
+            let at = at.index(file.len());
+            file[at] = byte;
+        }
+        if let Ok(asset) = Asset::from_bytes(file, None) {
+            let changed = asset.with_positions(&moved(asset.mesh()));
+            if let Ok(changed) = changed {
+                let again = open(&changed.to_bytes());
+                prop_assert_eq!(again.mesh(), changed.mesh());
+            }
+        }
+    }
+}
