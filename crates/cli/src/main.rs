@@ -1,18 +1,21 @@
 //! `sigmark`: sign 3D models, and find the signature again.
 //!
-//! `main` turns the outcome of a command into an exit code: 0 for yes, 1 for no, 2 if it could not be done. What failed, where
-//! and what to do goes to standard error; results go to standard output.
+//! `main` turns the outcome of a command into an exit code: 0 for yes, 1 for no, 2 if it could not be done, 130 after
+//! Ctrl-C. What failed, where and what to do goes to standard error; results go to standard output.
 
 mod args;
+mod batch;
 mod capacity;
 mod claims;
 mod commands;
 mod files;
+mod interrupt;
 mod keys;
 mod npz;
 mod points;
 mod progress;
 mod report;
+mod report_page;
 mod stamps;
 mod usage;
 
@@ -28,6 +31,8 @@ enum Answer {
     Yes,
     /// The question was answered with no.
     No,
+    /// Of several things some could not be done; why was said of each.
+    Failed,
 }
 
 fn main() -> ExitCode {
@@ -50,6 +55,11 @@ fn main() -> ExitCode {
     match answer {
         Ok(Answer::Yes) => ExitCode::SUCCESS,
         Ok(Answer::No) => ExitCode::from(1),
+        Ok(Answer::Failed) => ExitCode::from(2),
+        Err(_) if interrupt::is_asked_for() => {
+            interrupt::say();
+            ExitCode::from(interrupt::EXIT_CODE)
+        }
         Err(error) => {
             report::failure(&error);
             ExitCode::from(2)

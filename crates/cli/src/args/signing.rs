@@ -85,10 +85,11 @@ patches, unmarked_vertices, alpha, distortion_rms (fraction of the diagonal), ma
 noise_detected (up to which noise, as a share of the bounding box, the signature is read, is evidence, is detected), facet_turn (median, p99, max: by how many degrees triangles \
 turned), flipped (triangles that look the other way), seconds (of each stage).")]
 pub(crate) struct Embed {
-    /// The mesh to sign
-    pub(crate) model: PathBuf,
-    /// Where to write the signed mesh: the same format as the model
-    #[arg(short, long, value_name = "FILE")]
+    /// The mesh to sign; several, or folders of them, are signed one after the other
+    #[arg(required = true, value_name = "MODEL")]
+    pub(crate) models: Vec<PathBuf>,
+    /// Where to write the signed mesh: the same format as the model. Of several models, the folder for all, made if there is none
+    #[arg(short, long, value_name = "PATH")]
     pub(crate) output: PathBuf,
     /// The private key
     #[arg(short, long, value_name = "PEM")]
@@ -192,7 +193,7 @@ original), mirrored, attack_model (of what moved the suspect, the shares of squa
 smoothing, tessellation_bias and noise explain; null where the paper's rule alone read it), remark (why it is another shape), message, recipient, public_key (fingerprint), stamps (time, authority and serial of each; null where --stamp-roots is not given), seconds (of each stage). What can't be said \
 is null.")]
 pub(crate) struct Verify {
-    /// The meshes in question; what is computed of the original for the first serves the others
+    /// The meshes in question, or folders of them; what is computed of the original for the first serves the others
     #[arg(required = true, value_name = "SUSPECT")]
     pub(crate) suspects: Vec<PathBuf>,
     /// The certificate that embed wrote
@@ -216,6 +217,12 @@ pub(crate) struct Verify {
     /// The largest probability of being wrong that counts as detected
     #[arg(long, value_name = "P", default_value = "1e-6", allow_negative_numbers = true, value_parser = numbers::between_0_and_1)]
     pub(crate) p_bound: f64,
+    /// Where to write what was found as a page for people: HTML in one file, with pictures
+    #[arg(long, value_name = "FILE")]
+    pub(crate) report: Option<PathBuf>,
+    /// Replace a report that exists
+    #[arg(long, requires = "report")]
+    pub(crate) force: bool,
     #[command(flatten)]
     pub(crate) time_limit: TimeLimit,
     #[command(flatten)]
