@@ -22,7 +22,9 @@ mod usage;
 use std::process::ExitCode;
 
 use args::Command;
-use commands::{align, compare, dispute, embed, inspect, keygen, partition, spectrum, stamp, verify};
+use commands::{
+    align, compare, completions, dispute, embed, inspect, keygen, man, partition, spectrum, stamp, verify,
+};
 
 /// What a command that was carried out has to say.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,6 +53,8 @@ fn main() -> ExitCode {
         Command::Inspect(arguments) => inspect::run(arguments),
         Command::Spectrum(arguments) => spectrum::run(arguments),
         Command::Partition(arguments) => partition::run(arguments),
+        Command::Completions(arguments) => completions::run(arguments),
+        Command::Man(arguments) => man::run(arguments),
     };
     match answer {
         Ok(Answer::Yes) => ExitCode::SUCCESS,

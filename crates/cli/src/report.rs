@@ -58,8 +58,13 @@ pub(crate) fn print(json: bool, object: &Value, lines: &Lines) -> Result<()> {
         true => format!("{object}\n"),
         false => lines.0.iter().map(|line| printable(line) + "\n").collect(),
     };
+    write(text.as_bytes())
+}
+
+/// Writes to standard output. A reader that has closed its end is no error.
+pub(crate) fn write(text: &[u8]) -> Result<()> {
     let mut out = io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+    match out.write_all(text).and_then(|()| out.flush()) {
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
         other => other.context("the report can't be written to standard output, but the work is done"),
     }

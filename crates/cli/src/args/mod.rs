@@ -3,6 +3,7 @@
 mod analysing;
 mod comparing;
 mod disputing;
+mod installing;
 mod numbers;
 mod shared;
 mod signing;
@@ -14,6 +15,7 @@ pub(crate) use self::{
     analysing::{Inspect, Laplacian, Partition, Spectrum},
     comparing::{Align, Compare, Heat, MetricName},
     disputing::Dispute,
+    installing::{Completions, Man},
     shared::{Common, TimeLimit},
     signing::{Embed, Keygen, Profile, Verify},
     stamping::{Attach, Request, Stamp, Step},
@@ -64,4 +66,9 @@ pub(crate) enum Command {
     Spectrum(Spectrum),
     /// Cut a mesh or a graph into parts of equal size with short borders
     Partition(Partition),
+    /// Print what makes a shell complete commands and options
+    Completions(Completions),
+    /// Write the manual pages
+    #[command(hide = true)]
+    Man(Man),
 }

@@ -46,7 +46,7 @@ fn chances(verdict: &Verdict, arguments: &Verify) -> Html {
     let owner = card(
         "p, for a claim that was there before the suspect",
         verdict.p_value,
-        Html::text(words::for_owner(verdict, arguments)),
+        words::for_owner(verdict, arguments),
     );
     let stranger = card(
         "p<sub>dispute</sub>, for a stranger\u{2019}s claim",
@@ -72,7 +72,7 @@ fn gallery(pictures: &Pictures) -> Html {
     };
     figures.push(&figure(&pictures.suspect, suspect, "The suspect"));
     if let Some(difference) = &pictures.difference {
-        figures.push(&figure(&difference.sides, "How far the suspect lies from the original", "The difference in colours"));
+        figures.push(&figure(&difference.sides, "Where the two differ", "The difference in colours"));
     }
     let class = match pictures.difference {
         Some(_) => "gallery three",
@@ -87,8 +87,8 @@ fn gallery(pictures: &Pictures) -> Html {
                 .map(|part| Html::text(percent(part * difference.greatest)).within("span", None))
                 .into_iter()
                 .collect();
-            bar.and(ticks.within("div", Some("ticks")))
-                .and(Html::markup("of the original\u{2019}s diagonal; what is farther off is red, too, which is 1 vertex of 100 or fewer. All pictures have one camera and one light, the lower row from the other side.").within("p", Some("note")))
+            bar.and(ticks.within("div", Some("ticks"))).within("div", None)
+                .and(Html::markup("Distance between the suspect\u{2019}s surface and the original\u{2019}s, in per cent of the original\u{2019}s diagonal. What is farther off is red, too: 1 vertex of 100 or fewer. All pictures have the same camera and the same light; the lower row is seen from the other side.").within("p", Some("note")))
                 .within("div", Some("scale"))
         }
     };
@@ -113,7 +113,11 @@ fn percent(fraction: f64) -> String {
         0.0 => "0".into(),
         cent if cent >= 1e-4 => {
             let digits = (2.0 - cent.log10().floor()).clamp(0.0, 7.0) as usize;
-            format!("{cent:.digits$} %")
+            let text = format!("{cent:.digits$}");
+            match text.contains('.') {
+                true => format!("{} %", text.trim_end_matches('0').trim_end_matches('.')),
+                false => format!("{text} %"),
+            }
         }
         cent => format!("{cent:.1e} %"),
     }
@@ -126,7 +130,7 @@ fn measured(verdict: &Verdict, claim: &Claim) -> Html {
     if let (Some(rate), Some(errors)) = (verdict.extraction_rate, verdict.bit_errors) {
         let patches = claim.certificate.statement().alphas.len();
         let text = format!(
-            "{} of {} agree ({:.2} %), read from {} of {patches} patches of the surface; half of them agree by chance",
+            "{} of {} agree ({:.2} %), read from {} of {patches} patches of the surface; by chance, about half would agree",
             verdict.bits - errors,
             verdict.bits,
             100.0 * rate,

@@ -2,7 +2,7 @@
 
 use mesh::{Similarity, Vec3};
 use registration::MatchedBy;
-use sigmark::{Outcome, Verdict};
+use sigmark::{Mismatch, Outcome, Verdict};
 
 use super::html::Html;
 use crate::{args::Verify, claims::Claim, commands::verify::remark, report};
@@ -49,13 +49,24 @@ pub(super) fn sentences(verdict: &Verdict, arguments: &Verify, claim: &Claim) ->
         ),
         Outcome::Detected { .. } => format!(
             "The suspect carries the mark of the original. {agreeing} of its {bits} bits were read back rightly: the signature is not \
-             there as a whole, but a model without this mark does not agree with it so well by chance."
+             there as a whole, but a model without this mark does not agree with it so well by chance.{}",
+            match verdict.is_evidence() {
+                true => " That holds against a claim of a stranger, too.",
+                false => "",
+            }
         ),
         _ => match verdict.mismatch {
+            Some(Mismatch::Shape { in_place, least }) => format!(
+                "The suspect has the original\u{2019}s triangles, but another shape: {:.1} % of its vertices lie where those of the original \
+                 do, and {:.0} % are needed. A mark can be copied onto any model with these triangles, so what was read of one counts for \
+                 nothing.",
+                100.0 * in_place,
+                100.0 * least
+            ),
             Some(mismatch) => format!(
                 "The suspect is not the original, nor a copy or a part of it, as far as its shape tells: it {}. So no mark could be looked \
                  for.",
-                remark(mismatch).trim_start_matches("another shape: it ")
+                remark(mismatch)
             ),
             None => format!(
                 "The suspect has the shape of the original, but nothing of its mark was found: {agreeing} of {bits} bits agree, about as many \
@@ -80,12 +91,21 @@ pub(super) fn probability(p: f64) -> Html {
 }
 
 /// What stands below the owner's probability.
-pub(super) fn for_owner(verdict: &Verdict, arguments: &Verify) -> String {
-    let bound = format!("{:e}", arguments.p_bound);
-    match verdict.outcome.is_found() {
-        true => format!("so unlikely would this agreement be without the mark; at most {bound} was asked for"),
-        false if verdict.mismatch.is_some() => "no mark could be looked for".into(),
-        false => format!("so likely is this agreement without any mark; at most {bound} would count as detected"),
+pub(super) fn for_owner(verdict: &Verdict, arguments: &Verify) -> Html {
+    let (before, after) = match (verdict.outcome.is_found(), verdict.mismatch) {
+        (true, _) => ("so unlikely would this agreement be without the mark; at most ", " was asked for"),
+        (false, None) => ("so likely is this agreement without any mark; at most ", " would count as detected"),
+        (false, Some(_)) => return Html::markup("a mark on another shape counts for nothing"),
+    };
+    Html::markup(before).and(bound(arguments.p_bound)).and(Html::markup(after))
+}
+
+/// A bound that somebody chose: mostly a power of ten.
+fn bound(p: f64) -> Html {
+    let exponent = p.log10();
+    match (exponent - exponent.round()).abs() < 1e-9 && p < 0.01 {
+        true => Html::power_of_ten(exponent.round() as i32),
+        false => Html::text(format!("{p:e}")),
     }
 }
 
@@ -136,7 +156,9 @@ pub(super) fn transform(transform: &Similarity) -> String {
         }
         false => transform.rotation,
     };
-    let (angle, [x, y, z]) = turn(rotation);
+    let (angle, axis) = turn(rotation);
+    // Without the sign of what is nothing.
+    let [x, y, z] = axis.map(|x| if x.abs() < 5e-4 { 0.0 } else { x });
     steps.push(match angle.to_degrees() {
         degrees if degrees < 0.005 => "not turned".into(),
         degrees => format!("turned by {degrees:.2}\u{b0} about the axis ({x:.3}, {y:.3}, {z:.3})"),
