@@ -10,7 +10,7 @@ use quality::{
 };
 
 /// Pixels of a picture's longer side.
-const SIZE: usize = 640;
+const SIZE: usize = 560;
 
 /// Unpainted clay, light enough for the shades to be seen on paper.
 const CLAY: u32 = 0xc9c5bd;
