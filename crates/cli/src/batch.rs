@@ -42,7 +42,7 @@ pub(crate) fn meshes(paths: &[PathBuf], except: Option<&Path>) -> Result<Vec<Fou
         walk(path, Path::new(""), except.as_deref(), &mut inside)?;
         if inside.is_empty() {
             bail!(
-                "{}: no file in this folder is named as a mesh is; see --help for the formats",
+                "{}: is a directory, and no file in it is named as a mesh is; name a file, or a folder with meshes",
                 path.display()
             );
         }
@@ -127,7 +127,15 @@ mod tests {
     fn folders_are_walked_in_order_for_meshes_and_nothing_else() {
         let folder = tempfile::tempdir().unwrap();
         let root = folder.path().join("models");
-        for name in ["b.ply", "a.obj", "deep/er/c.STL.gz", "a.obj.cert.json", ".d.obj", ".git/e.obj", "out/f.off"] {
+        for name in [
+            "b.ply",
+            "a.obj",
+            "deep/er/c.STL.gz",
+            "a.obj.cert.json",
+            ".d.obj",
+            ".git/e.obj",
+            "out/f.off",
+        ] {
             let path = root.join(name);
             make_folder_of(&path).unwrap();
             fs::write(path, "").unwrap();
@@ -135,25 +143,49 @@ mod tests {
         let file = folder.path().join("z.obj");
         let given = [file.clone(), root.clone()];
         let names = |found: Vec<Found>| -> Vec<String> {
-            found.iter().map(|found| found.relative.to_string_lossy().replace('\\', "/")).collect()
+            found
+                .iter()
+                .map(|found| found.relative.to_string_lossy().replace('\\', "/"))
+                .collect()
         };
         let all = meshes(&given, None).unwrap();
-        assert_eq!(all[0], Found { path: file, relative: "z.obj".into() });
-        assert_eq!(names(all), ["z.obj", "a.obj", "b.ply", "deep/er/c.STL.gz", "out/f.off"]);
+        assert_eq!(
+            all[0],
+            Found {
+                path: file,
+                relative: "z.obj".into()
+            }
+        );
+        assert_eq!(
+            names(all),
+            ["z.obj", "a.obj", "b.ply", "deep/er/c.STL.gz", "out/f.off"]
+        );
         let others = meshes(&given[1..], Some(&root.join("out"))).unwrap();
         assert_eq!(names(others), ["a.obj", "b.ply", "deep/er/c.STL.gz"]);
 
         let empty = folder.path().join("empty");
         fs::create_dir(&empty).unwrap();
-        assert!(meshes(&[empty], None).unwrap_err().to_string().contains("no file in this folder"));
+        assert!(
+            meshes(&[empty], None)
+                .unwrap_err()
+                .to_string()
+                .contains("no file in it is named as a mesh is")
+        );
     }
 
     #[test]
     fn names_that_would_collide_are_refused() {
         let apart = [found("a.obj", "a.obj"), found("m/b/a.obj", "b/a.obj")];
         assert!(check_apart(&apart).is_ok());
-        let together = [found("m/a.obj", "a.obj"), found("b.obj", "b.obj"), found("n/a.obj", "a.obj")];
+        let together = [
+            found("m/a.obj", "a.obj"),
+            found("b.obj", "b.obj"),
+            found("n/a.obj", "a.obj"),
+        ];
         let error = check_apart(&together).unwrap_err().to_string();
-        assert!(error.starts_with("m/a.obj and n/a.obj would both become a.obj"), "{error}");
+        assert!(
+            error.starts_with("m/a.obj and n/a.obj would both become a.obj"),
+            "{error}"
+        );
     }
 }

@@ -49,7 +49,9 @@ impl Progress {
     pub(crate) fn within(limit: Option<Duration>) -> Self {
         interrupt::watch();
         let bar = ProgressBar::with_draw_target(Some(STEPS), ProgressDrawTarget::hidden());
-        if let Ok(style) = ProgressStyle::with_template("{prefix}{msg:24} {wide_bar} {percent:>3} %  {elapsed}") {
+        if let Ok(style) =
+            ProgressStyle::with_template("{prefix}{msg:24} {wide_bar} {percent:>3} %  {elapsed}")
+        {
             bar.set_style(style);
         }
         let (over, is_over) = mpsc::channel::<()>();

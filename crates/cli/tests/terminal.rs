@@ -7,7 +7,17 @@ mod common;
 use common::Folder;
 
 const COMMANDS: [&str; 11] = [
-    "keygen", "embed", "verify", "stamp", "dispute", "align", "compare", "inspect", "spectrum", "partition", "completions",
+    "keygen",
+    "embed",
+    "verify",
+    "stamp",
+    "dispute",
+    "align",
+    "compare",
+    "inspect",
+    "spectrum",
+    "partition",
+    "completions",
 ];
 
 #[test]
@@ -18,11 +28,21 @@ fn completions_know_every_command_in_every_shell() {
         for command in COMMANDS {
             assert!(script.contains(command), "{shell}: {command}");
         }
-        assert!(script.contains("dispute") && script.contains("stamp-roots"), "{shell}");
+        assert!(
+            script.contains("dispute") && script.contains("stamp-roots"),
+            "{shell}"
+        );
     }
-    folder.refused("completions tcsh", &["tcsh", "bash, elvish, fish, powershell, zsh"]);
+    folder.refused(
+        "completions tcsh",
+        &["tcsh", "bash, elvish, fish, powershell, zsh"],
+    );
     #[cfg(target_os = "linux")]
-    if let Ok(mut bash) = std::process::Command::new("bash").args(["-n"]).stdin(std::process::Stdio::piped()).spawn() {
+    if let Ok(mut bash) = std::process::Command::new("bash")
+        .args(["-n"])
+        .stdin(std::process::Stdio::piped())
+        .spawn()
+    {
         let script = folder.done("completions bash").out;
         std::io::Write::write_all(&mut bash.stdin.take().unwrap(), script.as_bytes()).unwrap();
         assert!(bash.wait().unwrap().success());
@@ -54,7 +74,11 @@ fn every_command_has_a_manual_page() {
         let mut groff = std::process::Command::new("groff");
         // Where there is no groff there is nobody to complain.
         if let Ok(output) = groff.args(["-man", "-Tutf8", "-ww", "-z"]).arg(&page).output() {
-            assert!(output.status.success() && output.stderr.is_empty(), "{}: {output:?}", page.display());
+            assert!(
+                output.status.success() && output.stderr.is_empty(),
+                "{}: {output:?}",
+                page.display()
+            );
         }
     }
 }
@@ -73,8 +97,14 @@ fn nothing_but_text_goes_into_a_pipe() {
         "completions fish",
     ] {
         let run = folder.run(line);
-        assert!(!run.out.contains('\x1b') && !run.err.contains('\x1b'), "sigmark {line}: {run:?}");
-        assert!(!run.out.contains('\r') && !run.err.contains('\r'), "sigmark {line}: {run:?}");
+        assert!(
+            !run.out.contains('\x1b') && !run.err.contains('\x1b'),
+            "sigmark {line}: {run:?}"
+        );
+        assert!(
+            !run.out.contains('\r') && !run.err.contains('\r'),
+            "sigmark {line}: {run:?}"
+        );
     }
 }
 
@@ -83,8 +113,15 @@ fn nothing_but_text_goes_into_a_pipe() {
 fn on_a_terminal(folder: &Folder, line: &str, no_colour: bool) -> Option<String> {
     let mut command = std::process::Command::new("script");
     let line = format!("{} {line}", env!("CARGO_BIN_EXE_sigmark"));
-    command.args(["-qec", &line, "/dev/null"]).current_dir(folder.path("")).stdin(std::process::Stdio::null());
-    command.env("TERM", "xterm-256color").env_remove("NO_COLOR").env_remove("CLICOLOR").env_remove("CLICOLOR_FORCE");
+    command
+        .args(["-qec", &line, "/dev/null"])
+        .current_dir(folder.path(""))
+        .stdin(std::process::Stdio::null());
+    command
+        .env("TERM", "xterm-256color")
+        .env_remove("NO_COLOR")
+        .env_remove("CLICOLOR")
+        .env_remove("CLICOLOR_FORCE");
     if no_colour {
         command.env("NO_COLOR", "1");
     }
@@ -105,7 +142,11 @@ fn is_coloured(text: &str) -> bool {
 #[test]
 fn a_terminal_has_colours_and_a_bar_unless_it_asks_for_none() {
     let folder = Folder::empty();
-    folder.write_mesh("large.ply", &mesh::shapes::bumpy_sphere(6, 1), mesh_io::Precision::Single);
+    folder.write_mesh(
+        "large.ply",
+        &mesh::shapes::bumpy_sphere(6, 1),
+        mesh_io::Precision::Single,
+    );
     folder.done("keygen -o owner.pem");
     let Some(help) = on_a_terminal(&folder, "--help", false) else {
         return;
@@ -115,7 +156,10 @@ fn a_terminal_has_colours_and_a_bar_unless_it_asks_for_none() {
     assert!(help.contains("keygen") && !is_coloured(&help), "{help:?}");
     let embed = "embed large.ply -o signed.ply -k owner.pem --force --patches 2 --threads 1";
     let bar = on_a_terminal(&folder, embed, false).unwrap();
-    assert!(bar.contains(" %  ") && bar.contains("Signed large.ply"), "{bar:?}");
+    assert!(
+        bar.contains(" %  ") && bar.contains("Signed large.ply"),
+        "{bar:?}"
+    );
     let bar = on_a_terminal(&folder, embed, true).unwrap();
     assert!(bar.contains("Signed large.ply") && !is_coloured(&bar), "{bar:?}");
 }

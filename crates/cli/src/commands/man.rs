@@ -16,7 +16,10 @@ use crate::{
 pub(crate) fn run(arguments: &Man) -> Result<Answer> {
     let folder = &arguments.folder;
     fs::create_dir_all(folder).with_context(|| {
-        format!("{}: this folder can't be made; choose another, or allow it with chmod", folder.display())
+        format!(
+            "{}: this folder can't be made; choose another, or allow it with chmod",
+            folder.display()
+        )
     })?;
     let mut command = Arguments::command().disable_help_subcommand(true);
     command.build();
@@ -27,7 +30,10 @@ pub(crate) fn run(arguments: &Man) -> Result<Answer> {
     for (path, _) in &pages {
         files::check_free(path, arguments.force)?;
     }
-    let outputs: Vec<Output<'_>> = pages.iter().map(|(path, page)| Output::public((path, page))).collect();
+    let outputs: Vec<Output<'_>> = pages
+        .iter()
+        .map(|(path, page)| Output::public((path, page)))
+        .collect();
     files::write_together(&outputs, arguments.force)?;
     Ok(Answer::Yes)
 }
@@ -45,7 +51,13 @@ fn pages(command: &Command) -> Result<Vec<(String, Vec<u8>)>> {
     if command.has_subcommands() {
         page.render_subcommands_section(&mut text)?;
     }
-    details(&command.get_after_help().map(ToString::to_string).unwrap_or_default()).to_writer(&mut text)?;
+    details(
+        &command
+            .get_after_help()
+            .map(ToString::to_string)
+            .unwrap_or_default(),
+    )
+    .to_writer(&mut text)?;
     let mut pages = vec![(page.get_filename(), in_ascii(&text))];
     for inner in command.get_subcommands().filter(|inner| !inner.is_hide_set()) {
         pages.append(&mut self::pages(inner)?);
@@ -59,14 +71,21 @@ fn in_ascii(text: &[u8]) -> Vec<u8> {
         c if c.is_ascii() => c.to_string(),
         c => format!("\\[u{:04X}]", u32::from(c)),
     };
-    String::from_utf8_lossy(text).chars().map(letter).collect::<String>().into_bytes()
+    String::from_utf8_lossy(text)
+        .chars()
+        .map(letter)
+        .collect::<String>()
+        .into_bytes()
 }
 
 /// What stands below the options in the help: examples, and the rest. Indented lines stay as they are.
 fn details(help: &str) -> Roff {
     let mut roff = Roff::new();
     let mut in_notes = false;
-    for paragraph in help.split("\n\n").filter(|paragraph| !paragraph.trim().is_empty()) {
+    for paragraph in help
+        .split("\n\n")
+        .filter(|paragraph| !paragraph.trim().is_empty())
+    {
         let (head, _) = paragraph.split_once('\n').unwrap_or((paragraph, ""));
         let is_example = head == "Example:" || head == "A first session:";
         if is_example {

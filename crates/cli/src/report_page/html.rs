@@ -58,7 +58,9 @@ impl Html {
     pub(super) fn picture(png: &[u8], class: &'static str, what: &str) -> Self {
         let data = BASE64.encode(png);
         let Self(what) = Self::text(what);
-        Self(format!("<img class=\"{class}\" src=\"data:image/png;base64,{data}\" alt=\"{what}\">"))
+        Self(format!(
+            "<img class=\"{class}\" src=\"data:image/png;base64,{data}\" alt=\"{what}\">"
+        ))
     }
 
     /// This inside an element.
@@ -121,7 +123,10 @@ impl Facts {
     }
 
     pub(super) fn table(self) -> Html {
-        self.0.into_iter().collect::<Html>().within("table", Some("facts"))
+        self.0
+            .into_iter()
+            .collect::<Html>()
+            .within("table", Some("facts"))
     }
 }
 
@@ -168,13 +173,19 @@ mod tests {
 
     #[test]
     fn texts_from_outside_change_neither_direction_nor_lines_around_them() {
-        assert_eq!(Html::text("a\u{202e}b\u{7}c\u{200b}").to_string(), "a\u{fffd}b\u{fffd}c\u{fffd}");
+        assert_eq!(
+            Html::text("a\u{202e}b\u{7}c\u{200b}").to_string(),
+            "a\u{fffd}b\u{fffd}c\u{fffd}"
+        );
         assert_eq!(Html::text("注文 № 4711 «é»").to_string(), "注文 № 4711 «é»");
     }
 
     #[test]
     fn long_numbers_are_copied_whole_and_broken_between_groups() {
-        assert_eq!(Html::digits("0123456789abcdef").to_string(), "<code>01234567<wbr>89abcdef</code>");
+        assert_eq!(
+            Html::digits("0123456789abcdef").to_string(),
+            "<code>01234567<wbr>89abcdef</code>"
+        );
         assert_eq!(Html::power_of_ten(-12).to_string(), "10<sup>\u{2212}12</sup>");
     }
 }

@@ -80,7 +80,11 @@ pub(super) fn draw(
 fn greatest(distances: &[f64]) -> f64 {
     let mut sorted = distances.to_vec();
     sorted.sort_by(f64::total_cmp);
-    let most = sorted.get(sorted.len() * 99 / 100).copied().unwrap_or(0.0).max(NOTHING);
+    let most = sorted
+        .get(sorted.len() * 99 / 100)
+        .copied()
+        .unwrap_or(0.0)
+        .max(NOTHING);
     let digit = 10f64.powf(most.log10().floor() - 1.0);
     (most / digit).ceil() * digit
 }
@@ -164,7 +168,10 @@ mod tests {
         assert_eq!((all.width(), all.height()), (part.width(), part.height()));
         let is_seen = |picture: &Picture, x, y| picture.pixel(x, y).is_some_and(|pixel| pixel[3] > 0);
         let count = |picture: &Picture, from: usize, to: usize| {
-            (from..to).flat_map(|x| (0..picture.height()).map(move |y| (x, y))).filter(|&(x, y)| is_seen(picture, x, y)).count()
+            (from..to)
+                .flat_map(|x| (0..picture.height()).map(move |y| (x, y)))
+                .filter(|&(x, y)| is_seen(picture, x, y))
+                .count()
         };
         let middle = all.width() / 2;
         assert_eq!(count(&all, 0, middle), count(&part, 0, middle));
@@ -176,7 +183,11 @@ mod tests {
     fn the_scale_ends_where_almost_all_do() {
         let mut distances: Vec<f64> = (0..1000).map(|i| f64::from(i) * 1e-6).collect();
         distances[3] = 7.0;
-        assert!((greatest(&distances) - 0.001).abs() < 1e-12, "{}", greatest(&distances));
+        assert!(
+            (greatest(&distances) - 0.001).abs() < 1e-12,
+            "{}",
+            greatest(&distances)
+        );
         assert!((greatest(&[0.0; 5]) - NOTHING).abs() < 1e-12);
         assert!(greatest(&[]) > 0.0);
     }

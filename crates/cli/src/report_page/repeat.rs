@@ -2,7 +2,10 @@
 
 use std::path::Path;
 
-use crate::{args::{Profile, Verify}, claims::{Claim, ReadFile}};
+use crate::{
+    args::{Profile, Verify},
+    claims::{Claim, ReadFile},
+};
 
 /// The lines that `sha256sum -c` reads.
 pub(super) fn checksums<'a>(files: impl IntoIterator<Item = &'a ReadFile>) -> String {
@@ -12,7 +15,10 @@ pub(super) fn checksums<'a>(files: impl IntoIterator<Item = &'a ReadFile>) -> St
 fn checksum(file: &ReadFile) -> String {
     let name = file.path.display().to_string();
     // As sha256sum itself writes names that would break its lines.
-    let escaped = name.replace('\\', "\\\\").replace('\n', "\\n").replace('\r', "\\r");
+    let escaped = name
+        .replace('\\', "\\\\")
+        .replace('\n', "\\n")
+        .replace('\r', "\\r");
     let mark = if escaped == name { "" } else { "\\" };
     format!("{mark}{}  {escaped}", hex(&file.sha256))
 }

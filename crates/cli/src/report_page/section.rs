@@ -72,7 +72,11 @@ fn gallery(pictures: &Pictures) -> Html {
     };
     figures.push(&figure(&pictures.suspect, suspect, "The suspect"));
     if let Some(difference) = &pictures.difference {
-        figures.push(&figure(&difference.sides, "Where the two differ", "The difference in colours"));
+        figures.push(&figure(
+            &difference.sides,
+            "Where the two differ",
+            "The difference in colours",
+        ));
     }
     let class = match pictures.difference {
         Some(_) => "gallery three",
@@ -82,7 +86,11 @@ fn gallery(pictures: &Pictures) -> Html {
     let note = match &pictures.difference {
         None => return gallery,
         Some(difference) => {
-            let bar = Html::picture(&difference.scale, "bar", "Colours from blue, no difference, to red");
+            let bar = Html::picture(
+                &difference.scale,
+                "bar",
+                "Colours from blue, no difference, to red",
+            );
             let ticks: Html = [0.0, 0.25, 0.5, 0.75, 1.0]
                 .map(|part| Html::text(percent(part * difference.greatest)).within("span", None))
                 .into_iter()
@@ -137,19 +145,40 @@ fn measured(verdict: &Verdict, claim: &Claim) -> Html {
             verdict.patches_read
         );
         facts.add("Bits read", Html::text(text));
-        facts.add("Correlation", Html::text(format!("T = {:.2}", verdict.correlation)));
+        facts.add(
+            "Correlation",
+            Html::text(format!("T = {:.2}", verdict.correlation)),
+        );
     }
-    facts.add("Suspect\u{2019}s surface", Html::text(format!("{} of it lies on the original", share(verdict.overlap))));
-    facts.add("Original\u{2019}s surface", Html::text(format!("{} of it lies on the suspect", share(verdict.coverage))));
+    facts.add(
+        "Suspect\u{2019}s surface",
+        Html::text(format!("{} of it lies on the original", share(verdict.overlap))),
+    );
+    facts.add(
+        "Original\u{2019}s surface",
+        Html::text(format!("{} of it lies on the suspect", share(verdict.coverage))),
+    );
     if let Some(transform) = &verdict.transform {
         facts.add("Recognised", Html::text(words::registration(verdict)));
-        facts.add("Vertices seen", Html::text(format!("{} of the original\u{2019}s", share(1.0 - verdict.missing))));
+        facts.add(
+            "Vertices seen",
+            Html::text(format!(
+                "{} of the original\u{2019}s",
+                share(1.0 - verdict.missing)
+            )),
+        );
         if let Some(residual) = verdict.residual {
-            let text = format!("{} of the diagonal (root mean square) between corresponding points", percent(residual));
+            let text = format!(
+                "{} of the diagonal (root mean square) between corresponding points",
+                percent(residual)
+            );
             facts.add("Left apart", Html::text(text));
         }
         if let Some(attack) = words::attack(verdict) {
-            facts.add("What moved the surface", Html::text(format!("{attack} (shares of the squared displacements)")));
+            facts.add(
+                "What moved the surface",
+                Html::text(format!("{attack} (shares of the squared displacements)")),
+            );
         }
         facts.add("Transform found", Html::text(words::transform(transform)));
         let rows: Vec<String> = transform
@@ -158,9 +187,18 @@ fn measured(verdict: &Verdict, claim: &Claim) -> Html {
             .map(|row| row.map(|x| format!("{x:>18.9e}")).concat())
             .collect();
         let matrix = Html::text(rows.join("\n")).within("pre", None);
-        facts.add("As a matrix", matrix.and(Html::markup("for column vectors (x, y, z, 1) of the suspect").within("p", Some("note"))));
+        facts.add(
+            "As a matrix",
+            matrix.and(
+                Html::markup("for column vectors (x, y, z, 1) of the suspect").within("p", Some("note")),
+            ),
+        );
     }
-    let all = report::counted(claim.certificate.statement().original.vertices, "vertex", "vertices");
+    let all = report::counted(
+        claim.certificate.statement().original.vertices,
+        "vertex",
+        "vertices",
+    );
     let head = Html::text(format!("Measured, of an original of {all}")).within("h3", None);
     head.and(facts.table())
 }

@@ -61,7 +61,13 @@ pub(crate) fn run(arguments: &Embed) -> Result<Answer> {
 
 impl Task {
     /// Signs the model and writes both files; announces what it will be good for where that is asked for.
-    fn sign(&self, arguments: &Embed, embedder: Embedder, progress: Progress, announce: bool) -> Result<Done> {
+    fn sign(
+        &self,
+        arguments: &Embed,
+        embedder: Embedder,
+        progress: Progress,
+        announce: bool,
+    ) -> Result<Done> {
         let embedder = embedder.original_name(file_name(&self.model));
         let progress = Arc::new(progress);
         let job = progress.job(arguments.common.threads());
@@ -85,81 +91,81 @@ impl Task {
         })
     }
 
-/// Writes the signed mesh and the certificate, if the whole signature can be read back from the one as the file holds it. Tells how far its
-/// facets turned.
-fn write(&self, asset: &Asset, signed: &Signed, force: bool, job: &Job) -> Result<FacetTurn> {
-    let marked = asset.with_positions(signed.positions())?;
-    // What counts is what the file holds: its precision may be coarser than the mark.
-    let read_back = signed.read_back(marked.mesh().positions(), job)?;
-    if read_back < 1.0 {
-        bail!(
-            "{}: only {:.1} % of the bits survive the precision of this file; mark more strongly with --distortion, \
+    /// Writes the signed mesh and the certificate, if the whole signature can be read back from the one as the file holds it. Tells how far its
+    /// facets turned.
+    fn write(&self, asset: &Asset, signed: &Signed, force: bool, job: &Job) -> Result<FacetTurn> {
+        let marked = asset.with_positions(signed.positions())?;
+        // What counts is what the file holds: its precision may be coarser than the mark.
+        let read_back = signed.read_back(marked.mesh().positions(), job)?;
+        if read_back < 1.0 {
+            bail!(
+                "{}: only {:.1} % of the bits survive the precision of this file; mark more strongly with --distortion, \
              or use a file with more digits",
-            self.output.display(),
-            100.0 * read_back
-        );
+                self.output.display(),
+                100.0 * read_back
+            );
+        }
+        let (mesh, json) = (marked.to_bytes(), signed.certificate().to_json()?);
+        let outputs = [
+            (&*self.output, &*mesh, false),
+            (&*self.certificate, json.as_bytes(), true),
+        ];
+        let outputs = outputs.map(|(path, bytes, private)| Output { path, bytes, private });
+        let turn = FacetTurn::between(asset.mesh(), marked.mesh())?;
+        files::write_together(&outputs, force)?;
+        Ok(turn)
     }
-    let (mesh, json) = (marked.to_bytes(), signed.certificate().to_json()?);
-    let outputs = [
-        (&*self.output, &*mesh, false),
-        (&*self.certificate, json.as_bytes(), true),
-    ];
-    let outputs = outputs.map(|(path, bytes, private)| Output { path, bytes, private });
-    let turn = FacetTurn::between(asset.mesh(), marked.mesh())?;
-    files::write_together(&outputs, force)?;
-    Ok(turn)
-}
 
-/// What `--json` prints.
-fn object(
-    &self,
-    arguments: &Embed,
-    signed: &Signed,
-    prediction: &Prediction,
-    turn: &FacetTurn,
-    seconds: &Seconds,
-) -> Value {
-    let statement = signed.certificate().statement();
-    let scheme = statement.scheme;
-    json!({
-        "output": self.output,
-        "certificate": self.certificate,
-        "scheme": scheme,
-        "payload": statement.payload_kind().name(),
-        "bits": scheme.bits(),
-        "chips": signed.layout().chip_count(),
-        "laplacian": arguments.laplacian.name(),
-        "functions": signed.original().functions(),
-        "patches": signed.original().patches().len(),
-        "unmarked_vertices": signed.original().patches().unmarked_vertices(),
-        "alpha": signed.layout().alpha(),
-        "distortion_rms": signed.layout().distortion_rms(),
-        "margin_predicted": prediction.margin,
-        "noise_read": prediction.noise_read,
-        "noise_evidence": prediction.noise_evidence,
-        "noise_detected": prediction.noise_detected,
-        "facet_turn": turn.summary(),
-        "flipped": turn.flipped(),
-        "seconds": report::seconds_json(seconds),
-    })
-}
-
-/// Both files can be written, and replace nothing that is read.
-fn check(&self, arguments: &Embed) -> Result<()> {
-    let (model, key) = (&self.model, &arguments.key);
-    let (output, certificate) = (&self.output, &self.certificate);
-    for output in [output, certificate] {
-        files::check_apart(output, model, "the model, which you need as it is to verify")?;
-        files::check_apart(output, key, "the private key")?;
+    /// What `--json` prints.
+    fn object(
+        &self,
+        arguments: &Embed,
+        signed: &Signed,
+        prediction: &Prediction,
+        turn: &FacetTurn,
+        seconds: &Seconds,
+    ) -> Value {
+        let statement = signed.certificate().statement();
+        let scheme = statement.scheme;
+        json!({
+            "output": self.output,
+            "certificate": self.certificate,
+            "scheme": scheme,
+            "payload": statement.payload_kind().name(),
+            "bits": scheme.bits(),
+            "chips": signed.layout().chip_count(),
+            "laplacian": arguments.laplacian.name(),
+            "functions": signed.original().functions(),
+            "patches": signed.original().patches().len(),
+            "unmarked_vertices": signed.original().patches().unmarked_vertices(),
+            "alpha": signed.layout().alpha(),
+            "distortion_rms": signed.layout().distortion_rms(),
+            "margin_predicted": prediction.margin,
+            "noise_read": prediction.noise_read,
+            "noise_evidence": prediction.noise_evidence,
+            "noise_detected": prediction.noise_detected,
+            "facet_turn": turn.summary(),
+            "flipped": turn.flipped(),
+            "seconds": report::seconds_json(seconds),
+        })
     }
-    files::check_apart(
-        certificate,
-        output,
-        "to be both the signed mesh and the certificate",
-    )?;
-    files::check_free(output, arguments.force)?;
-    files::check_free(certificate, arguments.force)
-}
+
+    /// Both files can be written, and replace nothing that is read.
+    fn check(&self, arguments: &Embed) -> Result<()> {
+        let (model, key) = (&self.model, &arguments.key);
+        let (output, certificate) = (&self.output, &self.certificate);
+        for output in [output, certificate] {
+            files::check_apart(output, model, "the model, which you need as it is to verify")?;
+            files::check_apart(output, key, "the private key")?;
+        }
+        files::check_apart(
+            certificate,
+            output,
+            "to be both the signed mesh and the certificate",
+        )?;
+        files::check_free(output, arguments.force)?;
+        files::check_free(certificate, arguments.force)
+    }
 }
 
 fn embedder(arguments: &Embed, key: &SigningKey) -> Result<Embedder> {

@@ -58,7 +58,10 @@ fn tasks(arguments: &Embed) -> Result<Vec<Task>> {
     }
     let models = batch::meshes(&arguments.models, Some(folder))?;
     batch::check_apart(&models)?;
-    let tasks: Vec<Task> = models.into_iter().map(|model| task(folder.join(&model.relative), model)).collect();
+    let tasks: Vec<Task> = models
+        .into_iter()
+        .map(|model| task(folder.join(&model.relative), model))
+        .collect();
     let inputs: Vec<PathBuf> = tasks.iter().map(|task| files::resolved(&task.model)).collect();
     for task in &tasks {
         if inputs.contains(&files::resolved(&task.output)) {
@@ -100,12 +103,19 @@ fn failed(arguments: &Embed, task: &Task, error: &anyhow::Error) -> Result<()> {
 
 /// What was done, in a line.
 fn told(task: &Task, seconds: f64) -> Lines {
-    let [model, output, certificate] = [&task.model, &task.output, &task.certificate].map(|path| path.display());
-    Lines::new(format!("Signed {model}: {output} and {certificate} ({seconds:.2} s)"))
+    let [model, output, certificate] =
+        [&task.model, &task.output, &task.certificate].map(|path| path.display());
+    Lines::new(format!(
+        "Signed {model}: {output} and {certificate} ({seconds:.2} s)"
+    ))
 }
 
 fn summary(signed: usize, failed: usize) -> Lines {
-    let mut lines = Lines::new(format!("{} signed, {} failed", report::grouped(signed), report::grouped(failed)));
+    let mut lines = Lines::new(format!(
+        "{} signed, {} failed",
+        report::grouped(signed),
+        report::grouped(failed)
+    ));
     if signed > 0 {
         lines.line(
             "Keep the originals and the certificates: both are needed to verify, and whoever has both can remove the marks.",

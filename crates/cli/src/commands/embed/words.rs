@@ -61,12 +61,7 @@ fn significant(x: f64) -> String {
 }
 
 /// What was done, of one model.
-pub(super) fn summary(
-    task: &Task,
-    signed: &Signed,
-    turn: &FacetTurn,
-    seconds: &Seconds,
-) -> Lines {
+pub(super) fn summary(task: &Task, signed: &Signed, turn: &FacetTurn, seconds: &Seconds) -> Lines {
     let scheme = signed.certificate().statement().scheme;
     let model = task.model.display();
     let mut lines = Lines::new(format!("Signed {model}"));

@@ -99,7 +99,9 @@ impl<'a> Inquiry<'a> {
     fn new(arguments: &'a Verify, claim: Claim, stamps: Stamps, suspects: &[Found]) -> Result<Self> {
         let verifier = claim.verifier().map_err(|error| {
             let certificate = || arguments.certificate.clone();
-            let first = suspects.first().map_or_else(certificate, |found| found.path.clone());
+            let first = suspects
+                .first()
+                .map_or_else(certificate, |found| found.path.clone());
             the_wrong_way_round(&error, suspects, &claim)
                 .unwrap_or_else(|| blame(error, arguments, &claim, &first))
         })?;
