@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use job::Job;
-use mesh::{Similarity, TriMesh, Vec3};
+use mesh::{BoundingBox, Similarity, TriMesh, Vec3};
 use quality::{
     Scale,
     picture::{Colour, Paint, Picture, View, linear},
@@ -18,6 +18,10 @@ const CLAY: u32 = 0xc9c5bd;
 /// How far the eye stands beside the model's broad side and above its middle: tangents.
 const ASIDE: f64 = 0.5;
 const ABOVE: f64 = 0.3;
+
+/// How much of the model's height is its base, and how far a base reaches at least: shares.
+const SLICE: f64 = 0.02;
+const LEAST_BASE: f64 = 0.2;
 
 /// What is nearer than this fraction of the diagonal is no difference, but rounding.
 const NOTHING: f64 = 1e-9;
@@ -120,18 +124,44 @@ fn sides(mesh: &TriMesh, frame: &[&TriMesh], values: Option<(&[f64], Scale)>, jo
     drawn.into_iter().collect()
 }
 
-/// From the broad side that is nearer to the front (z), and from behind; y is up, as in heat maps.
+/// From the broad side, and from behind.
 fn views(frame: &[&TriMesh]) -> [View; 2] {
-    let [x, _, z] = frame.first().map_or([0.0; 3], |mesh| mesh.bounding_box().size());
-    let [front, side] = match x >= z {
-        true => [Vec3([0.0, 0.0, 1.0]), Vec3([1.0, 0.0, 0.0])],
-        false => [Vec3([1.0, 0.0, 0.0]), Vec3([0.0, 0.0, -1.0])],
+    let up = frame.first().map_or(1, |mesh| up(mesh));
+    let size = frame.first().map_or([0.0; 3], |mesh| mesh.bounding_box().size());
+    // The two other axes, so that the second, x or z, is to the right of whoever looks along the first with the third up.
+    let [toward, right] = if up == 1 { [2, 0] } else { [0, 1] };
+    let axis = |axis: usize| Vec3(std::array::from_fn(|i| f64::from(i == axis)));
+    let [front, side] = match size[right] >= size[toward] {
+        true => [axis(toward), axis(right)],
+        false => [axis(right), -axis(toward)],
     };
-    let up = [0.0, 1.0, 0.0];
     [1.0, -1.0].map(|face| View {
-        eye: (front * face + side * (face * ASIDE) + Vec3(up) * ABOVE).into(),
-        up,
+        eye: (front * face + side * (face * ASIDE) + axis(up) * ABOVE).into(),
+        up: axis(up).into(),
     })
+}
+
+/// The axis that is up, y or z: files do not say it, but what stands has feet or a base, which reach about as far as the model does.
+fn up(mesh: &TriMesh) -> usize {
+    let [y, z] = [1, 2].map(|axis| base(mesh, axis));
+    if z > LEAST_BASE && z > 2.0 * y { 2 } else { 1 }
+}
+
+/// Of the area of the model's box across an axis, the share of the box around what lies lowest.
+fn base(mesh: &TriMesh, axis: usize) -> f64 {
+    let whole = mesh.bounding_box();
+    let lowest = whole.min[axis] + SLICE * whole.size()[axis];
+    let low: Vec<[f64; 3]> = mesh
+        .positions()
+        .iter()
+        .copied()
+        .filter(|p| p[axis] <= lowest)
+        .collect();
+    let base = BoundingBox::of(&low).size();
+    let across = (0..3).filter(|&other| other != axis);
+    across
+        .map(|other| base[other] / whole.size()[other].max(f64::MIN_POSITIVE))
+        .product()
 }
 
 /// The mesh, and vertices that no triangle uses where `frame` reaches farthest: the camera shows all vertices, and so is the same for
@@ -177,6 +207,25 @@ mod tests {
         assert_eq!(count(&all, 0, middle), count(&part, 0, middle));
         assert!(count(&all, middle, all.width()) > 0);
         assert_eq!(count(&part, middle, part.width()), 0);
+    }
+
+    #[test]
+    fn what_stands_on_four_feet_stands_upright_whichever_axis_is_up() {
+        let feet = [[0.0, 0.0], [3.0, 0.0], [0.0, 1.0], [3.0, 1.0]]
+            .map(|[x, z]| shapes::translated(&shapes::rectangle(1, 1, 0.1, 0.1), [x, z, 0.0]));
+        let body = shapes::translated(&shapes::icosphere(2), [1.5, 0.5, 2.0]);
+        let animal = shapes::disjoint_union(&[&feet[..], &[body]].concat());
+        assert_eq!(up(&animal), 2);
+        let tilted = animal.positions().iter().map(|&[x, y, z]| [x, z, -y]).collect();
+        let tilted = animal.with_positions(tilted).unwrap();
+        assert_eq!(up(&tilted), 1);
+        assert_eq!(up(&shapes::icosphere(2)), 1);
+        for mesh in [&animal, &tilted] {
+            for view in views(&[mesh]) {
+                let [eye, up] = [view.eye, view.up].map(Vec3);
+                assert!(eye.dot(up) > 0.0 && up.norm() == 1.0);
+            }
+        }
     }
 
     #[test]

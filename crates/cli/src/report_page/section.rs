@@ -96,7 +96,9 @@ fn gallery(pictures: &Pictures) -> Html {
                 .into_iter()
                 .collect();
             bar.and(ticks.within("div", Some("ticks"))).within("div", None)
-                .and(Html::markup("Distance between the suspect\u{2019}s surface and the original\u{2019}s, in per cent of the original\u{2019}s diagonal. What is farther off is red, too: 1 vertex of 100 or fewer. All pictures have the same camera and the same light; the lower row is seen from the other side.").within("p", Some("note")))
+                .and(Html::markup("Distance between the suspect\u{2019}s surface and the original\u{2019}s, in per cent of the \
+                     original\u{2019}s diagonal. What is farther off is red, too: 1 vertex of 100 or fewer. All pictures have the \
+                     same camera and the same light; the lower row is seen from the other side.").within("p", Some("note")))
                 .within("div", Some("scale"))
         }
     };

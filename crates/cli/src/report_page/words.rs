@@ -44,7 +44,8 @@ pub(super) fn sentences(verdict: &Verdict, arguments: &Verify, claim: &Claim) ->
              message."
         ),
         Outcome::Detected { .. } if arguments.dispute && !verdict.is_evidence() => format!(
-            "The suspect agrees with the original\u{2019}s mark in {agreeing} of {bits} bits. That is more than chance explains, but not so \
+            "The suspect agrees with the original\u{2019}s mark in {agreeing} of {bits} bits. That is more than chance explains, \
+                 but not so \
              much that a claim is ruled out which somebody made up after he had seen the suspect; and this was asked."
         ),
         Outcome::Detected { .. } => format!(
@@ -57,7 +58,8 @@ pub(super) fn sentences(verdict: &Verdict, arguments: &Verify, claim: &Claim) ->
         ),
         _ => match verdict.mismatch {
             Some(Mismatch::Shape { in_place, least }) => format!(
-                "The suspect has the original\u{2019}s triangles, but another shape: {:.1} % of its vertices lie where those of the original \
+                "The suspect has the original\u{2019}s triangles, but another shape: {:.1} % of its vertices lie where those of \
+                     the original \
                  do, and {:.0} % are needed. A mark can be copied onto any model with these triangles, so what was read of one counts for \
                  nothing.",
                 100.0 * in_place,
@@ -69,7 +71,8 @@ pub(super) fn sentences(verdict: &Verdict, arguments: &Verify, claim: &Claim) ->
                 remark(mismatch)
             ),
             None => format!(
-                "The suspect has the shape of the original, but nothing of its mark was found: {agreeing} of {bits} bits agree, about as many \
+                "The suspect has the shape of the original, but nothing of its mark was found: {agreeing} of {bits} bits agree, \
+                     about as many \
                  as agree by chance. Either it was never marked{}, or the mark was damaged beyond recognition.",
                 match claim.certificate.statement().recipient.is_empty() {
                     true => "",

@@ -136,7 +136,11 @@ impl<'a> Inquiry<'a> {
             .map_err(|error| blame(error, arguments, claim, path))?;
         if let Some(page) = page {
             progress.begin("report", "drawing");
-            page.judged(path, &suspect, &verdict, &job)?;
+            let judged = page.judged(path, &suspect, &verdict, &job);
+            judged.map_err(|error| match job.is_cancelled() {
+                true => arguments.time_limit.exceeded(),
+                false => error,
+            })?;
         }
         let seconds = progress.finish();
         let mut object = described(&verdict, claim);
