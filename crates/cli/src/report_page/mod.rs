@@ -123,10 +123,12 @@ impl<'a> Page<'a> {
     fn header(&self) -> Html {
         let version = env!("CARGO_PKG_VERSION");
         let made = format!("Made by Sigmark {version} on {}", date::utc(self.made));
-        let question =
-            Html::markup("Does this 3D model carry the signature that was hidden in the shape of ")
-                .and(Html::foreign(self.claim.original_path.display().to_string()).within("strong", None))
-                .and(Html::markup("?"));
+        let question = match self.overview.len() {
+            0 | 1 => "Does this 3D model carry the signature that was hidden in the shape of ",
+            _ => "Which of these 3D models carry the signature that was hidden in the shape of ",
+        };
+        let original = Html::foreign(self.claim.original_path.display().to_string()).within("strong", None);
+        let question = Html::markup(question).and(original).and(Html::markup("?"));
         let mut header = Html::markup("Signature report").within("h1", None);
         header.push(&question.within("p", Some("question")));
         header.push(&Html::text(made).within("p", Some("made")));
