@@ -310,6 +310,11 @@ fn a_report_replaces_nothing_unless_told_and_leaves_the_json_as_it_is() {
     ] {
         folder.refused(&format!("{verify} --report {path} --force"), &[path, words]);
     }
+    // The original that is found beside the certificate is an original, too.
+    folder.refused(
+        "verify signed.ply --certificate signed.ply.cert.json --report model.ply --force",
+        &["model.ply: is the original"],
+    );
     folder.refused(&format!("{verify} --force"), &["--report <FILE>"]);
     // Without an answer there is no page.
     folder.refused(

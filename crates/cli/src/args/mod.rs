@@ -36,7 +36,7 @@ A first session:
   sigmark verify found.obj --original model.obj --certificate signed.obj.cert.json \\
       --public-key owner.pub.pem
 
-Exit codes: 0 yes, or done; 1 no; 2 could not be done, with the reason on standard error.
+Exit codes: 0 yes, or done; 1 no; 2 could not be done, with the reason on standard error; 130 Ctrl-C.
 `sigmark <COMMAND> --help` says more, with examples."
 )]
 pub(crate) struct Arguments {

@@ -47,6 +47,13 @@ pub(crate) fn run(arguments: &Verify) -> Result<Answer> {
     let roots = arguments.stamp_roots.as_deref();
     let stamps = Stamps::of(&claim.certificate, &arguments.certificate, roots)?;
     let suspects = batch::meshes(&arguments.suspects, None)?;
+    if let Some(report) = &arguments.report {
+        // What was looked for, or found in a folder.
+        files::check_apart(report, &claim.original_path, "the original")?;
+        for Found { path, .. } in &suspects {
+            files::check_apart(report, path, "a suspect")?;
+        }
+    }
     let inquiry = Inquiry::new(arguments, claim, stamps, &suspects)?;
     let mut page = arguments.report.as_ref().map(|_| inquiry.page());
     let mut count = Count::default();
@@ -67,7 +74,7 @@ pub(crate) fn run(arguments: &Verify) -> Result<Answer> {
     inquiry.conclude(&count, suspects.len(), page)
 }
 
-/// A report can be written, and replaces nothing that is read.
+/// A report can be written, and replaces nothing that was named to be read.
 fn check_report(arguments: &Verify) -> Result<()> {
     let Some(path) = &arguments.report else {
         return Ok(());
@@ -80,9 +87,6 @@ fn check_report(arguments: &Verify) -> Result<()> {
     ];
     for (input, what) in given {
         input.map_or(Ok(()), |input| files::check_apart(path, input, what))?;
-    }
-    for suspect in &arguments.suspects {
-        files::check_apart(path, suspect, "a suspect")?;
     }
     files::check_free(path, arguments.force)
 }
