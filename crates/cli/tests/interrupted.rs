@@ -63,7 +63,7 @@ fn ended_in_order(folder: &Folder, mut child: Child, files: &[&str]) {
 #[test]
 fn a_signature_that_is_interrupted_leaves_nothing() {
     let folder = folder();
-    let mut child = started(&folder, "embed large.ply -o signed.ply -k owner.pem");
+    let mut child = started(&folder, "embed large.ply -o signed.ply -k owner.pem --threads 1");
     // It says what it is about to do when the long part begins.
     let mut out = BufReader::new(child.stdout.take().unwrap());
     out.read_line(&mut String::new()).unwrap();
@@ -77,11 +77,11 @@ fn a_batch_that_is_interrupted_ends_as_a_whole() {
     folder.write_mesh("small.ply", &common::model(), Precision::Double);
     let mut child = started(
         &folder,
-        "embed small.ply large.ply -o signed -k owner.pem --chip-rate 1 --json",
+        "embed small.ply large.ply -o signed -k owner.pem --chip-rate 1 --threads 1 --json",
     );
     let mut out = BufReader::new(child.stdout.take().unwrap());
     out.read_line(&mut String::new()).unwrap();
-    thread::sleep(Duration::from_millis(500));
+    thread::sleep(Duration::from_millis(200));
     interrupt(&child);
     ended_in_order(
         &folder,
@@ -105,9 +105,9 @@ fn a_verification_that_is_interrupted_answers_nothing() {
         .collect();
     let child = started(
         &folder,
-        "verify large.ply --original small.ply --certificate s.ply.cert.json --report r.html",
+        "verify large.ply --original small.ply --certificate s.ply.cert.json --threads 1 --report r.html",
     );
-    thread::sleep(Duration::from_millis(800));
+    thread::sleep(Duration::from_millis(400));
     interrupt(&child);
     ended_in_order(
         &folder,
