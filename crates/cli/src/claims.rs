@@ -8,6 +8,7 @@ use std::{
 use anyhow::{Context, Result, bail};
 use mesh_io::Asset;
 use serde::Deserialize;
+use sha2::{Digest, Sha256};
 use sigmark::{Certificate, GeometryDigest, PublicKey, SigmarkError, Verifier};
 
 use crate::{
@@ -26,11 +27,32 @@ pub(crate) struct ClaimFiles {
 /// A claim that was read. Original, certificate and key are not compared yet.
 pub(crate) struct Claim {
     pub(crate) certificate: Certificate,
+    pub(crate) certificate_file: ReadFile,
+    /// The file of the key; `None` where it was taken from the certificate.
+    pub(crate) key_file: Option<ReadFile>,
     pub(crate) original: Asset,
     pub(crate) original_path: PathBuf,
     pub(crate) public_key: PublicKey,
     /// Whether the key was taken from the certificate, and says nothing of who the signer is.
     pub(crate) own_key: bool,
+}
+
+/// A file, and which bytes were read from it.
+#[derive(Clone, Debug)]
+pub(crate) struct ReadFile {
+    pub(crate) path: PathBuf,
+    pub(crate) bytes: usize,
+    pub(crate) sha256: [u8; 32],
+}
+
+impl ReadFile {
+    pub(crate) fn of(path: &Path, bytes: &[u8]) -> Self {
+        Self {
+            path: path.into(),
+            bytes: bytes.len(),
+            sha256: Sha256::digest(bytes).into(),
+        }
+    }
 }
 
 /// A claim file: names of files, from the folder in which it lies.
@@ -62,10 +84,15 @@ impl ClaimFiles {
 
     /// Reads all of them. What is not given is looked for: the original beside the certificate, the key in it.
     pub(crate) fn read(&self) -> Result<Claim> {
-        let certificate = read_certificate(&self.certificate)?;
-        let public_key = match &self.public_key {
-            Some(path) => keys::read_public(path)?,
-            None => *certificate.public_key(),
+        let text = files::read_text(&self.certificate, Text::Certificate)?;
+        let certificate =
+            Certificate::from_json(&text).with_context(|| self.certificate.display().to_string())?;
+        let (public_key, key_file) = match &self.public_key {
+            Some(path) => {
+                let (key, pem) = keys::read_public(path)?;
+                (key, Some(ReadFile::of(path, pem.as_bytes())))
+            }
+            None => (*certificate.public_key(), None),
         };
         let (original_path, original) = match &self.original {
             Some(path) => (path.clone(), files::open_mesh(path)?),
@@ -73,6 +100,8 @@ impl ClaimFiles {
         };
         Ok(Claim {
             certificate,
+            certificate_file: ReadFile::of(&self.certificate, text.as_bytes()),
+            key_file,
             original,
             original_path,
             public_key,

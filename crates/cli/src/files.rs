@@ -9,6 +9,8 @@ use std::{
 use anyhow::{Context, Result, anyhow, bail};
 use mesh_io::Asset;
 
+use crate::interrupt;
+
 const KEY: &str = "a key";
 const CERTIFICATE: &str = "a certificate";
 const ROOTS: &str = "a list of root certificates";
@@ -166,6 +168,7 @@ pub(crate) fn check_free(path: &Path, force: bool) -> Result<()> {
     if !folder.is_dir() {
         bail!("{shown}: there is no folder {}; make it first", folder.display());
     }
+    let _whole = interrupt::writing();
     tempfile::Builder::new()
         .prefix(".sigmark-")
         .tempfile_in(folder)
@@ -185,7 +188,7 @@ pub(crate) fn check_apart(output: &Path, input: &Path, what: &str) -> Result<()>
 }
 
 /// A path without links and dots, whether or not the file exists.
-fn resolved(path: &Path) -> PathBuf {
+pub(crate) fn resolved(path: &Path) -> PathBuf {
     let folder = || Some(fs::canonicalize(folder_of(path)).ok()?.join(path.file_name()?));
     fs::canonicalize(path)
         .ok()
@@ -216,8 +219,9 @@ impl<'a> Output<'a> {
     }
 }
 
-/// Writes files that belong together: if one can't be written, those before it that are new go away again.
+/// Writes files that belong together: if one can't be written, those before it that are new go away again. Ctrl-C waits.
 pub(crate) fn write_together(outputs: &[Output<'_>], force: bool) -> Result<()> {
+    let _whole = interrupt::writing();
     let mut new: Vec<&Path> = Vec::new();
     for output in outputs {
         let stood = fs::symlink_metadata(output.path).is_ok();

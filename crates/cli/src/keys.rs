@@ -25,10 +25,11 @@ pub(crate) fn read_private(path: &Path) -> Result<SigningKey> {
     key.with_context(|| path.display().to_string())
 }
 
-/// Reads a public key.
-pub(crate) fn read_public(path: &Path) -> Result<PublicKey> {
+/// Reads a public key; with it comes the file's text.
+pub(crate) fn read_public(path: &Path) -> Result<(PublicKey, String)> {
     let pem = files::read_text(path, Text::PublicKey)?;
-    PublicKey::from_pem(&pem).with_context(|| path.display().to_string())
+    let key = PublicKey::from_pem(&pem).with_context(|| path.display().to_string())?;
+    Ok((key, pem))
 }
 
 /// `owner.pem` → `owner.pub.pem`.

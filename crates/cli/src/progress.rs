@@ -15,7 +15,10 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use job::Job;
 use serde_json::Value;
 
-use crate::report::{self, Lines};
+use crate::{
+    interrupt,
+    report::{self, Lines},
+};
 
 /// Watches a computation: what it is doing goes to the terminal (if standard error is one), how long each stage took is kept.
 ///
@@ -42,10 +45,13 @@ impl Progress {
         Self::within(None)
     }
 
-    /// Asks computations to stop after a time, if there is a limit.
+    /// Asks computations to stop after a time, if there is a limit, and at Ctrl-C.
     pub(crate) fn within(limit: Option<Duration>) -> Self {
+        interrupt::watch();
         let bar = ProgressBar::with_draw_target(Some(STEPS), ProgressDrawTarget::hidden());
-        if let Ok(style) = ProgressStyle::with_template("{msg:24} {wide_bar} {percent:>3} %  {elapsed}") {
+        if let Ok(style) =
+            ProgressStyle::with_template("{prefix}{msg:24} {wide_bar} {percent:>3} %  {elapsed}")
+        {
             bar.set_style(style);
         }
         let (over, is_over) = mpsc::channel::<()>();
@@ -64,6 +70,14 @@ impl Progress {
             deadline: limit.and_then(|limit| Instant::now().checked_add(limit)),
             _over: over,
         }
+    }
+
+    /// The bar says that this is one of several.
+    pub(crate) fn numbered(self, number: usize, of: usize) -> Self {
+        if of > 1 {
+            self.bar.set_prefix(format!("{number} of {of}: "));
+        }
+        self
     }
 
     /// A stage begins; the one before it is over. `name` stands in the JSON report, `doing` beside the bar.
@@ -125,7 +139,7 @@ impl job::Observer for Progress {
     }
 
     fn cancelled(&self) -> bool {
-        self.deadline.is_some_and(|deadline| Instant::now() >= deadline)
+        interrupt::is_asked_for() || self.deadline.is_some_and(|deadline| Instant::now() >= deadline)
     }
 }
 

@@ -5,8 +5,14 @@ use std::io::{self, Write};
 use anyhow::{Context, Result};
 use serde_json::{Map, Value};
 
-/// Prints what failed: every cause in one line, a cause that the one before it quotes already left out.
+/// Prints what failed.
 pub(crate) fn failure(error: &anyhow::Error) {
+    // Where standard error is closed or full, the exit code alone has to say it.
+    let _ = writeln!(io::stderr(), "sigmark: {}", in_one_line(error));
+}
+
+/// Every cause in one line, a cause that the one before it quotes already left out.
+pub(crate) fn in_one_line(error: &anyhow::Error) -> String {
     let mut message = String::new();
     for cause in error.chain() {
         let cause = cause.to_string();
@@ -18,8 +24,7 @@ pub(crate) fn failure(error: &anyhow::Error) {
         }
         message.push_str(&cause);
     }
-    // Where standard error is closed or full, the exit code alone has to say it.
-    let _ = writeln!(io::stderr(), "sigmark: {}", printable(&message));
+    printable(&message)
 }
 
 /// A text from a file or a file's name without what could break the line or steer the terminal.
@@ -53,8 +58,13 @@ pub(crate) fn print(json: bool, object: &Value, lines: &Lines) -> Result<()> {
         true => format!("{object}\n"),
         false => lines.0.iter().map(|line| printable(line) + "\n").collect(),
     };
+    write(text.as_bytes())
+}
+
+/// Writes to standard output. A reader that has closed its end is no error.
+pub(crate) fn write(text: &[u8]) -> Result<()> {
     let mut out = io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+    match out.write_all(text).and_then(|()| out.flush()) {
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
         other => other.context("the report can't be written to standard output, but the work is done"),
     }
@@ -101,6 +111,15 @@ pub(crate) fn grouped(number: usize) -> String {
 /// "1 patch", "5 patches".
 pub(crate) fn counted(number: usize, one: &str, many: &str) -> String {
     format!("{} {}", grouped(number), if number == 1 { one } else { many })
+}
+
+/// "a, b and c".
+pub(crate) fn listed(things: &[String]) -> String {
+    match things {
+        [] => String::new(),
+        [only] => only.clone(),
+        [first @ .., last] => format!("{} and {last}", first.join(", ")),
+    }
 }
 
 #[cfg(test)]

@@ -66,6 +66,53 @@ mod tests {
         Arguments::command().debug_assert();
     }
 
+    /// The words of an example: up to a comment, what it is piped into, or what is left out.
+    fn words(example: &str) -> Vec<String> {
+        let end = ["  ", " # ", " > ", " >> ", " …"]
+            .iter()
+            .filter_map(|mark| example.find(mark))
+            .min();
+        let (mut words, mut is_quoted) = (vec![String::new()], false);
+        for c in example[..end.unwrap_or(example.len())].chars() {
+            match c {
+                '"' => is_quoted = !is_quoted,
+                ' ' if !is_quoted => words.push(String::new()),
+                c => words.last_mut().unwrap().push(c),
+            }
+        }
+        words
+    }
+
+    #[test]
+    fn every_example_in_the_help_is_a_command_line() {
+        let mut commands = vec![Arguments::command()];
+        let mut tried = 0;
+        while let Some(command) = commands.pop() {
+            commands.extend(command.get_subcommands().cloned());
+            let help = command
+                .get_after_help()
+                .map(ToString::to_string)
+                .unwrap_or_default();
+            assert!(
+                !help.is_empty() || command.get_name() == "help",
+                "{} has no example",
+                command.get_name()
+            );
+            let help = help.replace("\\\n      ", "");
+            for example in help
+                .lines()
+                .filter_map(|line| line.strip_prefix("  "))
+                .filter(|line| line.starts_with("sigmark "))
+            {
+                if let Err(error) = Arguments::try_parse_from(words(example)) {
+                    panic!("{example}: {error}");
+                }
+                tried += 1;
+            }
+        }
+        assert!(tried >= 20, "{tried}");
+    }
+
     #[test]
     fn the_parsers_paragraphs_become_one_line() {
         let message = "error: the following required arguments were not provided:\n  --output <FILE>\n  --key <PEM>\n\n\

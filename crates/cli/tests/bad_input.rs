@@ -448,13 +448,13 @@ fn command_lines_that_are_wrong_are_refused_in_one_line() {
         (
             "embed",
             &[
-                "--output <FILE>",
+                "--output <PATH>",
                 "--key <PEM>",
                 "<MODEL>",
                 "see `sigmark embed --help`",
             ],
         ),
-        ("embed model.ply", &["--output <FILE>, --key <PEM>"]),
+        ("embed model.ply", &["--output <PATH>, --key <PEM>"]),
         (
             "verify signed.ply --original model.ply",
             &["--certificate <FILE>"],

@@ -102,6 +102,16 @@ fn a_certificate_is_stamped_and_its_stamps_are_checked() {
         text.contains("time-stamped 20") && text.contains(" UTC by CN=Stamps,O=Example"),
         "{text}"
     );
+    for (options, words) in [
+        (
+            "--stamp-roots root.pem",
+            "UTC, by CN=Stamps,O=Example (serial number 4712)",
+        ),
+        ("", "1 time stamp, not checked"),
+    ] {
+        folder.done(&format!("{VERIFY} {options} --report report.html --force"));
+        assert!(folder.text("report.html").contains(words), "{words}");
+    }
     let text = folder.done(VERIFY).out;
     assert!(
         text.contains("1 time stamp, not checked") && text.contains("--stamp-roots"),

@@ -93,7 +93,7 @@ input is. The labels are one part number a line, from 0, in the order of the fil
 uses. The mesh that -o writes is a binary PLY of the welded surface with a colour for each part.
 
 --json prints: parts, cut (edges between parts), imbalance (heaviest part over the mean, less 1), components (connected \
-pieces of each part), seconds (of each stage).")]
+pieces of each part), output, labels (file names, or null), seconds (of each stage).")]
 pub(crate) struct Partition {
     /// The mesh, or a .graph file
     pub(crate) input: PathBuf,

@@ -43,7 +43,7 @@ reference's diagonal in JSON and per cent of it for people; forward is from the 
 that came in another order. What can't be computed is named with the reason; the exit code is 2 if that is everything.
 
 --json prints: reference, distorted (file names), diagonal (in the models' unit), distance (d_rmse, mean, hausdorff_forward, \
-hausdorff_backward, hausdorff, rmse_backward, mrms, samples, interval), shape_dna (p, m, distance, components of both), msdm2 \
+hausdorff_backward, hausdorff, rmse_backward, mean_backward, mrms, samples, interval), shape_dna (p, m, distance, components of both), msdm2 \
 (forward, backward, symmetric), dame (error in radians, edges), not_computed (reasons), heatmap (file, max), seconds (of each \
 stage). What was not asked for or not computed is null.")]
 pub(crate) struct Compare {

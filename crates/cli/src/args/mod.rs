@@ -3,6 +3,7 @@
 mod analysing;
 mod comparing;
 mod disputing;
+mod installing;
 mod numbers;
 mod shared;
 mod signing;
@@ -14,6 +15,7 @@ pub(crate) use self::{
     analysing::{Inspect, Laplacian, Partition, Spectrum},
     comparing::{Align, Compare, Heat, MetricName},
     disputing::Dispute,
+    installing::{Completions, Man},
     shared::{Common, TimeLimit},
     signing::{Embed, Keygen, Profile, Verify},
     stamping::{Attach, Request, Stamp, Step},
@@ -34,7 +36,7 @@ A first session:
   sigmark verify found.obj --original model.obj --certificate signed.obj.cert.json \\
       --public-key owner.pub.pem
 
-Exit codes: 0 yes, or done; 1 no; 2 could not be done, with the reason on standard error.
+Exit codes: 0 yes, or done; 1 no; 2 could not be done, with the reason on standard error; 130 Ctrl-C.
 `sigmark <COMMAND> --help` says more, with examples."
 )]
 pub(crate) struct Arguments {
@@ -64,4 +66,9 @@ pub(crate) enum Command {
     Spectrum(Spectrum),
     /// Cut a mesh or a graph into parts of equal size with short borders
     Partition(Partition),
+    /// Print what makes a shell complete commands and options
+    Completions(Completions),
+    /// Write the manual pages
+    #[command(hide = true)]
+    Man(Man),
 }

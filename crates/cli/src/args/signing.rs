@@ -73,9 +73,14 @@ pub(crate) struct Keygen {
 #[command(after_help = "\
 Example:
   sigmark embed model.obj -o signed.obj --key owner.pem --message \"© 2026 Studio, order 4711\"
+  sigmark embed a.obj b.ply models/ -o signed/ --key owner.pem --recipient \"Museum, Berlin\"
 
-Writes signed.obj, the same file with other vertex positions, and signed.obj.cert.json, the certificate. Give away the \
+The first writes signed.obj, the same file with other vertex positions, and signed.obj.cert.json, the certificate. Give away the \
 signed file. Keep the original and the certificate: both are needed to verify, and whoever has both can remove the mark.
+
+Several models, or folders of them, go into a folder: signed/NAME and signed/NAME.cert.json each, in the folders that they had in the one that \
+was named. Hidden files and linked folders are passed over, as is the folder of the outputs. What can't be signed is named on standard error \
+and does not stop the rest; then the exit code is 2.
 
 Reads and writes OBJ, PLY, STL and OFF, also gzipped. A locked key's passphrase is asked for, or taken from the \
 environment variable SIGMARK_PASSPHRASE.
@@ -83,12 +88,14 @@ environment variable SIGMARK_PASSPHRASE.
 --json prints: output, certificate (file names), scheme, payload (what the bits are), bits, chips (places for bits in all), laplacian, functions (manifold harmonics of each patch), \
 patches, unmarked_vertices, alpha, distortion_rms (fraction of the diagonal), margin_predicted (T0 under noise of 0.1 %), noise_read, noise_evidence, \
 noise_detected (up to which noise, as a share of the bounding box, the signature is read, is evidence, is detected), facet_turn (median, p99, max: by how many degrees triangles \
-turned), flipped (triangles that look the other way), seconds (of each stage).")]
+turned), flipped (triangles that look the other way), seconds (of each stage). Of several models an object a model, each in a line, with \
+model (file name); of one that failed model and error alone.")]
 pub(crate) struct Embed {
-    /// The mesh to sign
-    pub(crate) model: PathBuf,
-    /// Where to write the signed mesh: the same format as the model
-    #[arg(short, long, value_name = "FILE")]
+    /// The mesh to sign; several, or folders of them, are signed one after the other
+    #[arg(required = true, value_name = "MODEL")]
+    pub(crate) models: Vec<PathBuf>,
+    /// Where to write the signed mesh: the same format as the model. Of several models, the folder for all, made if there is none
+    #[arg(short, long, value_name = "PATH")]
     pub(crate) output: PathBuf,
     /// The private key
     #[arg(short, long, value_name = "PEM")]
@@ -166,10 +173,14 @@ Example:
 That is for the owner: the original is looked for beside the certificate, by its name, then by its digest, and the key is the \
 certificate's own. A third party has the key from its owner:
   sigmark verify found.obj --certificate signed.obj.cert.json --original model.obj \\
-      --public-key owner.pub.pem --dispute
+      --public-key owner.pub.pem --dispute --report report.html
+
+The report is a page for people, with pictures, in one file: what was asked and found, what it means, and how to repeat it. It shows where \
+the surface was moved: give it to those alone who may see the original or the certificate.
 
 Exit code 0 if the signature was read back (verified) or its presence is beyond doubt (detected), 1 if it was not found; of several \
-suspects 0 if it was found in one, and 2 if one could not be judged.
+suspects 0 if it was found in one, and 2 if one could not be judged. Folders are walked for meshes; hidden files and linked folders are \
+passed over.
 
 Two levels. Detected: a model without the mark comes so far with a probability of 1e-6 at most (--p-bound). That holds for a claim that was \
 there before the suspect: your own, or one with a time stamp. Who could make a claim after he saw the suspect can try many, and needs \
@@ -190,9 +201,9 @@ suspect's surface that lies on the original, 0 to 1), coverage (share of the ori
 (share of the original's vertices that were not seen), residual (fraction of the diagonal), transform (4 × 4, suspect to \
 original), mirrored, attack_model (of what moved the suspect, the shares of squared displacements that mark, misalignment, \
 smoothing, tessellation_bias and noise explain; null where the paper's rule alone read it), remark (why it is another shape), message, recipient, public_key (fingerprint), stamps (time, authority and serial of each; null where --stamp-roots is not given), seconds (of each stage). What can't be said \
-is null.")]
+is null. Of one of several suspects that could not be judged: suspect and error alone.")]
 pub(crate) struct Verify {
-    /// The meshes in question; what is computed of the original for the first serves the others
+    /// The meshes in question, or folders of them; what is computed of the original for the first serves the others
     #[arg(required = true, value_name = "SUSPECT")]
     pub(crate) suspects: Vec<PathBuf>,
     /// The certificate that embed wrote
@@ -216,6 +227,12 @@ pub(crate) struct Verify {
     /// The largest probability of being wrong that counts as detected
     #[arg(long, value_name = "P", default_value = "1e-6", allow_negative_numbers = true, value_parser = numbers::between_0_and_1)]
     pub(crate) p_bound: f64,
+    /// Where to write what was found as a page for people: HTML in one file, with pictures
+    #[arg(long, value_name = "FILE")]
+    pub(crate) report: Option<PathBuf>,
+    /// Replace a report that exists
+    #[arg(long, requires = "report")]
+    pub(crate) force: bool,
     #[command(flatten)]
     pub(crate) time_limit: TimeLimit,
     #[command(flatten)]

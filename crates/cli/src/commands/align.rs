@@ -9,6 +9,7 @@ use crate::{
     Answer,
     args::Align,
     files::{self, Text},
+    interrupt,
     points::{self, Pair},
     progress::Progress,
     report::{self, Lines, Seconds},
@@ -39,6 +40,7 @@ pub(crate) fn run(arguments: &Align) -> Result<Answer> {
     if found.aligned {
         progress.begin("writing", "writing");
         let moved = suspect.with_positions(&found.transform.apply_all(from.positions()))?;
+        let _whole = interrupt::writing();
         moved.save(&arguments.output, arguments.force)?;
     }
     let seconds = progress.finish();

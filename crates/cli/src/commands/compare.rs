@@ -119,6 +119,8 @@ fn measure(arguments: &Compare, pair: &Pair, job: &Job) -> Result<Measured> {
             }
         }
     }
+    // A metric that was interrupted is not one that could not be computed.
+    job.go_on()?;
     match first_reason {
         Some(reason) if measured.measurements.is_empty() => Err(reason),
         _ => Ok(measured),

@@ -2,10 +2,12 @@
 
 pub(crate) mod align;
 pub(crate) mod compare;
+pub(crate) mod completions;
 pub(crate) mod dispute;
 pub(crate) mod embed;
 pub(crate) mod inspect;
 pub(crate) mod keygen;
+pub(crate) mod man;
 pub(crate) mod partition;
 pub(crate) mod spectrum;
 pub(crate) mod stamp;

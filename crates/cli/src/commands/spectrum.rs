@@ -6,7 +6,8 @@ use mhb_core::{Spectrum, SpectrumOptions};
 use serde_json::json;
 
 use crate::{
-    Answer, args, files,
+    Answer, args,
+    files::{self, Output},
     npz::Npz,
     progress::Progress,
     report::{self, Lines},
@@ -33,7 +34,8 @@ pub(crate) fn run(arguments: &args::Spectrum) -> Result<Answer> {
         .with_context(|| arguments.model.display().to_string())?;
     if let Some(output) = &arguments.output {
         progress.begin("writing", "writing");
-        mesh_io::write_file(output, &archive(&asset, &spectrum)?, arguments.force)?;
+        let archive = archive(&asset, &spectrum)?;
+        files::write_together(&[Output::public((output, &archive))], arguments.force)?;
     }
     let seconds = progress.finish();
 

@@ -1,168 +1,19 @@
-use std::{
-    path::{Path, PathBuf},
-    sync::Arc,
-};
+//! What `verify` says to people.
 
-use anyhow::Result;
-use job::JobError;
+use std::path::Path;
+
 use registration::MatchedBy;
-use serde_json::{Map, Value, json};
-use sigmark::{GeometryDigest, Mismatch, Outcome, SigmarkError, Verdict, Verifier, mark::MarkError};
+use sigmark::{Mismatch, Outcome, Verdict};
 
 use crate::{
-    Answer,
-    args::{Profile, Verify},
-    claims::{Claim, ClaimFiles},
-    files,
-    progress::Progress,
+    args::Verify,
+    claims::Claim,
     report::{self, Lines, Seconds},
     stamps::Stamps,
 };
 
-pub(crate) fn run(arguments: &Verify) -> Result<Answer> {
-    let mut progress = Arc::new(Progress::within(arguments.time_limit.duration()));
-    progress.begin("reading", "reading");
-    let files = ClaimFiles {
-        certificate: arguments.certificate.clone(),
-        original: arguments.original.clone(),
-        public_key: arguments.public_key.clone(),
-    };
-    let claim = files.read()?;
-    let stamps = Stamps::of(
-        &claim.certificate,
-        &arguments.certificate,
-        arguments.stamp_roots.as_deref(),
-    )?;
-    let paths = &arguments.suspects;
-    let verifier = claim
-        .verifier()
-        .map_err(|error| match the_wrong_way_round(&error, paths, &claim) {
-            Some(error) => error,
-            None => blame(error, arguments, &claim, &paths[0]),
-        })?;
-    let verifier = verifier
-        .p_bound(arguments.p_bound)
-        .paper_profile(arguments.profile == Some(Profile::Paper));
-    let (mut is_found, mut failed) = (false, None);
-    for (i, path) in paths.iter().enumerate() {
-        if i > 0 {
-            progress = Arc::new(Progress::within(arguments.time_limit.duration()));
-            progress.begin("reading", "reading");
-        }
-        match judged(&verifier, path, arguments, &claim, &stamps, &progress) {
-            Ok(found) => is_found |= found,
-            // The others may be what they may.
-            Err(error) if paths.len() > 1 => {
-                drop(std::mem::replace(&mut progress, Arc::new(Progress::new())));
-                report::failure(&error);
-                failed = Some(path);
-            }
-            Err(error) => return Err(error),
-        }
-    }
-    match failed {
-        Some(path) => Err(anyhow::anyhow!(
-            "{}: could not be judged, see above",
-            path.display()
-        )),
-        None if is_found => Ok(Answer::Yes),
-        None => Ok(Answer::No),
-    }
-}
-
-/// Judges a suspect and prints the verdict; tells whether it is what was asked for.
-fn judged(
-    verifier: &Verifier,
-    path: &Path,
-    arguments: &Verify,
-    claim: &Claim,
-    stamps: &Stamps,
-    progress: &Arc<Progress>,
-) -> Result<bool> {
-    let suspect = files::open_mesh(path)?;
-    let verdict = verifier
-        .verify(suspect.mesh(), &progress.job(arguments.common.threads()))
-        .map_err(|error| blame(error, arguments, claim, path))?;
-    let seconds = progress.finish();
-    let mut object = described(&verdict, claim);
-    object.insert("suspect".into(), json!(path));
-    object.insert("stamps".into(), stamps.json());
-    object.insert("seconds".into(), report::seconds_json(&seconds));
-    let lines = summary(path, arguments, &verdict, claim, stamps, &seconds);
-    report::print(arguments.common.json, &object.into(), &lines)?;
-    Ok(match arguments.dispute {
-        true => verdict.is_evidence(),
-        false => verdict.outcome.is_found(),
-    })
-}
-
-/// A verdict as `--json` prints it, but for the time that it took.
-pub(crate) fn described(verdict: &Verdict, claim: &Claim) -> Map<String, Value> {
-    let statement = claim.certificate.statement();
-    let object = json!({
-        "outcome": verdict.outcome.name(),
-        "evidence": verdict.is_evidence(),
-        "scheme": statement.scheme,
-        "signed": if verdict.binds_original { "statement" } else { "message" },
-        "extraction_rate": verdict.extraction_rate,
-        "p_value": verdict.p_value,
-        "p_dispute": verdict.p_dispute(),
-        "correlation": verdict.correlation,
-        "bits": verdict.bits,
-        "bit_errors": verdict.bit_errors,
-        "patches_read": verdict.patches_read,
-        "registration": verdict.transform.map(|_| verdict.matched_by),
-        "poses": verdict.poses,
-        "overlap": verdict.overlap,
-        "coverage": verdict.coverage,
-        "missing": verdict.missing,
-        "residual": verdict.residual,
-        "transform": verdict.transform.map(|transform| transform.to_matrix()),
-        "mirrored": verdict.transform.map(|transform| transform.mirrors()),
-        "attack_model": verdict.attack_model,
-        "remark": verdict.mismatch.map(remark),
-        "original": claim.original_path,
-        "message": statement.message,
-        "recipient": statement.recipient,
-        "public_key": statement.public_key.fingerprint(),
-        "own_key": claim.own_key,
-    });
-    match object {
-        Value::Object(members) => members,
-        _ => Map::new(),
-    }
-}
-
-/// The error with the name of the file that it is about.
-fn blame(error: SigmarkError, arguments: &Verify, claim: &Claim, suspect: &Path) -> anyhow::Error {
-    let file: &Path = match error {
-        SigmarkError::Job(JobError::Cancelled) => return arguments.time_limit.exceeded(),
-        SigmarkError::AnotherKey { .. } => arguments.public_key.as_deref().unwrap_or(&arguments.certificate),
-        SigmarkError::Certificate(_) | SigmarkError::PaperProfile => &arguments.certificate,
-        SigmarkError::Mark(MarkError::Registration(_) | MarkError::Mesh(_)) => suspect,
-        _ => &claim.original_path,
-    };
-    anyhow::Error::new(error).context(file.display().to_string())
-}
-
-/// Where a suspect is the original that the certificate names.
-fn the_wrong_way_round(error: &SigmarkError, suspects: &[PathBuf], claim: &Claim) -> Option<anyhow::Error> {
-    let digest = claim.certificate.statement().original.digest;
-    let is_original = |path: &&PathBuf| {
-        files::open_mesh(path).is_ok_and(|asset| GeometryDigest::of(asset.mesh()) == digest)
-    };
-    let SigmarkError::AnotherOriginal { .. } = error else {
-        return None;
-    };
-    let suspect = suspects.iter().find(is_original)?.display();
-    let original = claim.original_path.display();
-    Some(anyhow::anyhow!(
-        "{suspect}: is the original, and {original} is not: the two are the wrong way round; \
-         try `sigmark verify {original} --original {suspect} …`"
-    ))
-}
-
-fn summary(
+/// The verdict, and what it rests on.
+pub(super) fn summary(
     suspect: &Path,
     arguments: &Verify,
     verdict: &Verdict,
@@ -323,4 +174,14 @@ pub(crate) fn probability(p: f64) -> String {
     } else {
         "10^-300".into()
     }
+}
+
+/// How many of several suspects bear what was looked for.
+pub(super) fn total(found: usize, failed: usize, suspects: usize) -> Lines {
+    let failed = match failed {
+        0 => String::new(),
+        failed => format!("; {} could not be judged", report::grouped(failed)),
+    };
+    let (found, suspects) = (report::grouped(found), report::grouped(suspects));
+    Lines::new(format!("Found in {found} of {suspects}{failed}"))
 }

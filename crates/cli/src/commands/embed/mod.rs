@@ -1,0 +1,211 @@
+mod several;
+mod words;
+
+use std::{
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+
+use anyhow::{Context, Result, bail};
+use job::Job;
+use mesh_io::Asset;
+use quality::FacetTurn;
+use serde_json::{Value, json};
+use sigmark::{Curve, Embedder, Prediction, Scheme, Signed, SigningKey};
+
+use crate::{
+    Answer,
+    args::{Embed, Profile},
+    batch,
+    files::{self, Output},
+    keys,
+    progress::Progress,
+    report::{self, Lines, Seconds},
+};
+
+pub(crate) use words::survival;
+
+/// A model, and where its signed copy and the certificate go.
+struct Task {
+    model: PathBuf,
+    output: PathBuf,
+    certificate: PathBuf,
+}
+
+/// What was done with a model, for programs and for people.
+struct Done {
+    object: Value,
+    summary: Lines,
+    seconds: f64,
+}
+
+pub(crate) fn run(arguments: &Embed) -> Result<Answer> {
+    if batch::is_batch(&arguments.models) {
+        return several::run(arguments);
+    }
+    let task = Task {
+        model: arguments.models.first().cloned().unwrap_or_default(),
+        output: arguments.output.clone(),
+        certificate: arguments
+            .certificate
+            .clone()
+            .unwrap_or_else(|| files::with_suffix(&arguments.output, ".cert.json")),
+    };
+    task.check(arguments)?;
+    // Before there is a progress bar, which would run over a question for the passphrase.
+    let embedder = embedder(arguments, &keys::read_private(&arguments.key)?)?;
+    let done = task.sign(arguments, embedder, Progress::new(), !arguments.common.json)?;
+    report::print(arguments.common.json, &done.object, &done.summary)?;
+    Ok(Answer::Yes)
+}
+
+impl Task {
+    /// Signs the model and writes both files; announces what it will be good for where that is asked for.
+    fn sign(
+        &self,
+        arguments: &Embed,
+        embedder: Embedder,
+        progress: Progress,
+        announce: bool,
+    ) -> Result<Done> {
+        let embedder = embedder.original_name(file_name(&self.model));
+        let progress = Arc::new(progress);
+        let job = progress.job(arguments.common.threads());
+        progress.begin("reading", "reading");
+        let asset = files::open_mesh(&self.model)?;
+        asset.check_name(&self.output)?;
+        let model = || self.model.display().to_string();
+        let original = Arc::new(embedder.cut(asset.mesh(), &job).with_context(model)?);
+        let prediction = embedder.predict(&original).with_context(model)?;
+        if announce {
+            progress.tell(&words::planned(self, &original, &prediction))?;
+        }
+        let signed = embedder.embed_in(&original, &job).with_context(model)?;
+        progress.begin("writing", "writing");
+        let turn = self.write(&asset, &signed, arguments.force, &job)?;
+        let seconds = progress.finish();
+        Ok(Done {
+            object: self.object(arguments, &signed, &prediction, &turn, &seconds),
+            summary: words::summary(self, &signed, &turn, &seconds),
+            seconds: seconds.iter().map(|(_, seconds)| seconds).sum(),
+        })
+    }
+
+    /// Writes the signed mesh and the certificate, if the whole signature can be read back from the one as the file holds it. Tells how far its
+    /// facets turned.
+    fn write(&self, asset: &Asset, signed: &Signed, force: bool, job: &Job) -> Result<FacetTurn> {
+        let marked = asset.with_positions(signed.positions())?;
+        // What counts is what the file holds: its precision may be coarser than the mark.
+        let read_back = signed.read_back(marked.mesh().positions(), job)?;
+        if read_back < 1.0 {
+            bail!(
+                "{}: only {:.1} % of the bits survive the precision of this file; mark more strongly with --distortion, \
+             or use a file with more digits",
+                self.output.display(),
+                100.0 * read_back
+            );
+        }
+        let (mesh, json) = (marked.to_bytes(), signed.certificate().to_json()?);
+        let outputs = [
+            (&*self.output, &*mesh, false),
+            (&*self.certificate, json.as_bytes(), true),
+        ];
+        let outputs = outputs.map(|(path, bytes, private)| Output { path, bytes, private });
+        let turn = FacetTurn::between(asset.mesh(), marked.mesh())?;
+        files::write_together(&outputs, force)?;
+        Ok(turn)
+    }
+
+    /// What `--json` prints.
+    fn object(
+        &self,
+        arguments: &Embed,
+        signed: &Signed,
+        prediction: &Prediction,
+        turn: &FacetTurn,
+        seconds: &Seconds,
+    ) -> Value {
+        let statement = signed.certificate().statement();
+        let scheme = statement.scheme;
+        json!({
+            "output": self.output,
+            "certificate": self.certificate,
+            "scheme": scheme,
+            "payload": statement.payload_kind().name(),
+            "bits": scheme.bits(),
+            "chips": signed.layout().chip_count(),
+            "laplacian": arguments.laplacian.name(),
+            "functions": signed.original().functions(),
+            "patches": signed.original().patches().len(),
+            "unmarked_vertices": signed.original().patches().unmarked_vertices(),
+            "alpha": signed.layout().alpha(),
+            "distortion_rms": signed.layout().distortion_rms(),
+            "margin_predicted": prediction.margin,
+            "noise_read": prediction.noise_read,
+            "noise_evidence": prediction.noise_evidence,
+            "noise_detected": prediction.noise_detected,
+            "facet_turn": turn.summary(),
+            "flipped": turn.flipped(),
+            "seconds": report::seconds_json(seconds),
+        })
+    }
+
+    /// Both files can be written, and replace nothing that is read.
+    fn check(&self, arguments: &Embed) -> Result<()> {
+        let (model, key) = (&self.model, &arguments.key);
+        let (output, certificate) = (&self.output, &self.certificate);
+        for output in [output, certificate] {
+            files::check_apart(output, model, "the model, which you need as it is to verify")?;
+            files::check_apart(output, key, "the private key")?;
+        }
+        files::check_apart(
+            certificate,
+            output,
+            "to be both the signed mesh and the certificate",
+        )?;
+        files::check_free(output, arguments.force)?;
+        files::check_free(certificate, arguments.force)
+    }
+}
+
+fn embedder(arguments: &Embed, key: &SigningKey) -> Result<Embedder> {
+    let mut embedder = Embedder::new(key)
+        .message(&arguments.message)
+        .recipient(&arguments.recipient)
+        .strength(arguments.strength())
+        .laplacian(arguments.laplacian.kind());
+    if let Some(rate) = arguments.chip_rate {
+        embedder = embedder.chip_rate(rate);
+    }
+    if let Some(patches) = arguments.patches {
+        embedder = embedder.patches(patches);
+    }
+    if let Some(profile) = arguments.profile {
+        if profile.curve() != key.curve() {
+            let name = if profile == Profile::Paper {
+                "paper"
+            } else {
+                "standard"
+            };
+            bail!(
+                "{}: this key is on {}, but the {name} profile signs on {}; make a key with `sigmark keygen --profile {name}`",
+                arguments.key.display(),
+                key.curve(),
+                profile.curve()
+            );
+        }
+        embedder = embedder.scheme(profile.scheme());
+    }
+    // On the paper's curve the scheme hashes with SHA-1 anyway.
+    if arguments.sha1 && key.curve() == Curve::P256 {
+        embedder = embedder.scheme(Scheme::EcdsaP256Sha1);
+    }
+    Ok(embedder)
+}
+
+/// What of a path is in its folder; nothing of what is no text.
+fn file_name(path: &Path) -> &str {
+    path.file_name()
+        .and_then(|name| name.to_str())
+        .unwrap_or_default()
+}
