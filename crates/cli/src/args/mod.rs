@@ -17,7 +17,7 @@ pub(crate) use self::{
     disputing::Dispute,
     installing::{Completions, Man},
     shared::{Common, TimeLimit},
-    signing::{Embed, Keygen, Profile, Verify},
+    signing::{Embed, Keygen, Manifest, Profile, Verify},
     stamping::{Attach, Request, Stamp, Step},
 };
 

@@ -42,6 +42,16 @@ pub(crate) enum StrengthName {
     Strong,
 }
 
+/// What happens to a manifest that says who made a file by a digest of all its bytes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Manifest {
+    /// Left out of the signed copy, and said
+    #[default]
+    Drop,
+    /// Such a model is not signed
+    Refuse,
+}
+
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Example:
@@ -82,13 +92,16 @@ Several models, or folders of them, go into a folder: signed/NAME and signed/NAM
 was named. Hidden files and linked folders are passed over, as is the folder of the outputs. What can't be signed is named on standard error \
 and does not stop the rest; then the exit code is 2.
 
-Reads and writes OBJ, PLY, STL and OFF, also gzipped. A locked key's passphrase is asked for, or taken from the \
+Reads and writes GLB, glTF, OBJ, PLY, STL and OFF, also gzipped, 3MF, and the one mesh of a zip archive. Only positions change (and what glTF \
+says of their bounds): materials, textures, skins, animations, morph targets, unknown extensions stay byte for byte, and so do stored normals and tangents, \
+which keep the look. A scene of many parts is one work; what it places several times is marked once. What a file refers to by name is copied beside \
+the output. Where the file's own precision is too coarse for the standard strength, strong is taken; where even that is lost, nothing is written. A locked key's passphrase is asked for, or taken from the \
 environment variable SIGMARK_PASSPHRASE.
 
 --json prints: output, certificate (file names), scheme, payload (what the bits are), bits, chips (places for bits in all), laplacian, functions (manifold harmonics of each patch), \
 patches, unmarked_vertices, alpha, distortion_rms (fraction of the diagonal), margin_predicted (T0 under noise of 0.1 %), noise_read, noise_evidence, \
 noise_detected (up to which noise, as a share of the bounding box, the signature is read, is evidence, is detected), facet_turn (median, p99, max: by how many degrees triangles \
-turned), flipped (triangles that look the other way), seconds (of each stage). Of several models an object a model, each in a line, with \
+turned), flipped (triangles that look the other way), manifest_dropped (whether the model had a C2PA manifest), seconds (of each stage). Of several models an object a model, each in a line, with \
 model (file name); of one that failed model and error alone.")]
 pub(crate) struct Embed {
     /// The mesh to sign; several, or folders of them, are signed one after the other
@@ -143,6 +156,9 @@ pub(crate) struct Embed {
     /// Which Laplacian gives the manifold harmonics
     #[arg(long, value_enum, default_value_t)]
     pub(crate) laplacian: Laplacian,
+    /// What to do with a C2PA manifest in the model: it says who made the file by a digest of every byte, and no longer holds
+    #[arg(long, value_enum, value_name = "WHAT", default_value_t)]
+    pub(crate) c2pa: Manifest,
     /// Replace files that exist
     #[arg(long)]
     pub(crate) force: bool,
@@ -151,6 +167,14 @@ pub(crate) struct Embed {
 }
 
 impl Embed {
+    /// Whether nothing was asked for by name or number.
+    pub(crate) fn leaves_strength_open(&self) -> bool {
+        self.strength.is_none()
+            && self.distortion.is_none()
+            && self.alpha.is_none()
+            && self.paper_alpha.is_none()
+    }
+
     pub(crate) fn strength(&self) -> Strength {
         match (self.distortion, self.alpha, self.paper_alpha) {
             (Some(fraction), _, _) => Strength::Distortion(fraction),
@@ -189,18 +213,19 @@ and exits with 1 below it.
 
 The suspect may be in any format, moved, turned, scaled, mirrored, its vertices and faces in any order. Where it lost the \
 original's triangles, because it was cropped, decimated, subdivided or re-meshed, it is laid onto the original by its \
-surface; at least 80 % of that must lie there.
+surface; at least 80 % of that must lie there. Of a scene, connected parts that were taken out, moved, turned or scaled alone, or put into another \
+scene are put back one by one, and the verdict says which were found.
 
 Few patches are read first, and more only where these do not hold every bit; the probability allows for all that might have been read.
 
 --json prints: an object a suspect, each in a line, of suspect (file name), outcome (verified, detected or not_found), evidence (whether p_value is at most 2^-120 for a mark that binds the \
 original), scheme, signed (what the signature in the shape covers: statement or message), own_key (whether the key is the \
 certificate's), original (file name), extraction_rate (0 to 1), p_value, p_dispute (2^80 p_value, at most 1), correlation, bits, \
-bit_errors, patches_read (of how many patches the bits were read), registration (connectivity, surroundings or surface), poses (how many were tried), overlap (share of the \
+bit_errors, patches_read (of how many patches the bits were read), registration (connectivity, surroundings, surface or parts), poses (how many were tried), overlap (share of the \
 suspect's surface that lies on the original, 0 to 1), coverage (share of the original's that lies on the suspect), missing \
 (share of the original's vertices that were not seen), residual (fraction of the diagonal), transform (4 × 4, suspect to \
 original), mirrored, attack_model (of what moved the suspect, the shares of squared displacements that mark, misalignment, \
-smoothing, tessellation_bias and noise explain; null where the paper's rule alone read it), remark (why it is another shape), message, recipient, public_key (fingerprint), stamps (time, authority and serial of each; null where --stamp-roots is not given), seconds (of each stage). What can't be said \
+smoothing, tessellation_bias and noise explain; null where the paper's rule alone read it), remark (why it is another shape), parts (connected parts of the original that were seen: part, its number, name, seen, 0 to 1, and transform if it was put back alone), marked_parts (how many carry the mark), message, recipient, public_key (fingerprint), stamps (time, authority and serial of each; null where --stamp-roots is not given), seconds (of each stage). What can't be said \
 is null. Of one of several suspects that could not be judged: suspect and error alone.")]
 pub(crate) struct Verify {
     /// The meshes in question, or folders of them; what is computed of the original for the first serves the others

@@ -2,6 +2,7 @@ use std::{path::Path, sync::Arc};
 
 use anyhow::{Context, Result};
 use job::JobError;
+use mesh_io::Asset;
 use registration::PreparedMesh;
 use serde_json::json;
 use sigmark::{Dispute, Precedence, SigmarkError, Verdict, Verifier, claim::Tie};
@@ -28,7 +29,8 @@ pub(crate) fn run(arguments: &args::Dispute) -> Result<Answer> {
     let [first, second] = [0, 1].map(|i| verifier(&claims[i], paths[i]));
     let verifiers = [first?, second?];
     let suspect = arguments.suspect.as_deref().map(files::open_mesh).transpose()?;
-    let suspect = suspect.map(|asset| PreparedMesh::from(asset.mesh()));
+    let suspect = suspect.as_ref().map(Asset::scene).transpose()?;
+    let suspect = suspect.map(|mesh| PreparedMesh::from(mesh.into_owned()));
     let job = progress.job(arguments.common.threads());
     let dispute = Dispute::between(&verifiers[0], &verifiers[1], suspect.as_ref(), &job);
     let dispute = dispute.map_err(|error| match error {

@@ -2,6 +2,7 @@ mod several;
 mod words;
 
 use std::{
+    fs,
     path::{Path, PathBuf},
     sync::Arc,
 };
@@ -11,11 +12,11 @@ use job::Job;
 use mesh_io::Asset;
 use quality::FacetTurn;
 use serde_json::{Value, json};
-use sigmark::{Curve, Embedder, Prediction, Scheme, Signed, SigningKey};
+use sigmark::{Curve, Embedder, Prediction, Scheme, Signed, SigningKey, Strength, mark::Original};
 
 use crate::{
     Answer,
-    args::{Embed, Profile},
+    args::{Embed, Manifest, Profile},
     batch,
     files::{self, Output},
     keys,
@@ -75,29 +76,53 @@ impl Task {
         let asset = files::open_mesh(&self.model)?;
         asset.check_name(&self.output)?;
         let model = || self.model.display().to_string();
-        let original = Arc::new(embedder.cut(asset.mesh(), &job).with_context(model)?);
-        let prediction = embedder.predict(&original).with_context(model)?;
-        if announce {
-            progress.tell(&words::planned(self, &original, &prediction))?;
+        if asset.has_manifest() && arguments.c2pa == Manifest::Refuse {
+            bail!(
+                "{}: holds a C2PA manifest, which would no longer be true of a signed copy; --c2pa drop leaves it out",
+                self.model.display()
+            );
         }
-        let signed = embedder.embed_in(&original, &job).with_context(model)?;
+        let original = Arc::new(embedder.cut(asset.mesh(), &job).with_context(model)?);
+        let mut attempt = Attempt::make(&embedder, &original, &asset, &job).with_context(model)?;
+        let mut is_raised = false;
+        if attempt.read_back < 1.0 && arguments.leaves_strength_open() {
+            // The file's precision is coarser than the mark.
+            let stronger = embedder.strength(Strength::STRONG);
+            attempt = Attempt::make(&stronger, &original, &asset, &job).with_context(model)?;
+            is_raised = true;
+        }
+        if announce {
+            progress.tell(&words::planned(self, &original, &attempt.prediction, is_raised))?;
+        }
         progress.begin("writing", "writing");
-        let turn = self.write(&asset, &signed, arguments.force, &job)?;
+        let Attempt {
+            signed, prediction, ..
+        } = &attempt;
+        let turn = self.write(&asset, &attempt, arguments.force)?;
         let seconds = progress.finish();
+        let mut object = self.object(arguments, signed, prediction, &turn, &seconds);
+        object["manifest_dropped"] = asset.has_manifest().into();
+        let mut summary = words::summary(self, signed, &turn, &seconds);
+        if asset.has_manifest() {
+            summary.line("The model's C2PA manifest is left out: it says who made the file by a digest of every byte, and no longer holds.");
+        }
         Ok(Done {
-            object: self.object(arguments, &signed, &prediction, &turn, &seconds),
-            summary: words::summary(self, &signed, &turn, &seconds),
+            object,
+            summary,
             seconds: seconds.iter().map(|(_, seconds)| seconds).sum(),
         })
     }
 
-    /// Writes the signed mesh and the certificate, if the whole signature can be read back from the one as the file holds it. Tells how far its
-    /// facets turned.
-    fn write(&self, asset: &Asset, signed: &Signed, force: bool, job: &Job) -> Result<FacetTurn> {
-        let marked = asset.with_positions(signed.positions())?;
-        // What counts is what the file holds: its precision may be coarser than the mark.
-        let read_back = signed.read_back(marked.mesh().positions(), job)?;
-        if read_back < 1.0 {
+    /// Writes the signed mesh and the certificate, if the whole signature can be read back from the one as the file holds it, and the files that it
+    /// refers to. Tells how far its facets turned.
+    fn write(&self, asset: &Asset, attempt: &Attempt, force: bool) -> Result<FacetTurn> {
+        let Attempt {
+            signed,
+            marked,
+            read_back,
+            ..
+        } = attempt;
+        if *read_back < 1.0 {
             bail!(
                 "{}: only {:.1} % of the bits survive the precision of this file; mark more strongly with --distortion, \
              or use a file with more digits",
@@ -105,15 +130,41 @@ impl Task {
                 100.0 * read_back
             );
         }
+        let companions = self.companions(marked)?;
         let (mesh, json) = (marked.to_bytes(), signed.certificate().to_json()?);
-        let outputs = [
-            (&*self.output, &*mesh, false),
-            (&*self.certificate, json.as_bytes(), true),
-        ];
-        let outputs = outputs.map(|(path, bytes, private)| Output { path, bytes, private });
+        let mut outputs: Vec<Output<'_>> = companions
+            .iter()
+            .map(|(path, bytes)| Output::public((path, bytes)))
+            .collect();
+        outputs.push(Output::public((&self.output, &mesh)));
+        outputs.push(Output {
+            path: &self.certificate,
+            bytes: json.as_bytes(),
+            private: true,
+        });
         let turn = FacetTurn::between(asset.mesh(), marked.mesh())?;
         files::write_together(&outputs, force)?;
         Ok(turn)
+    }
+
+    /// Files that the signed mesh refers to by name, and that are not there yet: they go beside it, and never over those of the model.
+    fn companions<'a>(&self, marked: &'a Asset) -> Result<Vec<(PathBuf, &'a [u8])>> {
+        let mut companions = Vec::new();
+        for (name, bytes) in marked.companions() {
+            let path = self.output.with_file_name(name);
+            if fs::read(&path).is_ok_and(|there| there == bytes) {
+                continue;
+            }
+            if files::resolved(&path) == files::resolved(&self.model.with_file_name(name)) {
+                bail!(
+                    "{}: the model refers to {name}, which would change; write to another folder, or save the model as GLB",
+                    self.output.display()
+                );
+            }
+            batch::make_folder_of(&path)?;
+            companions.push((path, bytes));
+        }
+        Ok(companions)
     }
 
     /// What `--json` prints.
@@ -165,6 +216,31 @@ impl Task {
         )?;
         files::check_free(output, arguments.force)?;
         files::check_free(certificate, arguments.force)
+    }
+}
+
+/// A model as it would be signed with one strength.
+struct Attempt {
+    prediction: Prediction,
+    signed: Signed,
+    /// As the file holds it, whose precision may be coarser than the mark.
+    marked: Asset,
+    /// Share of the bits that are read back from it.
+    read_back: f64,
+}
+
+impl Attempt {
+    fn make(embedder: &Embedder, original: &Arc<Original>, asset: &Asset, job: &Job) -> Result<Self> {
+        let prediction = embedder.predict(original)?;
+        let signed = embedder.embed_in(original, job)?;
+        let marked = asset.with_positions(signed.positions())?;
+        let read_back = signed.read_back(marked.mesh().positions(), job)?;
+        Ok(Self {
+            prediction,
+            signed,
+            marked,
+            read_back,
+        })
     }
 }
 

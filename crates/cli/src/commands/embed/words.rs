@@ -7,7 +7,7 @@ use super::Task;
 use crate::report::{self, Lines, Seconds};
 
 /// What is about to be done, and what it will be good for.
-pub(super) fn planned(task: &Task, original: &Original, prediction: &Prediction) -> Lines {
+pub(super) fn planned(task: &Task, original: &Original, prediction: &Prediction, is_raised: bool) -> Lines {
     let mut lines = Lines::new(format!("Signing {}", task.model.display()));
     let patches = report::counted(original.patches().len(), "patch", "patches");
     let harmonics: usize = original.functions().iter().sum();
@@ -22,7 +22,15 @@ pub(super) fn planned(task: &Task, original: &Original, prediction: &Prediction)
         let where_from = format!("{vertices} between patches, or in parts too small to carry anything");
         lines.field("left unmarked", where_from);
     }
-    let distortion = format!("RMS {:.4} % of the diagonal", 100.0 * prediction.distortion_rms);
+    let why = if is_raised {
+        ", strong, since the file's precision is coarse"
+    } else {
+        ""
+    };
+    let distortion = format!(
+        "RMS {:.4} % of the diagonal{why}",
+        100.0 * prediction.distortion_rms
+    );
     lines.field("distortion", distortion);
     survival(&mut lines, prediction);
     lines

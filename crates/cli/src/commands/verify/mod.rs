@@ -136,7 +136,7 @@ impl<'a> Inquiry<'a> {
         let suspect = files::open_mesh(path)?;
         let job = progress.job(arguments.common.threads());
         let verdict = verifier
-            .verify(suspect.mesh(), &job)
+            .verify(&*suspect.scene()?, &job)
             .map_err(|error| blame(error, arguments, claim, path))?;
         if let Some(page) = page {
             progress.begin("report", "drawing");
@@ -228,6 +228,13 @@ pub(crate) fn described(verdict: &Verdict, claim: &Claim) -> Map<String, Value> 
         "mirrored": verdict.transform.map(|transform| transform.mirrors()),
         "attack_model": verdict.attack_model,
         "remark": verdict.mismatch.map(remark),
+        "parts": verdict.parts.iter().map(|part| json!({
+            "part": part.part,
+            "name": claim.original.name_of(part.vertex),
+            "seen": part.seen,
+            "transform": part.transform.map(|transform| transform.to_matrix()),
+        })).collect::<Vec<_>>(),
+        "marked_parts": verdict.marked_parts,
         "original": claim.original_path,
         "message": statement.message,
         "recipient": statement.recipient,

@@ -69,8 +69,35 @@ pub(super) fn summary(
         let apart = format!("{residual:.2e} of the diagonal apart (RMS), scale {scale:.6}{mirrored}");
         lines.field("alignment", apart);
     }
+    if verdict.outcome.is_found() && verdict.marked_parts > 1 {
+        lines.field("parts", parts(verdict, claim));
+    }
     lines.field("time", report::seconds_text(seconds));
     lines
+}
+
+/// Which connected parts were found, by name where they have one.
+fn parts(verdict: &Verdict, claim: &Claim) -> String {
+    const MOST: usize = 6;
+    let mut names: Vec<String> = Vec::new();
+    for part in &verdict.parts {
+        let name = claim.original.name_of(part.vertex);
+        let name = name.map_or_else(|| format!("part {}", part.part), str::to_string);
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    let more = if names.len() > MOST { ", …" } else { "" };
+    names.truncate(MOST);
+    let of = format!(
+        "{} of {} that carry the mark",
+        verdict.parts.len(),
+        verdict.marked_parts
+    );
+    match verdict.parts.is_empty() {
+        true => of,
+        false => format!("{of}: {}{more}", names.join(", ")),
+    }
 }
 
 /// Whose key, which scheme, what was signed, for whom.
@@ -152,6 +179,7 @@ fn registered(verdict: &Verdict) -> String {
     let by = match verdict.matched_by {
         MatchedBy::Connectivity => "by its vertices",
         MatchedBy::Surroundings => "by the vertices that are left",
+        MatchedBy::Parts => "by its parts, each for itself",
         _ => "by its surface",
     };
     let poses = match verdict.poses {
