@@ -3,9 +3,13 @@
 //! A [`Target`] is a function that takes any bytes and panics where something is wrong, and seeds to begin from. `fuzz/` hands them to
 //! libFuzzer, which needs a nightly compiler; `tests/seeds.rs` runs the same functions over the seeds and over mangled ones, on any.
 
+mod claims;
 mod corpus;
+mod graphs;
+mod keys;
 mod meshes;
 mod seeds;
+mod stamps;
 
 use mesh_io::Format;
 
@@ -40,6 +44,36 @@ pub const TARGETS: &[Target] = &[
         name: "gzip",
         check: gzip,
         seeds: seeds::gzipped,
+    },
+    Target {
+        name: "certificate",
+        check: claims::check_text,
+        seeds: claims::certificates,
+    },
+    Target {
+        name: "claim",
+        check: claims::check_issued,
+        seeds: claims::choices,
+    },
+    Target {
+        name: "keys",
+        check: keys::check,
+        seeds: keys::seeds,
+    },
+    Target {
+        name: "stamp",
+        check: stamps::check_reply,
+        seeds: stamps::replies,
+    },
+    Target {
+        name: "roots",
+        check: stamps::check_roots,
+        seeds: stamps::roots,
+    },
+    Target {
+        name: "graph",
+        check: graphs::check,
+        seeds: graphs::seeds,
     },
 ];
 

@@ -37,8 +37,14 @@ fn check_moved(asset: &Asset) {
             }
         }
     }
-    let twice = moved.with_positions(&positions).expect("they were written before");
-    assert_eq!(twice.content(), moved.content(), "what was rounded once is rounded so again");
+    let twice = moved
+        .with_positions(&positions)
+        .expect("they were written before");
+    assert_eq!(
+        twice.content(),
+        moved.content(),
+        "what was rounded once is rounded so again"
+    );
     check_only_numbers_differ(asset.content(), moved.content());
 
     let again = match Asset::from_bytes(moved.to_bytes(), asset.format()) {
@@ -92,7 +98,12 @@ fn check_only_numbers_differ(old: &[u8], new: &[u8]) {
     assert_eq!(old.len(), new.len(), "as many words as before");
     for (old, new) in old.into_iter().zip(new) {
         let numbers = is_number(old) && is_number(new);
-        assert!(numbers || old == new, "{} became {}", old.escape_ascii(), new.escape_ascii());
+        assert!(
+            numbers || old == new,
+            "{} became {}",
+            old.escape_ascii(),
+            new.escape_ascii()
+        );
     }
 }
 

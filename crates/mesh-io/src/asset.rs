@@ -1,6 +1,5 @@
 use std::borrow::Cow;
 use std::fmt;
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -12,7 +11,7 @@ use crate::formats::{self, Geometry};
 use crate::gzip::{self, Gzip};
 use crate::save::write_file;
 use crate::slots::Slots;
-use crate::{Format, format};
+use crate::{Format, format, source};
 
 /// A mesh file that keeps all its bytes: its geometry is seen as a welded [`TriMesh`], and positions can be replaced.
 ///
@@ -46,21 +45,12 @@ impl Asset {
     /// Reads a file.
     ///
     /// # Errors
-    /// When it cannot be read, its format is not known or its content is damaged; the message says where and what to do.
+    /// When it cannot be read or is larger than [`LARGEST`](crate::LARGEST), its format is not known or its content is damaged; the
+    /// message says where and what to do.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, AssetError> {
         let path = path.as_ref();
-        let unread = |source| AssetProblem::Read(source).of(path);
-        let metadata = fs::metadata(path).map_err(unread)?;
-        if !metadata.is_file() {
-            let is_folder = metadata.is_dir();
-            let what = if is_folder {
-                "a directory"
-            } else {
-                "not a regular file"
-            };
-            return Err(AssetProblem::NotAFile(what).of(path));
-        }
-        Self::read(path.into(), fs::read(path).map_err(unread)?, None)
+        let bytes = source::read(path, source::LARGEST).map_err(|problem| problem.of(path))?;
+        Self::read(path.into(), bytes, None)
     }
 
     /// Reads a file's bytes, gzipped or not; without a format, the content decides.
@@ -76,7 +66,7 @@ impl Asset {
 
     fn read(path: PathBuf, stored: Vec<u8>, format: Option<Format>) -> Result<Self, AssetError> {
         let refused = |problem: AssetProblem| problem.of(&path);
-        let (bytes, gzip) = gzip::unpack(stored).map_err(refused)?;
+        let (bytes, gzip) = gzip::unpack(stored, source::LARGEST).map_err(refused)?;
         if bytes.is_empty() {
             return Err(AssetProblem::Empty.of(path));
         }
@@ -254,6 +244,8 @@ impl fmt::Debug for Asset {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
     use crate::scalar::{Endian, Scalar};
     use crate::slots::binary::BinaryRun;
