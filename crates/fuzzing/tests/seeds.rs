@@ -119,3 +119,14 @@ fn mangled_seeds_hold_what_must_hold() {
         }
     });
 }
+
+/// cargo-fuzz has a program for each target, and no other.
+#[test]
+fn every_target_is_a_program_of_cargo_fuzz() {
+    let manifest = include_str!("../../../fuzz/Cargo.toml");
+    let (_, programs) = manifest.split_once("[[bin]]").expect("programs");
+    let names = programs.lines().filter_map(|line| line.strip_prefix("name = "));
+    let names: Vec<_> = names.map(|name| name.trim_matches('"')).collect();
+    let targets: Vec<_> = TARGETS.iter().map(|target| target.name).collect();
+    assert_eq!(names, targets);
+}

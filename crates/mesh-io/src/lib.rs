@@ -14,7 +14,7 @@
 //! # Ok::<(), mesh_io::AssetError>(())
 //! ```
 //!
-//! **Costs.** Reading takes linear time (welding n log n) and memory of up to XX times the file's size; counts in a header
+//! **Costs.** Reading takes linear time (welding n log n) and memory of some six times the file's size, sixteen at worst; counts in a header
 //! are checked against that size before anything is allocated. Files of more than [`LARGEST`] bytes, a GiB, are refused, and so
 //! are gzipped ones that unpack to more.
 

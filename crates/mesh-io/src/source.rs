@@ -8,7 +8,7 @@ use crate::AssetProblem;
 
 /// The largest file that is read, in bytes, and the most that a gzipped one may unpack to: 1 GiB.
 ///
-/// A mesh takes up to twenty times the bytes of its file while it is read, and every computation on it more. A GiB is ten million
+/// A mesh takes some six times the bytes of its file while it is read, sixteen at worst, and computations on it more. A GiB is ten million
 /// vertices and more, some ten times what one waits for.
 pub const LARGEST: u64 = 1 << 30;
 
