@@ -23,7 +23,7 @@ pub(super) fn of_materials(target: &str) -> Result<Vec<u8>> {
         .args(["--override-filename", NAME])
         .env("SOURCE_DATE_EPOCH", "0");
     let status = command.status().context("cargo can't be run")?;
-    let bill = fs::read(format!("crates/cli/{NAME}.json"));
+    let bill = fs::read_to_string(format!("crates/cli/{NAME}.json"));
     for folder in [Path::new("crates"), Path::new(".")] {
         remove_bills(folder)?;
     }
@@ -32,7 +32,10 @@ pub(super) fn of_materials(target: &str) -> Result<Vec<u8>> {
             "no bill of materials was written ({status}). It needs `cargo install --locked cargo-cyclonedx`"
         );
     }
-    bill.context("cargo cyclonedx wrote no bill for crates/cli")
+    let bill = bill.context("cargo cyclonedx wrote no bill for crates/cli")?;
+    // Our own packages are named by where they lie, which is nobody's business and not the same everywhere.
+    let root = std::env::current_dir()?.display().to_string().replace('\\', "/");
+    Ok(bill.replace(root.trim_start_matches('/'), "sigmark").into_bytes())
 }
 
 /// Removes those of all packages right below a folder.

@@ -1,7 +1,7 @@
 //! The program of a release: built, and asked for what it can write about itself.
 
 use std::{
-    fs,
+    env, fs,
     path::{Path, PathBuf},
     process::Command,
 };
@@ -119,6 +119,22 @@ impl Program {
         }
         Ok(entries)
     }
+}
+
+/// The caller's flags, and such that the program does not tell in which folders it was built.
+fn flags() -> Result<String> {
+    let mut flags = env::var("RUSTFLAGS").unwrap_or_default();
+    let cargo = env::var_os("CARGO_HOME")
+        .map(PathBuf::from)
+        .or_else(|| Some(env::home_dir()?.join(".cargo")));
+    for (folder, name) in [(Some(env::current_dir()?), "sigmark"), (cargo, "cargo")] {
+        // Flags are divided by blanks: a folder with one is told after all.
+        let folder = folder.map(|folder| folder.display().to_string());
+        if let Some(folder) = folder.filter(|folder| !folder.contains(' ')) {
+            flags += &format!(" --remap-path-prefix={folder}={name}");
+        }
+    }
+    Ok(flags)
 }
 
 /// The kind of system that this is.
