@@ -13,8 +13,8 @@ pub(super) fn of_materials(target: &str) -> Result<Vec<u8>> {
         "cyclonedx",
         "--format",
         "json",
-        "--describe",
-        "crate",
+        "--spec-version",
+        "1.5",
         "--no-build-deps",
     ]);
     command.args(["--manifest-path", "crates/cli/Cargo.toml", "--target", target]);

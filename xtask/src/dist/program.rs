@@ -40,9 +40,7 @@ impl Program {
             "--package",
             "sigmark-cli",
         ]);
-        build
-            .args(["--target", &target])
-            .env("CARGO_PROFILE_RELEASE_STRIP", "symbols");
+        build.args(["--target", &target]).env("RUSTFLAGS", flags()?);
         let built = build.status().context("cargo can't be run")?;
         if !built.success() {
             bail!(
@@ -121,9 +119,10 @@ impl Program {
     }
 }
 
-/// The caller's flags, and such that the program does not tell in which folders it was built.
+/// The caller's flags, and such that the program has no symbols and does not tell in which folders it was built. (A profile's `strip` says
+/// nothing of packages for which the profile says something else.)
 fn flags() -> Result<String> {
-    let mut flags = env::var("RUSTFLAGS").unwrap_or_default();
+    let mut flags = env::var("RUSTFLAGS").unwrap_or_default() + " -C strip=symbols";
     let cargo = env::var_os("CARGO_HOME")
         .map(PathBuf::from)
         .or_else(|| Some(env::home_dir()?.join(".cargo")));
