@@ -32,8 +32,8 @@ impl Target {
         for entry in fs::read_dir(folder)? {
             let entry = entry?;
             let (path, metadata) = (entry.path(), entry.metadata()?);
-            let ending = path.extension().map(|ending| ending.to_ascii_lowercase());
-            let fits = ending.is_some_and(|ending| ending == self.ending());
+            let ending = path.extension();
+            let fits = ending.is_some_and(|ending| ending.eq_ignore_ascii_case(self.ending()));
             if metadata.is_dir() {
                 self.gather(&path, seeds)?;
             } else if fits && metadata.len() <= LARGEST_ASSET {
