@@ -2,6 +2,8 @@
 #![allow(clippy::print_stderr)]
 
 mod bench;
+mod dist;
+mod fuzz;
 
 use std::{path::PathBuf, process::ExitCode};
 
@@ -41,6 +43,15 @@ enum Task {
     /// Measure ours and its peers on the same inputs in one run, and write what came out into results/
     #[command(subcommand)]
     Bench(bench::Bench),
+    /// Feed the readers of files with what nobody thought of, under a nightly compiler, until something breaks or the time is up
+    ///
+    /// Needs `rustup toolchain install nightly` and `cargo install --locked cargo-fuzz`. What it learns is kept in fuzz/corpus, what breaks
+    /// in fuzz/artifacts.
+    Fuzz(fuzz::Options),
+    /// Make the archive of a release: the program, its documents, completions and manual pages, and the bill of what it is made of
+    ///
+    /// Needs `cargo install --locked cargo-auditable cargo-cyclonedx`.
+    Dist(dist::Options),
     /// Paint the patches of the igea and of the skull, a cropped armadillo, and marks on the igea under a raking light, into results/
     Pictures {
         /// The folder with igea_134k.ply.gz, ct_skull_1081k_closed.ply.gz and armadillo_43k.ply.gz; what is missing is left out
@@ -63,6 +74,8 @@ fn main() -> ExitCode {
             ..
         } => meshes::run(&folder, most_vertices),
         Task::Bench(bench) => bench.run(),
+        Task::Fuzz(options) => fuzz::run(&options),
+        Task::Dist(options) => dist::run(&options),
         Task::Pictures { meshes } => pictures::run(&meshes),
     };
     match done {

@@ -68,7 +68,7 @@ impl Text {
     /// A file larger than this is not of this kind; it is not read into memory.
     fn largest(self) -> u64 {
         match self {
-            Self::Graph => 4 << 30,
+            Self::Graph => mesh_io::LARGEST,
             Self::Points => 64 << 20,
             Self::Roots | Self::Reply => time_stamp::MOST_BYTES as u64,
             _ => sigmark::claim::LARGEST as u64,

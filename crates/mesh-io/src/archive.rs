@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use zip::{ZipArchive, ZipWriter, result::ZipError};
 
-use crate::{AssetProblem, Format};
+use crate::{AssetProblem, Format, source};
 
 const MAGIC: &[u8] = b"PK\x03\x04";
 
@@ -37,7 +37,8 @@ impl Archive {
         let mut archive = ZipArchive::new(Cursor::new(stored.as_slice())).map_err(damaged)?;
         let (entry, format) = mesh_entry(&archive)?;
         let file = archive.by_index(entry).map_err(damaged)?;
-        let limit = LARGEST_RATIO * stored.len() as u64 + SLACK;
+        source::check_size(stored.len() as u64, source::LARGEST)?;
+        let limit = (LARGEST_RATIO * stored.len() as u64 + SLACK).min(source::LARGEST);
         let mut content = Vec::new();
         file.take(limit + 1)
             .read_to_end(&mut content)

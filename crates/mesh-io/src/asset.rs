@@ -8,13 +8,13 @@ use std::sync::Arc;
 
 use mesh::{MeshError, TriMesh, Welded};
 
-use crate::Format;
 use crate::buffer::Buffer;
 use crate::error::{AssetError, AssetProblem, Fault};
 use crate::formats::{self, Geometry, Instance};
 use crate::packing::Packing;
 use crate::save::write_file;
 use crate::slots::Slots;
+use crate::{Format, source};
 
 /// A mesh file that keeps all its bytes: its geometry is seen as a welded [`TriMesh`], and positions can be replaced.
 ///
@@ -51,21 +51,12 @@ impl Asset {
     /// Reads a file.
     ///
     /// # Errors
-    /// When it cannot be read, its format is not known or its content is damaged; the message says where and what to do.
+    /// When it cannot be read or is larger than [`LARGEST`](crate::LARGEST), its format is not known or its content is damaged; the
+    /// message says where and what to do.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, AssetError> {
         let path = path.as_ref();
-        let unread = |source| AssetProblem::Read(source).of(path);
-        let metadata = fs::metadata(path).map_err(unread)?;
-        if !metadata.is_file() {
-            let is_folder = metadata.is_dir();
-            let what = if is_folder {
-                "a directory"
-            } else {
-                "not a regular file"
-            };
-            return Err(AssetProblem::NotAFile(what).of(path));
-        }
-        Self::read(path.into(), fs::read(path).map_err(unread)?, None)
+        let bytes = source::read(path, source::LARGEST).map_err(|problem| problem.of(path))?;
+        Self::read(path.into(), bytes, None)
     }
 
     /// Reads a file's bytes, gzipped or not; without a format, the content decides.
@@ -350,6 +341,8 @@ impl fmt::Debug for Asset {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
     use crate::scalar::{Endian, Scalar};
     use crate::slots::binary::BinaryRun;

@@ -47,6 +47,15 @@ pub enum AssetProblem {
     /// The content breaks the rules of its format: what was found, what was expected, and what to do.
     #[error("{0}")]
     Malformed(String),
+    /// More bytes than are read.
+    #[error(
+        "has more than {largest} bytes (unpacked, if it is gzipped), and no larger file is read: simplify the model, cut it into several, \
+         or save it in a format of fewer bytes, such as binary PLY"
+    )]
+    TooLarge {
+        /// The largest size that is read, in bytes.
+        largest: u64,
+    },
     /// The gzip stream is damaged.
     #[error("the gzip stream is damaged or cut short ({0}): fetch the file again")]
     Gzip(#[source] io::Error),

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use flate2::bufread::MultiGzDecoder;
 use flate2::{Compression, GzBuilder, GzHeader};
 
-use crate::AssetProblem;
+use crate::{AssetProblem, source};
 
 const MAGIC: &[u8] = &[0x1F, 0x8B];
 
@@ -21,18 +21,20 @@ pub(crate) struct Gzip {
     stored: Option<Arc<Vec<u8>>>,
 }
 
-/// The content of a file that is gzipped, or just the file.
-pub(crate) fn unpack(stored: Vec<u8>) -> Result<(Vec<u8>, Option<Gzip>), AssetProblem> {
+/// The content of a file that is gzipped, or just the file: no more than `largest` bytes.
+pub(crate) fn unpack(stored: Vec<u8>, largest: u64) -> Result<(Vec<u8>, Option<Gzip>), AssetProblem> {
     if !stored.starts_with(MAGIC) {
+        source::check_size(stored.len() as u64, largest)?;
         return Ok((stored, None));
     }
     let compressed = stored.len();
-    let limit = LARGEST_RATIO * compressed as u64 + SLACK;
+    let limit = (LARGEST_RATIO * compressed as u64 + SLACK).min(largest);
     let mut decoder = MultiGzDecoder::new(stored.as_slice());
     let header = decoder.header().cloned();
     let mut content = Vec::new();
     let read = decoder.by_ref().take(limit + 1).read_to_end(&mut content);
     read.map_err(AssetProblem::Gzip)?;
+    source::check_size(content.len() as u64, largest)?;
     if content.len() as u64 > limit {
         return Err(AssetProblem::GzipTooLarge { compressed, limit });
     }
@@ -79,4 +81,21 @@ fn compress(header: Option<&GzHeader>, content: &[u8]) -> Vec<u8> {
         .write_all(content)
         .and_then(|()| encoder.finish())
         .expect("a vector takes every byte")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_unpacks_beyond_the_largest_size_is_refused_before_it_is_unpacked() {
+        let packed = compress(None, &[b'\n'; 5000]);
+        assert_eq!(unpack(packed.clone(), 5000).unwrap().0.len(), 5000);
+        for largest in [0, 1, 4999] {
+            let refused = unpack(packed.clone(), largest).unwrap_err();
+            assert!(matches!(refused, AssetProblem::TooLarge { .. }), "{refused}");
+        }
+        let plain = vec![b'\n'; 5000];
+        assert!(unpack(plain.clone(), 5000).is_ok() && unpack(plain, 4999).is_err());
+    }
 }

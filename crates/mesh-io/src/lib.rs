@@ -14,8 +14,9 @@
 //! # Ok::<(), mesh_io::AssetError>(())
 //! ```
 //!
-//! **Costs.** Reading takes linear time (welding n log n) and memory of a small multiple of the file's size; counts in a header
-//! are checked against that size before anything is allocated.
+//! **Costs.** Reading takes linear time (welding n log n) and memory of some six times the file's size, sixteen at worst; counts in a header
+//! are checked against that size before anything is allocated. Files of more than [`LARGEST`] bytes, a GiB, are refused, and so
+//! are gzipped ones that unpack to more.
 
 mod archive;
 mod asset;
@@ -30,6 +31,7 @@ mod packing;
 mod save;
 mod scalar;
 mod slots;
+mod source;
 mod words;
 
 pub use asset::Asset;
@@ -37,3 +39,4 @@ pub use error::{AssetError, AssetProblem, Place};
 pub use export::{Precision, write_coloured_ply, write_mesh};
 pub use format::Format;
 pub use save::{write_file, write_private_file};
+pub use source::LARGEST;

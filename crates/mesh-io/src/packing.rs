@@ -5,7 +5,7 @@ use std::path::Path;
 
 use crate::archive::{Archive, is_zip};
 use crate::gzip::{self, Gzip};
-use crate::{AssetProblem, Format, format};
+use crate::{AssetProblem, Format, format, source};
 
 /// How a file is packed.
 #[derive(Clone, Debug)]
@@ -22,7 +22,7 @@ impl Packing {
             let (archive, content) = Archive::open(stored)?;
             return Ok((Self::Zip(archive), content));
         }
-        let (content, gzip) = gzip::unpack(stored)?;
+        let (content, gzip) = gzip::unpack(stored, source::LARGEST)?;
         Ok((gzip.map_or(Self::Plain, Self::Gzip), content))
     }
 

@@ -116,6 +116,22 @@ fn every_edit_is_noticed() {
     }
 }
 
+/// Labels are hashed one by one, and pack a thousand to one: their number is looked at first.
+#[test]
+fn a_certificate_of_more_vertices_than_any_mesh_has_is_refused_before_its_labels_are_unpacked() {
+    let mut value: Value = serde_json::from_str(&certificate(1).to_json().unwrap()).unwrap();
+    for vertices in [(1u64 << 27) + 1, u32::MAX.into(), 1 << 63] {
+        value["original"]["vertices"] = vertices.into();
+        assert!(matches!(
+            refusal(&value),
+            CertificateError::Field {
+                field: "vertices",
+                ..
+            }
+        ));
+    }
+}
+
 /// (r, d − s) is a valid signature where (r, s) is, but not the one that stands in the shape.
 #[test]
 fn a_signature_that_is_valid_but_another_is_refused_by_the_seal() {

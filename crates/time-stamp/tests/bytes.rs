@@ -75,6 +75,43 @@ fn many_roots_of_one_name_end_soon() {
     assert!(Stamp::from_reply(REPLY).unwrap().verify(&digest, &roots).is_err());
 }
 
+/// A tag, a length and a value of DER.
+fn der(tag: u8, value: &[u8]) -> Vec<u8> {
+    let length = value.len().to_be_bytes();
+    let zeros = length.iter().take_while(|&&byte| byte == 0).count();
+    let length = &length[zeros..];
+    match value.len() {
+        short @ ..0x80 => [&[tag, short as u8], value].concat(),
+        _ => [&[tag, 0x80 | length.len() as u8], length, value].concat(),
+    }
+}
+
+/// Readers sort what is a set. Its elements come last to first, which takes some algorithms the square of their number.
+#[test]
+fn a_large_set_in_the_wrong_order_is_read_in_no_time() {
+    let algorithm = |number: u32| {
+        let [a, b, c] = [number >> 14, number >> 7 & 0x7F, number & 0x7F].map(|digit| digit as u8);
+        [0x30, 6, 6, 4, 0x2A, 0x80 | a, 0x80 | b, c]
+    };
+    let count = (MOST_BYTES as u32 - 200) / 8;
+    let algorithms: Vec<u8> = (1 << 14..(1 << 14) + count).rev().flat_map(algorithm).collect();
+    let data = der(0x30, &[vec![2, 1, 3], der(0x31, &algorithms)].concat());
+    let signed_data = [6, 9, 0x2A, 0x86, 0x48, 0x86, 0xF7, 0x0D, 1, 7, 2];
+    let token = der(0x30, &[signed_data.to_vec(), der(0xA0, &data)].concat());
+    assert!(token.len() <= MOST_BYTES);
+    let refused = Stamp::from_reply(&token).unwrap_err();
+    assert!(
+        matches!(
+            refused,
+            StampError::Malformed {
+                part: "signed message",
+                ..
+            }
+        ),
+        "{refused}"
+    );
+}
+
 #[test]
 fn one_bit_changes_the_answer_or_nothing_that_is_signed() {
     for reply in [REPLY, RSA_REPLY] {

@@ -14,10 +14,11 @@ const INTEGERS: &str = "the file holds its coordinates as integers: convert them
 /// What to write where `old` stands so that it becomes `value`, rounded to `kind`; `None` where it is that already.
 pub(super) fn replacement(old: f64, value: f64, kind: Scalar) -> Result<Option<f64>, &'static str> {
     match kind {
-        Scalar::F32 if value as f32 == old as f32 => Ok(None),
-        Scalar::F32 if (value as f32).is_infinite() => Err(OVERFLOW),
-        Scalar::F32 => Ok(Some(f64::from(value as f32))),
         _ if value == old => Ok(None),
+        // Before they are compared as what they are rounded to: all that overflow become the same.
+        Scalar::F32 if (value as f32).is_infinite() => Err(OVERFLOW),
+        Scalar::F32 if value as f32 == old as f32 => Ok(None),
+        Scalar::F32 => Ok(Some(f64::from(value as f32))),
         Scalar::F64 => Ok(Some(value)),
         _ => Err(INTEGERS),
     }

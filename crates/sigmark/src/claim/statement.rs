@@ -8,6 +8,10 @@ use crate::{
     payload::{GeometryDigest, Payload, PayloadKind, Scheme},
 };
 
+/// No file that is read has more. Every vertex has a label, and many equal ones pack so well that a text of a few megabytes could say
+/// gigabytes of them, which take their time to hash.
+const MOST_VERTICES: usize = 1 << 27;
+
 /// What a signer says, and what a verdict rests on: who marked which original with what, and exactly how.
 ///
 /// Its [hash](Self::hash) h is what the signature in the shape signs, and what the bits in the shape are permuted by. Nothing that a
@@ -189,7 +193,7 @@ impl Statement {
     /// that a small file can't ask for much memory.
     pub(super) fn checked(&self) -> Result<Checked, CertificateError> {
         self.check_room()?;
-        if u32::try_from(self.original.vertices).is_err() {
+        if self.original.vertices > MOST_VERTICES {
             return Err(CertificateError::Field {
                 field: "vertices",
                 problem: format!("is {}, more than any mesh has", self.original.vertices),

@@ -1,6 +1,5 @@
 //! The bytes that a document refers to: GLB's own, in the text itself (Base64), and in files beside it.
 
-use std::fs;
 use std::ops::Range;
 use std::path::{Component, Path};
 use std::sync::Arc;
@@ -11,7 +10,8 @@ use base64::engine::general_purpose::STANDARD;
 use super::container::Container;
 use super::document::{Document, missing};
 use crate::buffer::Buffer;
-use crate::error::{AssetError, AssetProblem, CUT_SHORT, Fault};
+use crate::error::{AssetError, CUT_SHORT, Fault};
+use crate::source;
 
 /// The buffers of a document within those of an asset.
 #[derive(Debug, Default)]
@@ -76,7 +76,7 @@ impl Store {
                     return Err(refused(&problem));
                 }
                 let beside = path.with_file_name(&name);
-                let bytes = fs::read(&beside).map_err(|error| AssetProblem::Read(error).of(&beside))?;
+                let bytes = source::read(&beside, source::LARGEST).map_err(|problem| problem.of(&beside))?;
                 (name, bytes)
             }
         };
@@ -98,7 +98,7 @@ impl Store {
             .flat_map(|uri| file_name(uri))
         {
             if self.buffers.iter().all(|buffer| buffer.name != name)
-                && let Ok(bytes) = fs::read(path.with_file_name(&name))
+                && let Ok(bytes) = source::read(&path.with_file_name(&name), source::LARGEST)
             {
                 self.buffers.push(Buffer {
                     name,

@@ -1,3 +1,5 @@
+use std::collections::BTreeSet;
+
 use super::faces::Faces;
 use crate::error::{CUT_SHORT, Fault};
 use crate::scalar::{Endian, Scalar};
@@ -36,6 +38,7 @@ impl<'a> Header<'a> {
         }
         let mut lines = Lines::of(bytes);
         let (mut encoding, mut elements) = (None, Vec::new());
+        let mut names = Names::default();
         loop {
             let Some((start, line)) = lines.next() else {
                 let problem = format!("the header does not end with end_header{CUT_SHORT}");
@@ -47,8 +50,8 @@ impl<'a> Header<'a> {
             let read = match words.next() {
                 Some(b"end_header") => break,
                 Some(b"format") => Encoding::of(words).map(|read| encoding = Some(read)),
-                Some(b"element") => declare_element(words, &mut elements),
-                Some(b"property") => declare_property(words, &mut elements),
+                Some(b"element") => declare_element(words, &mut elements, &mut names),
+                Some(b"property") => declare_property(words, &mut elements, &mut names),
                 None | Some(b"ply" | b"comment" | b"obj_info") => Ok(()),
                 Some(_) => Err("not a line of a PLY header"),
             };
@@ -75,14 +78,24 @@ impl Encoding {
     }
 }
 
+/// The names that were declared. Looked up, because a header made for it has millions.
+#[derive(Default)]
+struct Names<'a> {
+    elements: BTreeSet<&'a [u8]>,
+    /// Of the last element.
+    properties: BTreeSet<&'a [u8]>,
+}
+
 fn declare_element<'a>(
     words: impl Iterator<Item = &'a [u8]>,
     elements: &mut Vec<Element<'a>>,
+    names: &mut Names<'a>,
 ) -> Result<(), &'static str> {
     let element = Element::of(words).ok_or("expected element NAME COUNT")?;
-    if elements.iter().any(|e| e.name == element.name) {
+    if !names.elements.insert(element.name) {
         return Err("this element is declared twice");
     }
+    names.properties = BTreeSet::new();
     elements.push(element);
     Ok(())
 }
@@ -90,12 +103,13 @@ fn declare_element<'a>(
 fn declare_property<'a>(
     words: impl Iterator<Item = &'a [u8]>,
     elements: &mut [Element<'a>],
+    names: &mut Names<'a>,
 ) -> Result<(), &'static str> {
     let property = Property::of(words).ok_or(
         "expected property TYPE NAME or property list TYPE TYPE NAME, with types such as int and float",
     )?;
     let element = elements.last_mut().ok_or("this property belongs to no element")?;
-    if element.properties.iter().any(|p| p.name == property.name) {
+    if !names.properties.insert(property.name) {
         return Err("this property is declared twice");
     }
     element.properties.push(property);

@@ -1,0 +1,43 @@
+//! Small inputs to begin from, made of the shapes and fixtures of the tests.
+
+#[path = "../../mesh-io/tests/files_common/mod.rs"]
+mod files_common;
+
+use mesh::{TriMesh, shapes};
+use mesh_io::{Format, Precision, write_mesh};
+
+pub(crate) use files_common::gzip;
+
+/// Files of a format: with all that may stand around coordinates, and with nothing else.
+pub(crate) fn of_format(format: Format) -> Vec<Vec<u8>> {
+    let of_mesh = |mesh: TriMesh| {
+        let fixtures = files_common::fixtures(&mesh).into_iter();
+        let mut files: Vec<_> = fixtures
+            .filter(|fixture| fixture.format == format)
+            .map(|fixture| fixture.bytes())
+            .collect();
+        files.push(write_mesh(&mesh, format, Precision::Single));
+        files.push(write_mesh(&mesh, format, Precision::Double));
+        files
+    };
+    meshes().into_iter().flat_map(of_mesh).collect()
+}
+
+/// A file of each format, gzipped.
+pub(crate) fn gzipped() -> Vec<Vec<u8>> {
+    let fixtures = files_common::fixtures(&shapes::tetrahedron());
+    fixtures.iter().map(|fixture| gzip(&fixture.bytes())).collect()
+}
+
+/// Few vertices: a fuzzer is fast on small inputs.
+fn meshes() -> [TriMesh; 4] {
+    [
+        shapes::tetrahedron(),
+        shapes::moebius_strip(5),
+        shapes::book(3),
+        shapes::disjoint_union(&[
+            shapes::tetrahedron(),
+            shapes::translated(&shapes::tetrahedron(), [1e6, -1e-6, 3.0]),
+        ]),
+    ]
+}
