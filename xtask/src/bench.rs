@@ -3,6 +3,7 @@
 use anyhow::Result;
 use bench_harness::{
     eigen::{EigenBench, LoneSolve},
+    formats::FormatsBench,
     partition::{LoneDivision, PartitionBench},
     quality::QualityBench,
     registration::RegistrationBench,
@@ -48,6 +49,10 @@ pub(crate) enum Bench {
     /// attacks/.venv. What is finished is kept in .cache/bench/seconds by the digest of the program and of the code that measures, so that a
     /// run that was interrupted goes on; the meshes that it works on are there, too.
     Seconds(SecondsBench),
+    /// Formats: signed models that went through other programs, and parts of them that come back alone
+    ///
+    /// Makes a Python environment and installs npm's packages in .cache/bench/formats. Programs that can't be had are left out, and said.
+    Formats(FormatsBench),
     /// Solve one problem in a process of its own, for `eigen`
     #[command(hide = true)]
     Solve(LoneSolve),
@@ -66,6 +71,7 @@ impl Bench {
             Self::Security(bench) => bench.run(),
             Self::Visibility(bench) => bench.run(),
             Self::Seconds(bench) => bench.run(),
+            Self::Formats(bench) => bench.run(),
             Self::Solve(alone) => alone.run(),
             Self::Divide(alone) => alone.run(),
         }

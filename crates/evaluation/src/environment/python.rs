@@ -89,6 +89,13 @@ impl Python {
         command
     }
 
+    /// What runs a line of code.
+    pub fn command_of_code(&self, code: &str) -> Command {
+        let mut command = Command::new(&self.interpreter);
+        command.args(["-c", code]);
+        command
+    }
+
     /// The bunny that comes with pymeshlab.
     pub fn bunny(&self) -> Result<PathBuf> {
         let path = PathBuf::from(self.run("bunny.py", [""; 0])?.trim());

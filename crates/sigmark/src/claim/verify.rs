@@ -215,6 +215,11 @@ impl Verifier {
         self.reader.reference()
     }
 
+    /// How many connected parts of the original carry the mark.
+    pub fn marked_parts(&self) -> usize {
+        self.parts.len()
+    }
+
     /// The claim that is judged.
     pub fn certificate(&self) -> &Certificate {
         &self.certificate

@@ -1,0 +1,154 @@
+//! One model: signed by the code of `sigmark embed`, and what came back judged by that of `sigmark verify`.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
+
+use anyhow::{Context, Result};
+use job::Job;
+use mesh::{Similarity, TriMesh, Welded, components, shapes};
+use mesh_io::Asset;
+use rand_chacha::{ChaCha20Rng, rand_core::SeedableRng};
+use sigmark::{Curve, Embedder, SigningKey, Verdict, Verifier};
+
+use super::{Tried, converters::Converters};
+
+/// A model that was signed with the default strength.
+pub(super) struct SignedAsset {
+    original: PathBuf,
+    signed: PathBuf,
+    folder: PathBuf,
+    marked: TriMesh,
+    verifier: Verifier,
+}
+
+/// What was done with the signed model, and what was read then.
+pub(super) struct Trial {
+    pub(super) what: String,
+    pub(super) verdict: Result<Verdict, String>,
+}
+
+impl SignedAsset {
+    pub(super) fn make(original: &Path, folder: &Path) -> Result<Self> {
+        let name = original.file_stem().unwrap_or_default();
+        let folder = folder.join("models").join(name);
+        if folder.exists() {
+            fs::remove_dir_all(&folder)?;
+        }
+        fs::create_dir_all(&folder)?;
+        let (asset, job) = (Asset::open(original)?, Job::default());
+        let key = SigningKey::generate(Curve::P256, &mut ChaCha20Rng::from_seed([18; 32]));
+        let signed = Embedder::new(&key).embed(asset.mesh(), &job)?;
+        let marked = asset.with_positions(signed.positions())?;
+        let path = folder.join(original.file_name().unwrap_or_default());
+        marked.save(&path, true)?;
+        Ok(Self {
+            original: original.into(),
+            signed: path,
+            folder,
+            marked: marked.mesh().clone(),
+            verifier: Verifier::new(asset.mesh(), signed.certificate(), &key.public_key())?,
+        })
+    }
+
+    /// As it is, through every program, and in parts.
+    pub(super) fn try_all(&self, converters: &Converters) -> Result<Tried> {
+        let ending = self
+            .signed
+            .extension()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned();
+        let mut trials = vec![Trial {
+            what: "as it is".into(),
+            verdict: self.verify_file(&self.signed),
+        }];
+        for conversion in converters.conversions(&ending) {
+            let what = format!("{} → {}", conversion.tool, conversion.ending);
+            let to = self
+                .folder
+                .join(what.replace([' ', '→'], "_"))
+                .with_extension(conversion.ending);
+            let converted = converters.convert(conversion, &self.signed, &to);
+            let verdict = converted
+                .map_err(|error| format!("the program failed: {error}"))
+                .and_then(|()| self.verify_file(&to));
+            trials.push(Trial { what, verdict });
+        }
+        trials.extend(self.parts());
+        let is_scene = matches!(ending.as_str(), "glb" | "gltf");
+        Ok(Tried {
+            vertices: self.marked.vertex_count(),
+            marked_parts: self.verifier.marked_parts(),
+            outside_positions: match ending == "glb" {
+                true => Some(converters.outside_positions(&self.original, &self.signed)?),
+                false => None,
+            },
+            new_issues: converters
+                .new_issues(&self.original, &self.signed)
+                .filter(|_| is_scene),
+            trials,
+        })
+    }
+
+    fn verify_file(&self, path: &Path) -> Result<Verdict, String> {
+        let judge = || -> Result<Verdict> {
+            let suspect = Asset::open(path)?;
+            self.verify(&*suspect.scene()?)
+        };
+        judge().map_err(|error| format!("{error:#}").replace(&*self.folder.to_string_lossy(), ""))
+    }
+
+    fn verify(&self, suspect: &TriMesh) -> Result<Verdict> {
+        let verdict = self.verifier.verify(suspect, &Job::default());
+        verdict.context("can't be judged")
+    }
+
+    /// The largest part alone, and all parts elsewhere; of models with several.
+    fn parts(&self) -> Vec<Trial> {
+        let mut parts = parts(&self.marked);
+        if parts.len() < 2 {
+            return Vec::new();
+        }
+        parts.sort_by_key(|part| std::cmp::Reverse(part.vertex_count()));
+        let diagonal = self.marked.bounding_box().diagonal();
+        let away = |i: usize| Similarity {
+            scale: 1.0 + 0.2 * (i % 5) as f64,
+            translation: [diagonal * i as f64, 0.0, -0.3 * diagonal],
+            ..Similarity::from_quaternion([1.0, 0.3 * i as f64, -0.4, 0.2])
+        };
+        let apart: Vec<TriMesh> = parts
+            .iter()
+            .enumerate()
+            .map(|(i, part)| shapes::moved(part, &away(i)))
+            .collect();
+        let shown = |what: &str, suspect: &TriMesh| Trial {
+            what: what.into(),
+            verdict: self.verify(suspect).map_err(|error| format!("{error:#}")),
+        };
+        vec![
+            shown(
+                "largest part alone, turned and scaled",
+                &shapes::moved(&parts[0], &away(2)),
+            ),
+            shown(
+                "every part moved, turned and scaled alone",
+                &shapes::disjoint_union(&apart),
+            ),
+        ]
+    }
+}
+
+/// The connected parts of a mesh.
+fn parts(mesh: &TriMesh) -> Vec<TriMesh> {
+    let components = components(mesh);
+    let mut triangles = vec![Vec::new(); components.count];
+    for &corners in mesh.triangles() {
+        triangles[components.of_vertex[corners[0] as usize] as usize].push(corners);
+    }
+    let welded = triangles
+        .iter()
+        .filter_map(|triangles| Welded::new(mesh.positions(), triangles).ok());
+    welded.map(Welded::into_mesh).collect()
+}
