@@ -28,7 +28,7 @@ fn check_moved(asset: &Asset) {
         }) => return,
         Err(error) => panic!("{error}"),
     };
-    if !is_quantised(asset.format()) {
+    if !is_placed(asset.format()) {
         for (wanted, found) in positions.iter().zip(moved.mesh().positions()) {
             for axis in 0..3 {
                 let (wanted, found) = (wanted[axis], found[axis]);
@@ -45,7 +45,9 @@ fn check_moved(asset: &Asset) {
         moved.content(),
         "what was rounded once is rounded so again"
     );
-    check_only_numbers_differ(asset.content(), moved.content());
+    if !is_placed(asset.format()) {
+        check_only_numbers_differ(asset.content(), moved.content());
+    }
 
     let again = match Asset::from_bytes(moved.to_bytes(), asset.format()) {
         Ok(again) => again,
@@ -61,6 +63,10 @@ fn check_moved(asset: &Asset) {
         again.welded().summary().file_triangles,
         asset.welded().summary().file_triangles
     );
+    if is_placed(asset.format()) {
+        // Surfaces that meet but for rounding are joined where they are that near, before and after.
+        return;
+    }
     for (here, there) in asset.welded().vertex_of().iter().zip(again.welded().vertex_of()) {
         if let (Some(here), Some(there)) = (*here, *there) {
             let (written, read) = (
@@ -84,8 +90,9 @@ fn moved(positions: &[[f64; 3]]) -> Vec<[f64; 3]> {
     positions.iter().enumerate().map(moved).collect()
 }
 
-/// Whether a file of the format may hold integers that stand for coordinates, so that rounding depends on the file.
-fn is_quantised(format: Format) -> bool {
+/// Whether a file of the format may say where its vertices are shown, so that rounding depends on the file, and may hold integers or Base64 in place of
+/// numbers.
+fn is_placed(format: Format) -> bool {
     !matches!(format, Format::Obj | Format::Ply | Format::Stl | Format::Off)
 }
 

@@ -2,6 +2,8 @@
 
 #[path = "../../mesh-io/tests/files_common/mod.rs"]
 mod files_common;
+#[path = "../../mesh-io/tests/gltf_common/mod.rs"]
+mod gltf_common;
 
 use mesh::{TriMesh, shapes};
 use mesh_io::{Format, Precision, write_mesh};
@@ -20,7 +22,14 @@ pub(crate) fn of_format(format: Format) -> Vec<Vec<u8>> {
         files.push(write_mesh(&mesh, format, Precision::Double));
         files
     };
-    meshes().into_iter().flat_map(of_mesh).collect()
+    let mut files: Vec<Vec<u8>> = meshes().into_iter().flat_map(of_mesh).collect();
+    let scenes = gltf_common::scenes();
+    match format {
+        Format::Glb => files.extend(scenes.iter().map(gltf_common::Scene::glb)),
+        Format::Gltf => files.extend(scenes.iter().map(gltf_common::Scene::gltf)),
+        _ => {}
+    }
+    files
 }
 
 /// A file of each format, gzipped.

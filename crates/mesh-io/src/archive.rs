@@ -53,6 +53,8 @@ impl Archive {
             format,
             changed: false,
         };
+        // What can't be copied now could not be when the mesh is written back.
+        archive.packed(&[]).map_err(damaged)?;
         Ok((archive, content))
     }
 

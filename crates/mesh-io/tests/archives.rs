@@ -269,3 +269,12 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn an_archive_whose_other_entries_are_damaged_is_refused_before_anything_is_written() {
+    let mut file = one_object();
+    // The local header of the last entry, of which the directory at the end still speaks.
+    let at = file.windows(4).rposition(|word| word == b"PK\x03\x04").unwrap();
+    file[at + 1] = b'?';
+    assert!(refusal(&file).contains("the zip archive can't be read"));
+}

@@ -1,5 +1,6 @@
 //! A pyramid in every kind of glTF.
 #![allow(
+    dead_code,
     missing_docs,
     unreachable_pub,
     clippy::unwrap_used,
