@@ -38,7 +38,7 @@ const LEAST_TRIANGLES: usize = 12;
 const MOST_CANDIDATES: usize = 8;
 
 /// How many alignments are tried in all, the largest pieces first.
-const MOST_ALIGNMENTS: usize = 256;
+const MOST_ALIGNMENTS: usize = 128;
 
 /// How far figures of shape may differ, relatively, between a part and what became of it.
 const ALIKE: f64 = 0.05;
@@ -73,6 +73,10 @@ impl Aligner {
         for piece in Part::all_of(suspect.mesh()) {
             let mut alike: Vec<usize> = (0..parts.len()).filter(|&i| piece.is_like(&parts[i])).collect();
             alike.sort_by(|&a, &b| piece.unlike(&parts[a]).total_cmp(&piece.unlike(&parts[b])));
+            // Who has as many vertices and triangles as a part was not re-meshed: then that is the part, or one like it.
+            if alike.iter().any(|&i| piece.counts() == parts[i].counts()) {
+                alike.retain(|&i| piece.counts() == parts[i].counts());
+            }
             alike.truncate(MOST_CANDIDATES.min(left));
             left -= alike.len();
             let prepared = PreparedMesh::from(&piece.mesh);
@@ -202,6 +206,10 @@ impl Part {
             area,
             figures,
         })
+    }
+
+    fn counts(&self) -> (usize, usize) {
+        (self.mesh.vertex_count(), self.mesh.triangle_count())
     }
 
     fn triangles(&self, mesh: &TriMesh) -> Vec<[u32; 3]> {
