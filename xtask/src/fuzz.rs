@@ -17,7 +17,7 @@ const SECONDS: usize = 30;
 
 #[derive(clap::Args)]
 pub(crate) struct Options {
-    /// What is fuzzed: obj, ply, stl, off, gzip, certificate, claim, keys, stamp, roots or graph; all, one after the other, if there is none
+    /// What is fuzzed: obj, ply, stl, off, gltf, glb, threemf, gzip, certificate, claim, keys, stamp, roots or graph; all, one after the other, if there is none
     target: Option<String>,
     /// How long for each target
     #[arg(long, value_name = "N", default_value_t = 10)]

@@ -46,6 +46,7 @@ impl Target {
     fn ending(&self) -> &str {
         match self.name {
             "gzip" => "gz",
+            "threemf" => "3mf",
             name => name,
         }
     }

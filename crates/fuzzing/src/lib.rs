@@ -40,6 +40,9 @@ pub const TARGETS: &[Target] = &[
     mesh_target!("ply", Format::Ply),
     mesh_target!("stl", Format::Stl),
     mesh_target!("off", Format::Off),
+    mesh_target!("gltf", Format::Gltf),
+    mesh_target!("glb", Format::Glb),
+    mesh_target!("threemf", Format::ThreeMf),
     Target {
         name: "gzip",
         check: gzip,

@@ -45,7 +45,9 @@ fn check_moved(asset: &Asset) {
         moved.content(),
         "what was rounded once is rounded so again"
     );
-    check_only_numbers_differ(asset.content(), moved.content());
+    if !is_quantised(asset.format()) {
+        check_only_numbers_differ(asset.content(), moved.content());
+    }
 
     let again = match Asset::from_bytes(moved.to_bytes(), asset.format()) {
         Ok(again) => again,
@@ -84,7 +86,8 @@ fn moved(positions: &[[f64; 3]]) -> Vec<[f64; 3]> {
     positions.iter().enumerate().map(moved).collect()
 }
 
-/// Whether a file of the format may hold integers that stand for coordinates, so that rounding depends on the file.
+/// Whether a file of the format may hold integers that stand for coordinates, or place them, so that rounding depends on the file; and
+/// bounds that change with them.
 fn is_quantised(format: Format) -> bool {
     !matches!(format, Format::Obj | Format::Ply | Format::Stl | Format::Off)
 }

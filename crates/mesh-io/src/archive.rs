@@ -53,6 +53,8 @@ impl Archive {
             format,
             changed: false,
         };
+        // The list at an archive's end may name entries that are not there: said now, not when the mesh has changed.
+        archive.packed(&[]).map_err(damaged)?;
         Ok((archive, content))
     }
 

@@ -133,3 +133,26 @@ fn a_million_vertices_at_one_place_are_welded_in_no_time() {
     let moved = asset.with_positions(&positions).unwrap();
     assert_eq!(moved.content().len(), asset.content().len() + 2 * count);
 }
+
+/// Found by mangling: an archive whose list names an entry that is not there could be read, and not written.
+#[test]
+fn an_archive_with_a_damaged_entry_beside_the_mesh_is_refused() {
+    use std::io::Write;
+    let mut archive = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
+    for (name, text) in [
+        ("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"),
+        ("notes.txt", "notes"),
+    ] {
+        archive
+            .start_file(name, zip::write::SimpleFileOptions::default())
+            .unwrap();
+        archive.write_all(text.as_bytes()).unwrap();
+    }
+    let good = archive.finish().unwrap().into_inner();
+    assert!(Asset::from_bytes(good.clone(), None).is_ok());
+    let second = good.windows(4).rposition(|bytes| bytes == b"PK\x03\x04").unwrap();
+    let mut bad = good;
+    bad[second] = b'X';
+    let error = Asset::from_bytes(bad, None).unwrap_err();
+    assert!(matches!(error.problem, AssetProblem::Archive(_)), "{error}");
+}
