@@ -22,15 +22,14 @@ const SHELLS: [(&str, &str); 4] = [
 pub(super) struct Program {
     pub(super) target: String,
     path: PathBuf,
-    /// Whether this machine is of the kind that it is for.
+    /// Whether it can be run on this machine.
     runs_here: bool,
 }
 
 impl Program {
     /// Builds it from Cargo.lock's versions, without symbols, and with the list of these versions inside (cargo-auditable).
     pub(super) fn build(target: Option<&str>) -> Result<Self> {
-        let host = host()?;
-        let target = target.unwrap_or(&host).to_owned();
+        let target = target.map_or_else(host, |target| Ok(target.to_owned()))?;
         let mut build = Command::new("cargo");
         build.args([
             "auditable",
@@ -49,13 +48,15 @@ impl Program {
             );
         }
         let folder = target_folder()?.join(&target).join("release");
-        let runs_here = target == host;
         let mut program = Self {
             target,
             path: folder,
-            runs_here,
+            runs_here: false,
         };
         program.path.push(program.file_name());
+        // One for musl does, and one for Windows may.
+        let asked = Command::new(&program.path).arg("--version").output();
+        program.runs_here = asked.is_ok_and(|output| output.status.success());
         Ok(program)
     }
 
