@@ -7,7 +7,7 @@ use super::{
     pictures::{Pictures, Sides},
     words,
 };
-use crate::{args::Verify, claims::Claim, report};
+use crate::{args::Verify, claims::Claim, commands::verify::found_parts, report};
 
 /// Verdict, probabilities, pictures, and what was measured.
 pub(super) fn section(verdict: &Verdict, arguments: &Verify, claim: &Claim, pictures: &Pictures) -> Html {
@@ -169,6 +169,9 @@ fn measured(verdict: &Verdict, claim: &Claim) -> Html {
                 share(1.0 - verdict.missing)
             )),
         );
+        if verdict.outcome.is_found() && verdict.marked_parts > 1 {
+            facts.add("Parts found", Html::text(found_parts(verdict, claim)));
+        }
         if let Some(residual) = verdict.residual {
             let text = format!(
                 "{} of the diagonal (root mean square) between corresponding points",

@@ -134,6 +134,9 @@ pub(super) fn registration(verdict: &Verdict) -> String {
     let by = match verdict.matched_by {
         MatchedBy::Connectivity => "by its vertices: it still has the original\u{2019}s triangles",
         MatchedBy::Surroundings => "by the vertices that are left of the original\u{2019}s",
+        MatchedBy::Parts => {
+            "by its parts, each of which was put back by itself; pictures and transform are those of the largest"
+        }
         _ => "by its surface: it no longer has the original\u{2019}s triangles",
     };
     match verdict.poses {

@@ -20,7 +20,7 @@ use crate::{
     stamps::Stamps,
 };
 
-pub(crate) use words::{probability, remark};
+pub(crate) use words::{found_parts, probability, remark};
 
 /// How several suspects were answered.
 #[derive(Default)]

@@ -70,14 +70,14 @@ pub(super) fn summary(
         lines.field("alignment", apart);
     }
     if verdict.outcome.is_found() && verdict.marked_parts > 1 {
-        lines.field("parts", parts(verdict, claim));
+        lines.field("parts", found_parts(verdict, claim));
     }
     lines.field("time", report::seconds_text(seconds));
     lines
 }
 
 /// Which connected parts were found, by name where they have one.
-fn parts(verdict: &Verdict, claim: &Claim) -> String {
+pub(crate) fn found_parts(verdict: &Verdict, claim: &Claim) -> String {
     const MOST: usize = 6;
     let mut names: Vec<String> = Vec::new();
     for part in &verdict.parts {
