@@ -134,7 +134,7 @@ pub(crate) struct Embed {
     /// Hash with SHA-1 in place of SHA-256 (P-256 keys)
     #[arg(long)]
     pub(crate) sha1: bool,
-    /// How strongly to mark: subtle and strong are half and twice the standard distortion [default: standard]
+    /// How strongly to mark: subtle and strong are half and twice the standard distortion; less where the model is thin [default: standard]
     #[arg(long, value_enum, group = "how_strong")]
     strength: Option<StrengthName>,
     /// How far the surface moves: RMS displacement as a fraction of the bounding box's diagonal; in place of --strength [default: 0.0004]

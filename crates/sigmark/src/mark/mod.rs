@@ -19,6 +19,7 @@ mod roughness;
 mod slivers;
 mod stage;
 mod strength;
+mod thickness;
 
 pub use basis::PatchBasis;
 pub use bits::{SoftBits, correlation, extraction_rate};

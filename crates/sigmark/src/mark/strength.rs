@@ -5,6 +5,8 @@ use super::{ChipPlan, MarkError, Original};
 pub enum Strength {
     /// Root mean square displacement of the marked surface, as a fraction of the bounding box's diagonal.
     Distortion(f64),
+    /// As [`Distortion`](Self::Distortion), but where chips are pooled less where the model is thin: a wire, a rim, a wing. What is asked for is then the most.
+    Level(f64),
     /// α of eq. 12 for patches of unit area: the same for every patch, whatever the unit of the model.
     Alpha(f64),
     /// The α that the paper prints, in the model's unit of length: α/√(area) for each patch.
@@ -15,18 +17,18 @@ pub enum Strength {
 pub const MOST_DISTORTION: f64 = 0.1;
 
 impl Default for Strength {
-    /// 4·10⁻⁴ of the diagonal: about what the paper's α does to the bunny (d_rmse 0.02 % of the diagonal).
+    /// 4·10⁻⁴ of the diagonal, less where it is thin: about what the paper's α does to the bunny (d_rmse 0.02 % of the diagonal).
     fn default() -> Self {
-        Self::Distortion(4e-4)
+        Self::Level(4e-4)
     }
 }
 
 impl Strength {
     /// Half of the default.
-    pub const SUBTLE: Self = Self::Distortion(2e-4);
+    pub const SUBTLE: Self = Self::Level(2e-4);
 
     /// Twice the default.
-    pub const STRONG: Self = Self::Distortion(8e-4);
+    pub const STRONG: Self = Self::Level(8e-4);
 
     /// α of every patch, for patches of unit area. Where chips are pooled, a [`Distortion`](Self::Distortion) moves the surface of all patches
     /// alike; in the paper's plan α is the same for all.
@@ -40,16 +42,16 @@ impl Strength {
             return Err(MarkError::NoArea { patch });
         }
         let relative: Vec<f64> = match (self, plan) {
-            (Self::Distortion(_), ChipPlan::Pooled { .. }) => squares(original, plan)
+            (Self::Distortion(_) | Self::Level(_), ChipPlan::Pooled { .. }) => squares(original, plan)
                 .zip(super::roughness::weights(original))
                 .map(|(square, weight)| weight * square.max(f64::MIN_POSITIVE).sqrt().recip())
                 .collect(),
-            (Self::Distortion(_) | Self::Alpha(_), _) => vec![1.0; areas.len()],
+            (Self::Distortion(_) | Self::Level(_) | Self::Alpha(_), _) => vec![1.0; areas.len()],
             (Self::PaperAlpha(_), _) => areas.iter().map(|area| 1.0 / area.sqrt()).collect(),
         };
         // For a strength of 1; everything grows linearly with it.
         let scale = match self {
-            Self::Distortion(_) => distortion(original, plan, &relative).recip(),
+            Self::Distortion(_) | Self::Level(_) => distortion(original, plan, &relative).recip(),
             Self::Alpha(_) | Self::PaperAlpha(_) => 1.0,
         };
         let unit: Vec<f64> = relative.iter().map(|alpha| scale * alpha).collect();
@@ -57,13 +59,25 @@ impl Strength {
         if value > most {
             return Err(MarkError::TooStrong { what, value, most });
         }
-        Ok(unit.iter().map(|alpha| value * alpha).collect())
+        let mut alphas: Vec<f64> = unit.iter().map(|alpha| value * alpha).collect();
+        if let (Self::Level(_), ChipPlan::Pooled { .. }) = (self, plan) {
+            let displacements = squares(original, plan).zip(&alphas);
+            let displacements: Vec<f64> = displacements
+                .map(|(square, alpha)| alpha * square.sqrt())
+                .collect();
+            let factors = super::thickness::factors(original, &displacements);
+            alphas
+                .iter_mut()
+                .zip(factors)
+                .for_each(|(alpha, factor)| *alpha *= factor);
+        }
+        Ok(alphas)
     }
 
     /// What a person calls it, and its number, which is positive.
     pub(crate) fn checked(self) -> Result<(&'static str, f64), MarkError> {
         let (what, value) = match self {
-            Self::Distortion(value) => ("distortion", value),
+            Self::Distortion(value) | Self::Level(value) => ("distortion", value),
             Self::Alpha(value) => ("alpha", value),
             Self::PaperAlpha(value) => ("the paper's alpha", value),
         };
