@@ -12,6 +12,8 @@ use evaluation::{
     python::Python,
 };
 
+use super::trial::in_short;
+
 /// A program, and the format in which it gives the model back.
 #[derive(Clone, Copy)]
 pub(super) struct Conversion {
@@ -100,7 +102,7 @@ impl Converters {
             Ok(Some(_)) if to.is_file() => Ok(()),
             Ok(Some(_)) => Err("it wrote nothing".into()),
             Ok(None) => Err(format!("it took more than {LIMIT} s")),
-            Err(error) => Err(format!("{error:#}")),
+            Err(error) => Err(in_short(&error)),
         }
     }
 

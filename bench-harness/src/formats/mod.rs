@@ -14,7 +14,7 @@ use mesh_io::Format;
 
 use self::{
     converters::Converters,
-    trial::{SignedAsset, Trial},
+    trial::{SignedAsset, Trial, in_short},
 };
 use crate::kept;
 
@@ -60,7 +60,7 @@ impl FormatsBench {
             println!("{name}");
             let tried = match SignedAsset::make(&path, &folder) {
                 Ok(signed) => Ok(signed.try_all(&converters)?),
-                Err(error) => Err(format!("{error:#}")),
+                Err(error) => Err(in_short(&error)),
             };
             rows.push(Row { name, tried });
         }

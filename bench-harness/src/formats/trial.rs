@@ -97,7 +97,7 @@ impl SignedAsset {
             let suspect = Asset::open(path)?;
             self.verify(&*suspect.scene()?)
         };
-        judge().map_err(|error| format!("{error:#}").replace(&*self.folder.to_string_lossy(), ""))
+        judge().map_err(|error| in_short(&error))
     }
 
     fn verify(&self, suspect: &TriMesh) -> Result<Verdict> {
@@ -138,6 +138,21 @@ impl SignedAsset {
             ),
         ]
     }
+}
+
+/// The last of the causes, in a line, without the folders of this machine.
+pub(super) fn in_short(error: &anyhow::Error) -> String {
+    let cause = error.root_cause().to_string();
+    let last = cause
+        .lines()
+        .rev()
+        .find(|line| !line.trim().is_empty())
+        .unwrap_or_default();
+    let words = last.split_whitespace().map(|word| match word.rsplit_once('/') {
+        Some((_, name)) if word.starts_with(['/', '.']) => name,
+        _ => word,
+    });
+    words.collect::<Vec<_>>().join(" ")
 }
 
 /// The connected parts of a mesh.

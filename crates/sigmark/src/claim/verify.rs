@@ -145,12 +145,12 @@ impl Verifier {
             return Ok(whole);
         }
         let by_parts = self.weighed(self.verify_parts(&found, job)?);
-        Ok(
-            match by_parts.outcome.is_found() && by_parts.p_value <= whole.p_value {
-                true => by_parts,
-                false => whole,
-            },
-        )
+        // Another shape is not found, however well its vertices agree: its parts may be.
+        let is_better = !whole.outcome.is_found() || by_parts.p_value <= whole.p_value;
+        Ok(match by_parts.outcome.is_found() && is_better {
+            true => by_parts,
+            false => whole,
+        })
     }
 
     /// Judges a suspect as one.
