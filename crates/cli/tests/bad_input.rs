@@ -206,12 +206,12 @@ fn files_that_hold_no_mesh_are_refused_by_every_command() {
         (
             "model.blend",
             b"BLENDER-v300".to_vec(),
-            &[".blend", "OBJ, PLY, STL and OFF are read"],
+            &[".blend", "OBJ, PLY, STL, OFF and 3MF are read"],
         ),
         (
             "model.glb",
             b"glTF\x02\0\0\0".to_vec(),
-            &["glTF", "export the model to another format"],
+            &["GLB chunk", "export it again"],
         ),
         (
             "noise.ply",

@@ -2,7 +2,8 @@
 //!
 //! An [`Asset`] keeps all bytes of a file and knows where in them each coordinate lies. Its geometry is seen as a welded
 //! [`TriMesh`](mesh::TriMesh); new positions are written into the kept bytes, so that no format has a writer that could forget
-//! something. [`write_mesh`] makes a file where there was none. OBJ, PLY, STL and OFF are read, each also gzipped.
+//! something. [`write_mesh`] makes a file where there was none. GLB, glTF, OBJ, PLY, STL and OFF are read, each also gzipped; 3MF; and the one mesh
+//! of a zip archive.
 //!
 //! ```
 //! let tetrahedron = "v 0 0 0\nv 1 0 0\nv 0 1 0 # top\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";

@@ -231,8 +231,9 @@ fn a_symmetric_shape_with_other_vertices_is_tried_in_its_poses_and_pays_for_them
         verdict.outcome.is_found() && verdict.p_value < 1e-6,
         "{verdict:?}"
     );
+    // Its two pieces might have been read each by itself.
     let tries = verdict.p_value / p_of_one_reading(&verdict);
-    assert!((tries / verdict.poses as f64 - 1.0).abs() < 1e-9, "{tries}");
+    assert!((tries / (2 * verdict.poses) as f64 - 1.0).abs() < 1e-9, "{tries}");
 }
 
 #[test]
@@ -249,9 +250,9 @@ fn a_symmetric_shape_that_is_read_twice_pays_for_two_readings_in_every_pose() {
         verdict.poses > 1 && verdict.bit_errors.unwrap() > 0,
         "{verdict:?}"
     );
-    // Each of the M poses is read by the paper's rule, and the best one again: it might have been any.
+    // Each of the M poses is read by the paper's rule, and the best one again: it might have been any; and so might its pieces.
     let tries = verdict.p_value / p_of_one_reading(&verdict);
-    assert!((tries / (2 * verdict.poses) as f64 - 1.0).abs() < 1e-9, "{tries}");
+    assert!((tries / (4 * verdict.poses) as f64 - 1.0).abs() < 1e-9, "{tries}");
 }
 
 #[test]

@@ -146,7 +146,7 @@ impl Verifier {
         }
         let by_parts = self.weighed(self.verify_parts(&found, job)?);
         // Another shape is not found, however well its vertices agree: its parts may be.
-        let is_better = !whole.outcome.is_found() || by_parts.p_value <= whole.p_value;
+        let is_better = !whole.outcome.is_found() || by_parts.outcome == Outcome::Verified;
         Ok(match by_parts.outcome.is_found() && is_better {
             true => by_parts,
             false => whole,

@@ -83,24 +83,25 @@ impl Task {
             );
         }
         let original = Arc::new(embedder.cut(asset.mesh(), &job).with_context(model)?);
+        let announced = |prediction: &Prediction, is_raised| match announce {
+            true => progress.tell(&words::planned(self, &original, prediction, is_raised)),
+            false => Ok(()),
+        };
+        let mut prediction = embedder.predict(&original).with_context(model)?;
+        announced(&prediction, false)?;
         let mut attempt = Attempt::make(&embedder, &original, &asset, &job).with_context(model)?;
-        let mut is_raised = false;
         if attempt.read_back < 1.0 && arguments.leaves_strength_open() {
             // The file's precision is coarser than the mark.
             let stronger = embedder.strength(Strength::STRONG);
+            prediction = stronger.predict(&original).with_context(model)?;
+            announced(&prediction, true)?;
             attempt = Attempt::make(&stronger, &original, &asset, &job).with_context(model)?;
-            is_raised = true;
-        }
-        if announce {
-            progress.tell(&words::planned(self, &original, &attempt.prediction, is_raised))?;
         }
         progress.begin("writing", "writing");
-        let Attempt {
-            signed, prediction, ..
-        } = &attempt;
+        let signed = &attempt.signed;
         let turn = self.write(&asset, &attempt, arguments.force)?;
         let seconds = progress.finish();
-        let mut object = self.object(arguments, signed, prediction, &turn, &seconds);
+        let mut object = self.object(arguments, signed, &prediction, &turn, &seconds);
         object["manifest_dropped"] = asset.has_manifest().into();
         let mut summary = words::summary(self, signed, &turn, &seconds);
         if asset.has_manifest() {
@@ -221,7 +222,6 @@ impl Task {
 
 /// A model as it would be signed with one strength.
 struct Attempt {
-    prediction: Prediction,
     signed: Signed,
     /// As the file holds it, whose precision may be coarser than the mark.
     marked: Asset,
@@ -231,12 +231,10 @@ struct Attempt {
 
 impl Attempt {
     fn make(embedder: &Embedder, original: &Arc<Original>, asset: &Asset, job: &Job) -> Result<Self> {
-        let prediction = embedder.predict(original)?;
         let signed = embedder.embed_in(original, job)?;
         let marked = asset.with_positions(signed.positions())?;
         let read_back = signed.read_back(marked.mesh().positions(), job)?;
         Ok(Self {
-            prediction,
             signed,
             marked,
             read_back,
