@@ -240,7 +240,7 @@ fn a_symmetric_shape_with_other_vertices_is_tried_in_its_poses_and_pays_for_them
 fn a_symmetric_shape_that_is_read_twice_pays_for_two_readings_in_every_pose() {
     let signed = sign(&pair(), 1);
     let mut rng = ChaCha20Rng::seed_from_u64(4);
-    let far = 0.01 * signed.mesh().bounding_box().diagonal();
+    let far = 0.02 * signed.mesh().bounding_box().diagonal();
     let noisy = signed.positions().iter();
     let noisy = noisy.map(|p| p.map(|x| x + far * (f64::from(rng.next_u32()) / f64::from(u32::MAX) - 0.5)));
     let noisy = signed.mesh().with_positions(noisy.collect()).unwrap();
