@@ -390,3 +390,34 @@ fn a_new_file_is_read_as_it_was_written() {
         assert_near(asset.mesh().positions(), mesh.positions(), 1e-6);
     }
 }
+
+#[test]
+fn positions_over_the_numbers_of_replaced_ones_are_not_changed() {
+    let mut scenes = gltf_common::scenes().into_iter();
+    let mut scene = scenes
+        .find(|scene| scene.name.starts_with("sparse: the apex"))
+        .unwrap();
+    // The list of what is replaced begins where the first position does.
+    scene.json["accessors"][0]["sparse"]["indices"] =
+        json!({"bufferView": 0, "byteOffset": 0, "componentType": 5121});
+    let asset = open(&scene.glb());
+    let changed = asset.with_positions(&moved(&asset));
+    assert!(
+        changed
+            .unwrap_err()
+            .to_string()
+            .contains("for something else, too")
+    );
+}
+
+#[test]
+fn a_manifest_before_the_json_is_not_carried_on() {
+    let file = Scene::pyramid().glb();
+    let mut early = file[..12].to_vec();
+    early.extend(12_u32.to_le_bytes());
+    early.extend(b"C2PAwho made it.");
+    early.extend(&file[12..]);
+    let length = (early.len() as u32).to_le_bytes();
+    early[8..12].copy_from_slice(&length);
+    assert!(refusal(&early).contains("no JSON chunk"));
+}

@@ -80,6 +80,8 @@ pub(super) struct Accessor {
     pub(super) base: Option<Elements>,
     /// Numbers of replaced elements, and what stands for them, in their order.
     pub(super) sparse: Option<(Vec<usize>, Elements)>,
+    /// Where those numbers stand.
+    pub(super) replaced: Option<Elements>,
 }
 
 impl Accessor {
@@ -109,8 +111,8 @@ impl Accessor {
         if base.is_none() && shape.count > bytes {
             return Err(fault("has more elements than the file has bytes"));
         }
-        let sparse = match &accessor.sparse {
-            None => None,
+        let (sparse, replaced) = match &accessor.sparse {
+            None => (None, None),
             Some(sparse) => {
                 let replaced = count(sparse.count.0)?;
                 let Checked::Valid(kind) = sparse.indices.component_type else {
@@ -134,7 +136,7 @@ impl Accessor {
                 if numbers.iter().any(|&number| number >= shape.count) {
                     return Err(fault("replaces an element that it does not have"));
                 }
-                Some((numbers, values))
+                (Some((numbers, values)), Some(indices))
             }
         };
         Ok(Self {
@@ -142,6 +144,7 @@ impl Accessor {
             normalised: accessor.normalized,
             base,
             sparse,
+            replaced,
         })
     }
 

@@ -63,7 +63,8 @@ impl Container {
                 return Err(cut(at));
             }
             match number(bytes, at + 4) {
-                Some(JSON) if json.is_none() => json = Some(content.clone()),
+                // The first chunk, as glTF demands: a manifest before it would be carried on.
+                Some(JSON) if at == HEADER => json = Some(content.clone()),
                 Some(BIN) if bin.is_none() => bin = Some(content.clone()),
                 Some(C2PA) => manifests.push(at..content.end),
                 _ => {}

@@ -141,6 +141,11 @@ impl Vertices {
     /// Locks runs of which a byte belongs to anything but positions too, or to two positions that do not begin together.
     pub(super) fn lock_what_others_use(&mut self, document: &Document, store: &Store) -> Result<(), Fault> {
         let mut others = Bytes::of(store);
+        for accessor in self.elements.keys() {
+            if let Some(numbers) = &Accessor::of(document, store, *accessor)?.replaced {
+                (0..numbers.shape.count).for_each(|i| others.mark(numbers.buffer, numbers.bytes(i)));
+            }
+        }
         for accessor in accessors_of_others(document) {
             for elements in Accessor::of(document, store, accessor)?.lists() {
                 (0..elements.shape.count).for_each(|i| others.mark(elements.buffer, elements.bytes(i)));
