@@ -115,6 +115,20 @@ impl Claim {
     pub(crate) fn verifier(&self) -> Result<Verifier, SigmarkError> {
         Verifier::new(self.original.mesh(), &self.certificate, &self.public_key)
     }
+
+    /// As [`verifier`](Self::verifier), for the owner's information also where the original is of the same geometry and not the very file.
+    pub(crate) fn verifier_for_owner(&self) -> Result<Verifier, SigmarkError> {
+        let refused = match self.verifier() {
+            Err(error @ SigmarkError::AnotherOriginal { .. }) => error,
+            other => return other,
+        };
+        Verifier::for_owner(self.original.mesh(), &self.certificate, &self.public_key).map_err(|error| {
+            match error {
+                SigmarkError::AnotherOriginal { .. } => refused,
+                error => error,
+            }
+        })
+    }
 }
 
 /// Reads and checks a certificate.
@@ -123,13 +137,15 @@ pub(crate) fn read_certificate(path: &Path) -> Result<Certificate> {
     Certificate::from_json(&text).with_context(|| path.display().to_string())
 }
 
-/// The original in the certificate's folder: the file of its name, or else any mesh, with the digest of the certificate.
+/// The original in the certificate's folder: the file of its name, or else any mesh, with the digest of the certificate; else one of its geometry.
 fn find_original(certificate: &Certificate, path: &Path) -> Result<(PathBuf, Asset)> {
     let folder = files::folder_of(path);
     let mut candidates =
         meshes_in(folder).with_context(|| format!("{}: can't be listed", folder.display()))?;
     // A name with a folder in it, which no embed writes, matches none.
     candidates.sort_by_key(|path| path.file_name() != Some(certificate.original_name().as_ref()));
+    let sketch = certificate.sketch();
+    let mut alike = None;
     for candidate in candidates {
         // What can't be read is not the original, which could be.
         let Ok(asset) = files::open_mesh(&candidate) else {
@@ -138,6 +154,17 @@ fn find_original(certificate: &Certificate, path: &Path) -> Result<(PathBuf, Ass
         if GeometryDigest::of(asset.mesh()) == certificate.statement().original.digest {
             return Ok((candidate, asset));
         }
+        let is_alike = || {
+            sketch
+                .as_ref()
+                .is_some_and(|sketch| sketch.recognise(asset.mesh()).is_some())
+        };
+        if alike.is_none() && is_alike() {
+            alike = Some((candidate, asset));
+        }
+    }
+    if let Some(alike) = alike {
+        return Ok(alike);
     }
     let name = match certificate.original_name() {
         "" => String::new(),

@@ -634,8 +634,8 @@ fn certificates_that_are_none_are_refused() {
     folder.write("empty.json", "");
     folder.write("cut.json", &json[..json.len() / 2]);
     folder.write("other.json", "{\"asset\": {\"version\": \"2.0\"}}");
-    folder.write("next.json", json.replace("\"version\": 4", "\"version\": 5"));
-    folder.write("before.json", json.replace("\"version\": 4", "\"version\": 2"));
+    folder.write("next.json", json.replace("\"version\": 5", "\"version\": 6"));
+    folder.write("before.json", json.replace("\"version\": 5", "\"version\": 2"));
     folder.write("extra.json", json.replacen('{', "{\"note\": \"mine\",", 1));
     folder.write("deep.json", "[".repeat(100_000));
     let remedy = ".cert.json file that `sigmark embed` wrote";
@@ -647,7 +647,7 @@ fn certificates_that_are_none_are_refused() {
         ("deep.json", &["not a Sigmark certificate", remedy]),
         (
             "next.json",
-            &["version 5", "reads version 4", "use the Sigmark that wrote it"],
+            &["version 6", "reads version 5", "use the Sigmark that wrote it"],
         ),
         (
             "before.json",

@@ -163,3 +163,57 @@ fn claims_that_are_none_are_refused() {
         folder.refused(&format!("dispute {name} theirs.claim.json"), &words);
     }
 }
+
+/// The original's numbers with fewer digits, and its vertices the other way round.
+fn written_anew(folder: &Folder, name: &str) -> String {
+    let asset = mesh_io::Asset::open(folder.path(name)).unwrap();
+    let mesh = asset.mesh();
+    let last = mesh.vertex_count();
+    let mut text = String::new();
+    for [x, y, z] in mesh.positions().iter().rev() {
+        text += &format!("v {:.6} {:.6} {:.6}\n", 1e3 * x, 1e3 * z, -1e3 * y);
+    }
+    for triangle in mesh.triangles() {
+        let [a, b, c] = triangle.map(|v| last - v as usize);
+        text += &format!("f {b} {c} {a}\n");
+    }
+    text
+}
+
+#[test]
+fn an_original_that_was_exported_again_informs_its_owner_and_is_no_evidence() {
+    let folder = Folder::with_signed_model();
+    folder.write("again.obj", written_anew(&folder, "model.ply"));
+    let text = folder
+        .done("verify signed.ply --certificate signed.ply.cert.json --original again.obj")
+        .out;
+    for words in [
+        "VERIFIED, for the owner alone",
+        "not the very file",
+        "a claim needs that file",
+    ] {
+        assert!(text.contains(words), "{text}");
+    }
+    // Beside the certificate it is found, once the very file is not there.
+    std::fs::remove_file(folder.path("model.ply")).unwrap();
+    let report = folder
+        .done("verify signed.ply --certificate signed.ply.cert.json --json")
+        .json();
+    assert!(report["original"].as_str().unwrap().ends_with("again.obj"));
+    assert_eq!(report["original_is"], "same_geometry");
+    assert_eq!(
+        (&report["evidence"], &report["p_dispute"]),
+        (&false.into(), &1.0.into())
+    );
+    let asked = folder.run(
+        "verify signed.ply --certificate signed.ply.cert.json --original again.obj --public-key owner.pub.pem --dispute --report r.html",
+    );
+    assert_eq!(asked.code, Some(1));
+    let page = folder.text("r.html");
+    assert!(page.contains("for the owner alone") && page.contains("does NOT have it"));
+    // The signed copy is no original.
+    folder.refused(
+        "verify signed.ply --certificate signed.ply.cert.json --original signed.ply",
+        &["not the original"],
+    );
+}

@@ -170,6 +170,7 @@ fn what_embed_writes_verify_finds_in_every_format() {
                 "mirrored",
                 "missing",
                 "original",
+                "original_is",
                 "outcome",
                 "overlap",
                 "own_key",

@@ -38,6 +38,12 @@ pub(crate) fn in_one_cluster(lower: f64, upper: f64) -> bool {
     upper - lower <= CLUSTER_GAP * upper
 }
 
+/// The reference by which signs of single eigenfunctions are chosen, for `n` vertices.
+pub(crate) fn reference_of_signs(n: usize) -> impl Iterator<Item = f64> {
+    let mut noise = Noise::new(REFERENCE_SEED, 0);
+    (0..n).map(move |_| noise.next())
+}
+
 /// Fixed white noise, one column after another as clusters need them: column j is the same for every cluster.
 pub(crate) struct References(Mat<f64>);
 

@@ -3,7 +3,7 @@ use job::Job;
 use mesh::TriMesh;
 use sprs::CsMat;
 
-use crate::canonical::{References, clusters};
+use crate::canonical::{References, clusters, reference_of_signs};
 use crate::kernel::kernel;
 use crate::operator::Operator;
 use crate::{InertiaCount, Laplacian, SpectrumError, SpectrumOptions, SpectrumStage, dense, solver};
@@ -124,6 +124,37 @@ impl Spectrum {
     /// Relative residual of each pair, ‖S h − λ B h‖_{D⁻¹} / max(λ, 1 / area), recomputed from the final vectors.
     pub fn residuals(&self) -> &[f64] {
         &self.residuals
+    }
+
+    /// For each pair, whether the same mesh with its vertices in another order has the opposite eigenfunction: `order` lists those that are not
+    /// fixed as they follow each other there. Of lumped mass; inside clusters of eigenvalues more than signs depend on the order, and the
+    /// answer means nothing.
+    pub fn opposite_in(&self, order: &[u32]) -> Vec<bool> {
+        let references: Vec<f64> = reference_of_signs(order.len())
+            .zip(order)
+            .map(|(noise, &v)| noise * self.mass[v as usize].sqrt())
+            .collect();
+        let opposite = |k: usize| {
+            let function = self.eigenfunction(k);
+            let values = order.iter().map(|&v| function[v as usize]);
+            let overlap: f64 = values.zip(&references).map(|(h, f)| h * f).sum();
+            // Constants are positive in every order.
+            self.eigenvalues[k] > 0.0 && overlap < 0.0
+        };
+        (0..self.eigenvalues.len()).map(opposite).collect()
+    }
+
+    /// The same spectrum with some eigenfunctions turned into their opposites, which are eigenfunctions just as well.
+    ///
+    /// # Panics
+    /// If there is not one value a pair.
+    pub fn with_opposites(mut self, opposite: &[bool]) -> Self {
+        assert_eq!(opposite.len(), self.eigenvalues.len(), "one value a pair");
+        for (k, _) in opposite.iter().enumerate().filter(|(_, opposite)| **opposite) {
+            let column = self.eigenfunctions.col_as_slice_mut(k);
+            column.iter_mut().for_each(|h| *h = -*h);
+        }
+        self
     }
 
     /// Proof that no pair is missing: shifts, ascending, with the number of eigenvalues below each, which is how many were found there.

@@ -364,6 +364,38 @@ fn threads_change_no_bit() {
 }
 
 #[test]
+fn in_another_order_of_the_vertices_functions_are_the_same_or_the_opposite_as_foretold() {
+    let mesh = shapes::bumpy_sphere(3, 1);
+    let held = on_border(&mesh, [0.3, 0.3]);
+    for fixed in [vec![false; mesh.vertex_count()], held] {
+        let of = |mesh: &TriMesh, fixed: &[bool]| {
+            Spectrum::with_fixed(mesh, fixed, &options(40), &Job::default()).unwrap()
+        };
+        // Vertex v goes to place 7 v mod n.
+        let n = mesh.vertex_count() as u32;
+        let place = |v: u32| (v * 7) % n;
+        let mut order = vec![0; n as usize];
+        (0..n).for_each(|v| order[place(v) as usize] = v);
+        let positions = order.iter().map(|&v| mesh.positions()[v as usize]).collect();
+        let triangles = mesh.triangles().iter().map(|t| t.map(place)).collect();
+        let moved = TriMesh::new(positions, triangles).unwrap();
+        let fixed_there: Vec<bool> = order.iter().map(|&v| fixed[v as usize]).collect();
+
+        let here = of(&mesh, &fixed);
+        let free: Vec<u32> = order.iter().copied().filter(|&v| !fixed[v as usize]).collect();
+        let opposite = here.opposite_in(&free);
+        assert!(opposite.contains(&true) && opposite.contains(&false));
+        let there = of(&moved, &fixed_there).with_opposites(&opposite);
+        for k in 0..40 {
+            for (place, &v) in order.iter().enumerate() {
+                let apart = here.eigenfunction(k)[v as usize] - there.eigenfunction(k)[place];
+                assert!(apart.abs() < 1e-6, "{k} {v}: {apart}");
+            }
+        }
+    }
+}
+
+#[test]
 fn solver_settings_change_the_basis_by_less_than_1e_6() {
     let mesh = shapes::bumpy_sphere(4, 8);
     let a = spectrum(&mesh, 150);

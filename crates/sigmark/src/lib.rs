@@ -55,8 +55,8 @@ pub mod mark;
 pub mod payload;
 
 pub use claim::{
-    Certificate, CertificateError, Dispute, Embedder, FoundPart, Mismatch, Outcome, Precedence, Prediction,
-    SigmarkError, Signed, Statement, Verdict, Verifier,
+    Certificate, CertificateError, Compared, Dispute, Embedder, FoundPart, Mismatch, Outcome, Precedence,
+    Prediction, SigmarkError, Signed, Statement, Verdict, Verifier,
     keys::{KeyError, PublicKey, SigningKey},
 };
 pub use mark::Strength;

@@ -221,11 +221,13 @@ fn issued(
     }
     let text = |pointer: &str| value.pointer(pointer).unwrap().as_str().unwrap().to_owned();
     let signature = Signature::from_hex(SCHEME, &text("/mark/signature"))?;
-    let mut sealed = [b"sigmark seal v4\0", &certificate.statement_hash()[..]].concat();
+    let mut sealed = [b"sigmark seal v5\0", &certificate.statement_hash()[..]].concat();
     sealed.extend(halves(&signature).as_flattened());
     for patch in value["mark"]["patches"].as_array().unwrap() {
         sealed.extend(patch["last_eigenvalue"].as_f64().unwrap().to_le_bytes());
     }
+    let sketch = value["original"]["sketch"].as_str().unwrap_or_default();
+    sealed.extend(Sha256::digest(sketch));
     value["seal"] = person.key.sign(SCHEME, &sealed)?.to_hex().into();
     Certificate::from_json(&value.to_string())
 }

@@ -211,6 +211,9 @@ there before the suspect: your own, or one with a time stamp. Who could make a c
 to be below 2^-120, which 2^80 tries do not reach with a probability of 2^-40: evidence against a stranger. --dispute asks for that, \
 and exits with 1 below it.
 
+An original of the same geometry in another file, at another precision, in another order or unit, is recognised as such: the mark is read for the \
+owner's information, and the verdict says that a claim needs the very file.
+
 The suspect may be in any format, moved, turned, scaled, mirrored, its vertices and faces in any order. Where it lost the \
 original's triangles, because it was cropped, decimated, subdivided or re-meshed, it is laid onto the original by its \
 surface; at least 80 % of that must lie there. Of a scene, connected parts that were taken out, moved, turned or scaled alone, or put into another \
@@ -219,8 +222,8 @@ scene are put back one by one, and the verdict says which were found.
 Few patches are read first, and more only where these do not hold every bit; the probability allows for all that might have been read.
 
 --json prints: an object a suspect, each in a line, of suspect (file name), outcome (verified, detected or not_found), evidence (whether p_value is at most 2^-120 for a mark that binds the \
-original), scheme, signed (what the signature in the shape covers: statement or message), own_key (whether the key is the \
-certificate's), original (file name), extraction_rate (0 to 1), p_value, p_dispute (2^80 p_value, at most 1), correlation, bits, \
+original, compared with the very file), scheme, signed (what the signature in the shape covers: statement or message), own_key (whether the key is the \
+certificate's), original (file name), original_is (the_file that was signed, or of the same_geometry), extraction_rate (0 to 1), p_value, p_dispute (2^80 p_value, at most 1), correlation, bits, \
 bit_errors, patches_read (of how many patches the bits were read), registration (connectivity, surroundings, surface or parts), poses (how many were tried), overlap (share of the \
 suspect's surface that lies on the original, 0 to 1), coverage (share of the original's that lies on the suspect), missing \
 (share of the original's vertices that were not seen), residual (fraction of the diagonal), transform (4 × 4, suspect to \

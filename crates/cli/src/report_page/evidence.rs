@@ -51,10 +51,16 @@ impl Page<'_> {
             .and(Html::markup(whose).within("p", Some("note")));
         facts.add("Public key", key);
         let record = &statement.original;
-        let digest = GeometryDigest::of(self.claim.original.mesh()).to_string();
+        let has_it = match GeometryDigest::of(self.claim.original.mesh()) == record.digest {
+            true => "The original compared here has it.",
+            false => {
+                "The original compared here does NOT have it: it is another file of the same geometry. A claim needs the very file."
+            }
+        };
+        let digest = record.digest.to_string();
         let digest = Html::digits(digest.trim_start_matches("sha256:"));
         let size = format!(
-            "SHA-256 of its geometry: {} vertices, {} triangles. The original compared here has it.",
+            "SHA-256 of its geometry: {} vertices, {} triangles. {has_it}",
             report::grouped(record.vertices),
             report::grouped(record.triangles)
         );

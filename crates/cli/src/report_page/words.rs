@@ -2,7 +2,7 @@
 
 use mesh::{Similarity, Vec3};
 use registration::MatchedBy;
-use sigmark::{Mismatch, Outcome, Verdict};
+use sigmark::{Compared, Mismatch, Outcome, Verdict};
 
 use super::html::Html;
 use crate::{args::Verify, claims::Claim, commands::verify::remark, report};
@@ -11,6 +11,7 @@ use crate::{args::Verify, claims::Claim, commands::verify::remark, report};
 pub(super) fn word(verdict: &Verdict, arguments: &Verify) -> &'static str {
     match verdict.outcome {
         Outcome::Verified if !verdict.binds_original => "Verified, by the paper's profile",
+        Outcome::Verified if verdict.compared_with != Compared::Original => "Verified, for the owner alone",
         Outcome::Verified => "Verified",
         Outcome::Detected { .. } if arguments.dispute && !verdict.is_evidence() => "No evidence",
         Outcome::Detected { .. } => "Detected",
@@ -21,7 +22,8 @@ pub(super) fn word(verdict: &Verdict, arguments: &Verify) -> &'static str {
 /// The colour of the word: `yes` or `no`, or `weak` where a yes does not say what was asked for.
 pub(super) fn class(verdict: &Verdict, arguments: &Verify) -> &'static str {
     let yes = crate::commands::verify::is_answered_with_yes(arguments, verdict);
-    match (verdict.outcome.is_found(), yes && verdict.binds_original) {
+    let is_bound = verdict.binds_original && verdict.compared_with == Compared::Original;
+    match (verdict.outcome.is_found(), yes && is_bound) {
         (true, true) => "yes",
         (true, false) => "weak",
         _ => "no",
@@ -37,6 +39,11 @@ pub(super) fn sentences(verdict: &Verdict, arguments: &Verify, claim: &Claim) ->
             "All {bits} bits of a digital signature were read back from the suspect\u{2019}s shape, and the signature is valid. But it is \
              over a message alone, and over no model: whoever has this model could have made such a claim. It does not say whose the \
              model is."
+        ),
+        Outcome::Verified if verdict.compared_with != Compared::Original => format!(
+            "The suspect carries the signature that was written into a model with the geometry of the original. All {bits} bits of it were \
+             read back from the suspect\u{2019}s shape. But the original that was given is not the very file that the signature is over: \
+             this informs the owner, and a claim needs that file."
         ),
         Outcome::Verified => format!(
             "The suspect carries the signature that was written into the original. All {bits} bits of it were read back from the \
@@ -124,6 +131,9 @@ fn bound(p: f64) -> Html {
 pub(super) fn for_stranger(verdict: &Verdict) -> &'static str {
     match (verdict.binds_original, verdict.is_evidence()) {
         (false, _) => "marks of this profile can be made up afterwards: they are evidence for nobody",
+        _ if verdict.compared_with != Compared::Original => {
+            "no evidence: the signature is over another file than the one that was compared"
+        }
         (_, true) => "evidence: even a claim made up after seeing the suspect would not come this far",
         (_, false) => "no evidence: a claim made up after seeing the suspect is not ruled out",
     }

@@ -12,8 +12,8 @@ use super::{
 };
 use crate::{
     mark::{
-        ChipLayout, CoefficientDetector, Detector, MarkError, MarkLayout, MarkStage, Original, PatchCount,
-        Pool, Registered, Strength, extraction_rate,
+        ChipLayout, CoefficientDetector, Detector, MarkError, MarkLayout, MarkStage, Original, Patch,
+        PatchBasis, PatchCount, Pool, Registered, Sketcher, Strength, extraction_rate,
     },
     payload::{Curve, GeometryDigest, Scheme},
 };
@@ -133,7 +133,10 @@ impl Embedder {
         let hash = statement.hash()?;
         let signature = self.key.sign(self.scheme, &statement.signed_bytes(&hash))?;
         let layout = MarkLayout::new(Arc::clone(original), statement.plan(hash)?, alphas)?;
-        let mut written = layout.write(&statement.payload(hash).bits(&signature), job)?;
+        let bits = statement.payload(hash).bits(&signature);
+        let sketcher = Sketcher::new(original);
+        let opposite = |patch: &Patch, basis: &PatchBasis| sketcher.opposite(patch, basis);
+        let (mut written, opposite) = layout.write_and(&bits, opposite, job)?;
         job.begin(MarkStage::Embedding)?;
         if statement.binds_original() {
             layout.level_slivers(&mut written);
@@ -144,6 +147,9 @@ impl Embedder {
             name: self.original_name.clone(),
             signature,
             eigenvalues: written.last_eigenvalues,
+            sketch: sketcher
+                .sketch(opposite)
+                .map_or_else(String::new, |sketch| sketch.to_text()),
         };
         let certificate = Certificate::issue(&self.key, contents)?;
         Ok(Signed {

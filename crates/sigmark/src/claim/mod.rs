@@ -17,5 +17,5 @@ pub use embed::{Embedder, Signed};
 pub use error::SigmarkError;
 pub use prediction::{Prediction, QUOTED_NOISE, bits_for};
 pub use statement::{Carrier, OriginalRecord, Statement};
-pub use verdict::{EVIDENCE, FoundPart, Mismatch, Outcome, STRANGERS_TRIES, Verdict};
+pub use verdict::{Compared, EVIDENCE, FoundPart, Mismatch, Outcome, STRANGERS_TRIES, Verdict};
 pub use verify::Verifier;

@@ -37,6 +37,21 @@ impl Outcome {
     }
 }
 
+/// What the suspect was compared with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Compared {
+    /// The very mesh that was signed.
+    Original,
+    /// Another file of the same geometry: in another order, at another precision, in another unit. What is read with it informs the owner and is
+    /// no evidence, since nothing binds the certificate to this file.
+    SameGeometry {
+        /// Root mean square distance of its vertices from those of the original, as a fraction of the diagonal, at the points that the certificate
+        /// knows.
+        residual: f64,
+    },
+}
+
 /// Why a suspect is taken for another shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
@@ -87,6 +102,8 @@ pub struct Verdict {
     /// Whether the signature in the shape is over the original, and not over a message alone. Where it is not, the verdict says nothing
     /// of who made the model.
     pub binds_original: bool,
+    /// What the suspect was compared with.
+    pub compared_with: Compared,
     /// ER (eq. 18), from 0 to 1; `None` if the suspect does not fit the original.
     pub extraction_rate: Option<f64>,
     /// The probability of such agreement without the mark, an upper bound; 1 if the suspect does not fit. Where the best of several
@@ -126,9 +143,10 @@ pub struct Verdict {
 
 impl Verdict {
     /// The probability that one of 2⁸⁰ claims that a stranger tried would have come as far, an upper bound: 2⁸⁰ p, at most 1. For marks
-    /// that do not bind the original it is 1, since they can be forged without trying.
+    /// that do not bind the original it is 1, since they can be forged without trying; so it is where the suspect was compared with another file
+    /// than the original.
     pub fn p_dispute(&self) -> f64 {
-        match self.binds_original {
+        match self.is_bound() {
             true => (STRANGERS_TRIES * self.p_value).min(1.0),
             false => 1.0,
         }
@@ -136,7 +154,12 @@ impl Verdict {
 
     /// Whether it is evidence even if the claim is a stranger's, who may have chosen it after he saw the suspect: p ≤ [`EVIDENCE`].
     pub fn is_evidence(&self) -> bool {
-        self.binds_original && self.outcome.is_found() && self.p_value <= EVIDENCE
+        self.is_bound() && self.outcome.is_found() && self.p_value <= EVIDENCE
+    }
+
+    /// Whether the signature in the shape is over what the suspect was compared with.
+    fn is_bound(&self) -> bool {
+        self.binds_original && self.compared_with == Compared::Original
     }
 }
 

@@ -5,13 +5,14 @@ use mesh::{Components, TriMesh, components};
 use registration::{AlignOptions, Alignment, MatchedBy, PreparedMesh};
 
 use super::{
-    Certificate, FoundPart, Mismatch, Outcome, SigmarkError, Verdict,
+    Certificate, Compared, FoundPart, Mismatch, Outcome, SigmarkError, Verdict,
     keys::PublicKey,
     statistics::{correlation, extraction_rate, p_of_chosen},
 };
 use crate::{
     mark::{
         Detector, FoundParts, JointEstimator, MarkLayout, Original, Patches, Reader, Reading, ReadingMethod,
+        Recognised,
     },
     payload::GeometryDigest,
 };
@@ -25,6 +26,8 @@ pub struct Verifier {
     method: ReadingMethod,
     certificate: Arc<Certificate>,
     parts: Arc<[MarkedPart]>,
+    /// The given file, where it is not the one that was signed.
+    recognised: Option<Arc<Recognised>>,
     p_bound: f64,
     paper_profile: bool,
 }
@@ -51,7 +54,43 @@ impl Verifier {
         let original = original
             .with_laplacian(statement.laplacian)
             .with_borders(statement.carrier.borders());
-        Self::of(&original, certificate)
+        Self::expecting(&original, certificate)
+    }
+
+    /// As [`new`](Self::new), with a file of the original's geometry in another order, at another precision, in another unit or with another axis upward, which is
+    /// recognised by the certificate's [sketch](Certificate::sketch). For the owner's information: verdicts say so, and none is evidence.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new); [`SigmarkError::AnotherOriginal`] where the geometry is not recognised.
+    pub fn for_owner(
+        given: &TriMesh,
+        certificate: &Certificate,
+        public_key: &PublicKey,
+    ) -> Result<Self, SigmarkError> {
+        check_key(certificate, public_key)?;
+        let statement = certificate.statement();
+        let unknown = || another_original(certificate, given);
+        let sketch = certificate.sketch().ok_or_else(unknown)?;
+        let recognised = sketch.recognise(given).ok_or_else(unknown)?;
+        let patches = Patches::from_labels(&recognised.mesh, sketch.labels())?;
+        if patches.labels() != sketch.labels() {
+            return Err(unknown());
+        }
+        let mesh = recognised.mesh.clone();
+        let original = Original::with_patches(mesh, patches, statement.functions.clone())?
+            .with_laplacian(statement.laplacian)
+            .with_borders(statement.carrier.borders())
+            .resembling(certificate.last_eigenvalues().to_vec(), sketch.opposite())?;
+        let mut verifier = Self::of(Arc::new(original), certificate)?;
+        let numbers = components(given).of_vertex;
+        let mut parts = verifier.parts.to_vec();
+        for part in &mut parts {
+            part.vertex = recognised.vertex_of[part.vertex] as usize;
+            part.number = numbers[part.vertex] as usize;
+        }
+        verifier.parts = parts.into();
+        verifier.recognised = Some(Arc::new(recognised));
+        Ok(verifier)
     }
 
     /// As [`new`](Self::new), with an original that was cut into patches already, and its bases if it keeps them.
@@ -74,12 +113,16 @@ impl Verifier {
         {
             return Err(SigmarkError::AnotherCut);
         }
-        Self::of(original, certificate)
+        Self::expecting(original, certificate)
     }
 
-    fn of(original: &Original, certificate: &Certificate) -> Result<Self, SigmarkError> {
+    fn expecting(original: &Original, certificate: &Certificate) -> Result<Self, SigmarkError> {
+        let original = original.expecting(certificate.last_eigenvalues().to_vec())?;
+        Self::of(Arc::new(original), certificate)
+    }
+
+    fn of(original: Arc<Original>, certificate: &Certificate) -> Result<Self, SigmarkError> {
         let statement = certificate.statement();
-        let original = Arc::new(original.expecting(certificate.last_eigenvalues().to_vec())?);
         let plan = statement.plan(*certificate.statement_hash())?;
         let layout = MarkLayout::new(Arc::clone(&original), plan, statement.alphas.clone())?;
         let layout = Arc::new(layout);
@@ -93,6 +136,7 @@ impl Verifier {
             method,
             certificate: Arc::new(certificate.clone()),
             parts: MarkedPart::all_of(&original).into(),
+            recognised: None,
             p_bound: 1e-6,
             paper_profile: false,
         })
@@ -130,8 +174,15 @@ impl Verifier {
         if !self.paper_profile && !self.certificate.statement().binds_original() {
             return Err(SigmarkError::PaperProfile);
         }
-        let suspect = suspect.into();
-        let whole = self.verify_whole(&suspect, job)?;
+        let verdict = self.verify_in_place(&suspect.into(), job)?;
+        Ok(match &self.recognised {
+            Some(recognised) => in_given_file(verdict, recognised),
+            None => verdict,
+        })
+    }
+
+    fn verify_in_place(&self, suspect: &PreparedMesh, job: &Job) -> Result<Verdict, SigmarkError> {
+        let whole = self.verify_whole(suspect, job)?;
         if self.parts.len() < 2 && components(suspect.mesh()).count < 2 {
             return Ok(whole);
         }
@@ -140,7 +191,7 @@ impl Verifier {
         if whole.outcome == Outcome::Verified {
             return Ok(whole);
         }
-        let found = self.reader.find_parts(&suspect, self.method.layout(), job)?;
+        let found = self.reader.find_parts(suspect, self.method.layout(), job)?;
         if found.is_empty() {
             return Ok(whole);
         }
@@ -238,6 +289,7 @@ impl Verifier {
         Verdict {
             outcome,
             binds_original: self.certificate.statement().binds_original(),
+            compared_with: self.compared_with(),
             extraction_rate: Some(extraction_rate(expected, &extracted)),
             p_value: p,
             correlation: correlation(expected, &reading.soft.0),
@@ -262,10 +314,20 @@ impl Verifier {
         }
     }
 
+    fn compared_with(&self) -> Compared {
+        match &self.recognised {
+            Some(recognised) => Compared::SameGeometry {
+                residual: recognised.residual,
+            },
+            None => Compared::Original,
+        }
+    }
+
     fn does_not_align(&self, alignment: &Alignment) -> Verdict {
         Verdict {
             outcome: Outcome::NotFound { p: 1.0 },
             binds_original: self.certificate.statement().binds_original(),
+            compared_with: self.compared_with(),
             extraction_rate: None,
             p_value: 1.0,
             correlation: 0.0,
@@ -294,6 +356,8 @@ impl Verifier {
 #[derive(Clone, Debug)]
 struct MarkedPart {
     number: usize,
+    /// Its first vertex.
+    vertex: usize,
     vertices: Vec<u32>,
 }
 
@@ -304,6 +368,7 @@ impl MarkedPart {
         let mut parts: Vec<Self> = (0..count)
             .map(|number| Self {
                 number,
+                vertex: 0,
                 vertices: Vec::new(),
             })
             .collect();
@@ -313,6 +378,9 @@ impl MarkedPart {
         let labels = original.patches().labels();
         parts.retain(|part| part.vertices.iter().any(|&v| labels[v as usize] > 0));
         parts.sort_by_key(|part| std::cmp::Reverse(part.vertices.len()));
+        for part in &mut parts {
+            part.vertex = part.vertices[0] as usize;
+        }
         parts
     }
 
@@ -322,7 +390,7 @@ impl MarkedPart {
         let share = count as f64 / self.vertices.len() as f64;
         (share >= 0.5).then(|| FoundPart {
             part: self.number,
-            vertex: self.vertices[0] as usize,
+            vertex: self.vertex,
             seen: share,
             transform: None,
         })
@@ -340,15 +408,25 @@ fn check_key(certificate: &Certificate, given: &PublicKey) -> Result<(), Sigmark
 }
 
 fn check_digest(certificate: &Certificate, original: &TriMesh) -> Result<(), SigmarkError> {
-    let (expected, found) = (
-        certificate.statement().original.digest,
-        GeometryDigest::of(original),
-    );
-    if expected == found {
-        return Ok(());
+    match certificate.statement().original.digest == GeometryDigest::of(original) {
+        true => Ok(()),
+        false => Err(another_original(certificate, original)),
     }
-    Err(SigmarkError::AnotherOriginal {
-        expected: expected.to_string(),
-        found: found.to_string(),
-    })
+}
+
+fn another_original(certificate: &Certificate, given: &TriMesh) -> SigmarkError {
+    SigmarkError::AnotherOriginal {
+        expected: certificate.statement().original.digest.to_string(),
+        found: GeometryDigest::of(given).to_string(),
+    }
+}
+
+/// The verdict with transforms that lead to the given file and not to the one that was signed.
+fn in_given_file(mut verdict: Verdict, recognised: &Recognised) -> Verdict {
+    let back = recognised.transform.inverse();
+    verdict.transform = verdict.transform.map(|transform| transform.then(&back));
+    for part in &mut verdict.parts {
+        part.transform = part.transform.map(|transform| transform.then(&back));
+    }
+    verdict
 }

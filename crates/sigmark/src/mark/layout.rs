@@ -169,26 +169,41 @@ impl MarkLayout {
     /// # Errors
     /// [`MarkError::Bits`]; as [`Original::map_bases`].
     pub fn write(&self, bits: &[bool], job: &Job) -> Result<Written, MarkError> {
+        Ok(self.write_and(bits, |_, _| (), job)?.0)
+    }
+
+    /// As [`write`](Self::write), with what `f` makes of each patch and its basis.
+    ///
+    /// # Errors
+    /// As [`write`](Self::write).
+    pub(crate) fn write_and<T: Send>(
+        &self,
+        bits: &[bool],
+        f: impl Fn(&Patch, &PatchBasis) -> T + Sync + Send,
+        job: &Job,
+    ) -> Result<(Written, Vec<T>), MarkError> {
         let (wanted, given) = (self.bits(), bits.len());
         if given != wanted {
             return Err(MarkError::Bits { given, wanted });
         }
-        let of_patch = |index: usize, _: &Patch, basis: &PatchBasis| {
+        let of_patch = |index: usize, patch: &Patch, basis: &PatchBasis| {
             let added = basis.displacement(self.chips(index), bits, self.amplitude(index));
-            (added, basis.last_eigenvalue())
+            (added, basis.last_eigenvalue(), f(patch, basis))
         };
         let mut written = Written {
             displacement: vec![[0.0; 3]; self.original.mesh().vertex_count()],
             last_eigenvalues: Vec::new(),
         };
+        let mut made = Vec::with_capacity(self.alphas.len());
         let patches = self.original.map_bases(of_patch, job)?;
-        for (patch, (added, eigenvalue)) in self.original.patches().iter().zip(patches) {
+        for (patch, (added, eigenvalue, of_patch)) in self.original.patches().iter().zip(patches) {
             for (&v, value) in patch.vertices().iter().zip(added) {
                 written.displacement[v as usize] = value;
             }
             written.last_eigenvalues.push(eigenvalue);
+            made.push(of_patch);
         }
-        Ok(written)
+        Ok((written, made))
     }
 }
 

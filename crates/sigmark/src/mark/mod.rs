@@ -16,10 +16,12 @@ mod pool;
 mod reader;
 mod registered;
 mod roughness;
+mod sketch;
 mod slivers;
 mod stage;
 mod strength;
 mod thickness;
+mod traversal;
 
 pub use basis::PatchBasis;
 pub use bits::{SoftBits, correlation, extraction_rate};
@@ -32,5 +34,7 @@ pub use patches::{LARGEST_PATCH, Patch, PatchCount, Patches, VERTICES_PER_FUNCTI
 pub use pool::Pool;
 pub use reader::{Found, FoundParts, ReadParts, Reader, Reading, ReadingMethod, Readings, Suspect};
 pub use registered::Registered;
+pub(crate) use sketch::Sketcher;
+pub use sketch::{Recognised, Sketch};
 pub use stage::MarkStage;
 pub use strength::{MOST_DISTORTION, Strength};

@@ -22,8 +22,10 @@ pub struct Original {
     functions: Arc<[usize]>,
     laplacian: LaplacianKind,
     borders: Borders,
-    /// The last eigenvalue of each basis, where it is known.
-    expected: Option<Vec<f64>>,
+    /// The last eigenvalue of each basis, where it is known, and how near it has to be.
+    expected: Option<(Vec<f64>, f64)>,
+    /// For each patch the harmonics that are turned into their opposites; none where all are as they come.
+    opposite: Option<Arc<[Vec<bool>]>>,
     kept: Arc<KeptBases>,
 }
 
@@ -48,6 +50,9 @@ struct KeptBases {
 
 /// Two correct programs agree on eigenvalues far better than this, relative to them.
 const SAME_EIGENVALUE: f64 = 1e-6;
+
+/// What rounding to 14 bits makes of eigenvalues, and no more.
+const LIKE_EIGENVALUE: f64 = 0.05;
 
 /// Bytes of bases that every machine has room for.
 const SMALL_BASES: usize = 1 << 30;
@@ -103,6 +108,7 @@ impl Original {
             laplacian: LaplacianKind::default(),
             borders: Borders::default(),
             expected: None,
+            opposite: None,
         };
         original.check_patches(original.functions.len())?;
         Ok(original)
@@ -134,8 +140,24 @@ impl Original {
     pub fn expecting(&self, eigenvalues: Vec<f64>) -> Result<Self, MarkError> {
         self.check_patches(eigenvalues.len())?;
         Ok(Self {
-            expected: Some(eigenvalues),
+            expected: Some((eigenvalues, SAME_EIGENVALUE)),
             ..self.clone()
+        })
+    }
+
+    /// The same original, for bases like those of another file with this geometry: of nearly these last eigenvalues, and with some
+    /// harmonics turned into their opposites. Bases kept so far are not used.
+    ///
+    /// # Errors
+    /// [`MarkError::Patches`] when there is not one of either a patch.
+    pub(crate) fn resembling(self, eigenvalues: Vec<f64>, opposite: &[Vec<bool>]) -> Result<Self, MarkError> {
+        self.check_patches(eigenvalues.len())?;
+        self.check_patches(opposite.len())?;
+        Ok(Self {
+            expected: Some((eigenvalues, LIKE_EIGENVALUE)),
+            opposite: Some(opposite.into()),
+            kept: KeptBases::none(self.patches.len()),
+            ..self
         })
     }
 
@@ -296,6 +318,10 @@ impl Original {
             SpectrumError::Job(error) => MarkError::Job(error),
             source => MarkError::Spectrum { patch: index, source },
         })?;
+        let spectrum = match &self.opposite {
+            Some(opposite) => spectrum.with_opposites(&opposite[index]),
+            None => spectrum,
+        };
         let basis = PatchBasis::new(spectrum);
         self.check_basis(index, &basis)?;
         Ok(basis)
@@ -304,15 +330,17 @@ impl Original {
     /// Whether a basis is the expected one.
     fn check_basis(&self, patch: usize, basis: &PatchBasis) -> Result<(), MarkError> {
         let found = basis.last_eigenvalue();
-        match self.expected.as_ref().map(|expected| expected[patch]) {
-            Some(expected) if (expected - found).abs() > SAME_EIGENVALUE * found.abs() => {
-                Err(MarkError::BasisMismatch {
-                    patch,
-                    expected,
-                    found,
-                })
-            }
-            _ => Ok(()),
+        let Some((expected, tolerance)) = &self.expected else {
+            return Ok(());
+        };
+        let expected = expected[patch];
+        match (expected - found).abs() > tolerance * found.abs() {
+            true => Err(MarkError::BasisMismatch {
+                patch,
+                expected,
+                found,
+            }),
+            false => Ok(()),
         }
     }
 

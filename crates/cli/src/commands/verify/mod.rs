@@ -5,7 +5,7 @@ use std::{path::Path, sync::Arc, time::SystemTime};
 use anyhow::Result;
 use job::JobError;
 use serde_json::{Map, Value, json};
-use sigmark::{GeometryDigest, SigmarkError, Verdict, Verifier, mark::MarkError};
+use sigmark::{Compared, GeometryDigest, SigmarkError, Verdict, Verifier, mark::MarkError};
 
 use crate::{
     Answer,
@@ -101,7 +101,7 @@ struct Inquiry<'a> {
 
 impl<'a> Inquiry<'a> {
     fn new(arguments: &'a Verify, claim: Claim, stamps: Stamps, suspects: &[Found]) -> Result<Self> {
-        let verifier = claim.verifier().map_err(|error| {
+        let verifier = claim.verifier_for_owner().map_err(|error| {
             let certificate = || arguments.certificate.clone();
             let first = suspects
                 .first()
@@ -236,6 +236,10 @@ pub(crate) fn described(verdict: &Verdict, claim: &Claim) -> Map<String, Value> 
         })).collect::<Vec<_>>(),
         "marked_parts": verdict.marked_parts,
         "original": claim.original_path,
+        "original_is": match verdict.compared_with {
+            Compared::Original => "the_file",
+            _ => "same_geometry",
+        },
         "message": statement.message,
         "recipient": statement.recipient,
         "public_key": statement.public_key.fingerprint(),

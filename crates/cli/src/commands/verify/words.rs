@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use registration::MatchedBy;
-use sigmark::{Mismatch, Outcome, Verdict};
+use sigmark::{Compared, Mismatch, Outcome, Verdict};
 
 use crate::{
     args::Verify,
@@ -28,6 +28,11 @@ pub(super) fn summary(
                 "VERIFIED, paper's profile: {suspect} carries a signature of a message, which is over no model"
             )
         }
+        Outcome::Verified if verdict.compared_with != Compared::Original => {
+            format!(
+                "VERIFIED, for the owner alone: {suspect} carries the signature that was written into the model of {original}"
+            )
+        }
         Outcome::Verified => {
             format!("VERIFIED: {suspect} carries the signature that was written into {original}")
         }
@@ -46,6 +51,9 @@ pub(super) fn summary(
     let mut lines = Lines::new(headline);
     if let Some(mismatch) = verdict.mismatch {
         lines.field("reason", remark(mismatch));
+    }
+    if let Compared::SameGeometry { residual } = verdict.compared_with {
+        lines.field("original", another_file(residual));
     }
     tell_who(&mut lines, verdict, claim);
     stamps.tell("existed", &mut lines);
@@ -144,6 +152,9 @@ fn tell_how_sure(lines: &mut Lines, verdict: &Verdict) {
     let owner = format!("{chance}; that holds for a claim that was there before the suspect");
     let stranger = match (verdict.binds_original, verdict.is_evidence()) {
         (false, _) => "no evidence: claims of this profile can be made up afterwards".to_string(),
+        _ if verdict.compared_with != Compared::Original => {
+            "no evidence: the signature is over another file than the one that was compared".to_string()
+        }
         (_, true) => format!(
             "evidence: who made up 2^80 claims after seeing the suspect would come this far with probability {} at most",
             probability(verdict.p_dispute())
@@ -156,6 +167,14 @@ fn tell_how_sure(lines: &mut Lines, verdict: &Verdict) {
     };
     lines.field("owner", owner);
     lines.field("stranger", stranger);
+}
+
+/// What an original is that is not the very file.
+pub(crate) fn another_file(residual: f64) -> String {
+    format!(
+        "not the very file that was signed, but the same geometry ({residual:.0e} of the diagonal apart): this is for the owner's \
+         information, and a claim needs that file"
+    )
 }
 
 /// Why the suspect is another shape.

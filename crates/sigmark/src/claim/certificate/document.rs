@@ -49,6 +49,8 @@ struct OriginalDocument {
     digest: GeometryDigest,
     vertices: usize,
     triangles: usize,
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    sketch: String,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -115,6 +117,7 @@ impl Document {
             name,
             signature,
             eigenvalues,
+            sketch,
         } = &certificate.contents;
         let OriginalRecord {
             digest,
@@ -138,6 +141,7 @@ impl Document {
                 digest,
                 vertices,
                 triangles,
+                sketch: sketch.clone(),
             },
             mark: MarkDocument {
                 scheme: statement.scheme,
@@ -209,6 +213,7 @@ impl Document {
             name: std::mem::take(&mut self.original.name),
             signature: Signature::from_hex(mark.scheme, &mark.signature).map_err(malformed)?,
             eigenvalues: patches.iter().map(|patch| patch.last_eigenvalue).collect(),
+            sketch: std::mem::take(&mut self.original.sketch),
         };
         Ok((contents, patches.iter().map(|patch| patch.vertices).collect()))
     }

@@ -17,7 +17,7 @@ pub enum CertificateError {
         /// How long it is.
         found: usize,
     },
-    /// From before version 3.
+    /// Of an older version.
     #[error(
         "the certificate has version {found}: {}; sign the original again with this program", why_outdated(*found)
     )]
@@ -62,7 +62,8 @@ pub enum CertificateError {
 
 fn why_outdated(version: u64) -> &'static str {
     match version {
-        3.. => "this program lays marks out otherwise",
+        4.. => "this program knows more of the original by its certificate",
+        3 => "this program lays marks out otherwise",
         _ => {
             "a rival could forge such ones, since their signatures do not cover the public key, the patches and the strengths"
         }

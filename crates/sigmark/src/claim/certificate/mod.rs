@@ -11,11 +11,14 @@ use super::{
     keys::{PublicKey, SigningKey},
     statement::{Checked, Statement},
 };
-use crate::payload::{Payload, Signature};
+use crate::{
+    mark::Sketch,
+    payload::{Payload, Signature},
+};
 use document::Document;
 
 /// The version of the certificate format that this library writes and reads.
-pub const VERSION: u64 = 4;
+pub const VERSION: u64 = 5;
 
 /// The longest text of a certificate, in bytes.
 pub const LARGEST: usize = 16 << 20;
@@ -44,6 +47,8 @@ pub(super) struct Contents {
     pub(super) signature: Signature,
     /// The last eigenvalue of each patch's basis at unit area: tells whether another program computes the same basis.
     pub(super) eigenvalues: Vec<f64>,
+    /// The text of a [`Sketch`] of the original, or nothing where there is none.
+    pub(super) sketch: String,
 }
 
 impl Certificate {
@@ -155,9 +160,17 @@ impl Certificate {
         &self.contents.eigenvalues
     }
 
+    /// What the original's geometry is recognised by in another file, if there is a sketch and it can be read.
+    pub fn sketch(&self) -> Option<Sketch> {
+        let Contents {
+            statement, sketch, ..
+        } = &self.contents;
+        Sketch::from_text(sketch, statement.original.vertices, &statement.functions)
+    }
+
     /// SHA-256 over a domain, h, the signature and the seal (r, then s, 32 bytes each): what a time stamp covers.
     pub fn digest(&self) -> [u8; 32] {
-        let mut hash = Sha256::new_with_prefix(b"sigmark certificate v4\0");
+        let mut hash = Sha256::new_with_prefix(b"sigmark certificate v5\0");
         hash.update(self.hash);
         for signature in [&self.contents.signature, &self.seal] {
             hash.update(signature.r());
@@ -199,15 +212,17 @@ impl Certificate {
 }
 
 impl Contents {
-    /// What the seal signs: a domain, h, the signature (r, then s, 32 bytes each), the last eigenvalues, and the original's name.
+    /// What the seal signs: a domain, h, the signature (r, then s, 32 bytes each), the last eigenvalues, SHA-256 of the sketch's text, and the
+    /// original's name.
     fn sealed_bytes(&self, hash: &[u8; 32]) -> Vec<u8> {
         let eigenvalues: Vec<[u8; 8]> = self.eigenvalues.iter().map(|value| value.to_le_bytes()).collect();
         [
-            b"sigmark seal v4\0",
+            b"sigmark seal v5\0",
             &hash[..],
             self.signature.r(),
             self.signature.s(),
             eigenvalues.as_flattened(),
+            &Sha256::digest(&self.sketch)[..],
             self.name.as_bytes(),
         ]
         .concat()

@@ -1,0 +1,261 @@
+use mesh::{BoundingBox, Edges, Similarity, TriMesh, Vec3, VertexStars};
+
+use super::{Sketch, probes};
+use crate::mark::traversal::Traversal;
+
+/// An original that was recognised in another file.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Recognised {
+    /// In the unit and the axes of the sketch, its vertices in the order of the traversal.
+    pub mesh: TriMesh,
+    /// Which vertex of the given mesh each of those is.
+    pub vertex_of: Vec<u32>,
+    /// Takes the given mesh there.
+    pub transform: Similarity,
+    /// Root mean square distance of the points that tell it, as a fraction of the diagonal.
+    pub residual: f64,
+}
+
+/// How far a point may lie from its place, as a fraction of the diagonal: three times what rounding to 14 bits takes.
+const TOLERANCE: f64 = 1e-4;
+
+/// Root mean square distance up to which it is the same geometry. The subtlest named strength moves vertices by three times as much.
+const SAME: f64 = 6e-5;
+
+/// By how much the edges of bounding boxes may differ, as a fraction of the diagonal.
+const SAME_BOX: f64 = 1e-3;
+
+impl Sketch {
+    /// Whether a mesh is the geometry of this sketch; none if it has other triangles or lies elsewhere.
+    pub fn recognise(&self, given: &TriMesh) -> Option<Recognised> {
+        if given.vertex_count() != self.labels.len() {
+            return None;
+        }
+        let places = Places::of(given);
+        let walks = poses(&self.bounds, &given.bounding_box())
+            .filter_map(|pose| self.walk(given, &places, &pose).map(|walk| (pose, walk)));
+        let (pose, walk) = walks.min_by(|(_, a), (_, b)| a.residual.total_cmp(&b.residual))?;
+        let mut rank = vec![0; walk.order.len()];
+        for (r, &v) in (0..).zip(&walk.order) {
+            rank[v as usize] = r;
+        }
+        let transform = pose.then(&self.bounds.to_unit_frame().inverse());
+        let positions = walk
+            .order
+            .iter()
+            .map(|&v| transform.apply(given.positions()[v as usize]));
+        let triangles = given.triangles().iter().map(|t| t.map(|v| rank[v as usize]));
+        Some(Recognised {
+            mesh: TriMesh::new(positions.collect(), triangles.collect()).ok()?,
+            vertex_of: walk.order,
+            transform,
+            residual: walk.residual,
+        })
+    }
+
+    /// The traversal of the mesh in a pose, to the unit frame, if all points are found in it.
+    fn walk(&self, given: &TriMesh, places: &Places, pose: &Similarity) -> Option<Walk> {
+        let mut traversal = Traversal::new(given, &places.edges);
+        let mut squares = 0.0;
+        for corners in &self.first {
+            let corners = corners.map(|point| Vec3(point.map(f64::from)));
+            let open = |triangle: usize| !traversal.was_walked(triangle);
+            let found = places.triangle(given, pose, corners, open)?;
+            squares += found.squares;
+            traversal.walk(found.triangle, found.corners);
+        }
+        let order = traversal.order();
+        if !traversal.is_whole() || order.len() != self.labels.len() {
+            return None;
+        }
+        for (rank, &place) in probes(order.len()).zip(&self.probes) {
+            let at = pose.apply(given.point(order[rank] as usize));
+            squares += (at - Vec3(place.map(f64::from))).squared();
+        }
+        let points = 3 * self.first.len() + self.probes.len();
+        let residual = (squares / points as f64).sqrt();
+        (residual <= SAME).then(|| Walk {
+            order: order.to_vec(),
+            residual,
+        })
+    }
+}
+
+struct Walk {
+    order: Vec<u32>,
+    residual: f64,
+}
+
+/// The ways in which axes can be exchanged and turned around so that one box becomes the other: transforms from the given mesh to the unit frame of the
+/// sketch. Programs write files in other units and with other axes upward, and do not turn models otherwise.
+fn poses(sketched: &BoundingBox, given: &BoundingBox) -> impl Iterator<Item = Similarity> + use<> {
+    const AXES: [[usize; 3]; 6] = [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 2, 1], [2, 1, 0], [1, 0, 2]];
+    let (to_unit, given_to_unit) = (sketched.to_unit_frame(), given.to_unit_frame());
+    let edges = sketched.size().map(|edge| edge * to_unit.scale);
+    let given_edges = given.size().map(|edge| edge * given_to_unit.scale);
+    let fits = move |axes: &[usize; 3]| (0..3).all(|i| (edges[i] - given_edges[axes[i]]).abs() < SAME_BOX);
+    AXES.into_iter().filter(fits).flat_map(move |axes| {
+        (0..8).map(move |signs| {
+            let mut rotation = [[0.0; 3]; 3];
+            for (i, row) in rotation.iter_mut().enumerate() {
+                row[axes[i]] = if signs >> i & 1 == 0 { 1.0 } else { -1.0 };
+            }
+            let turn = Similarity {
+                rotation,
+                ..Similarity::IDENTITY
+            };
+            given_to_unit.then(&turn)
+        })
+    })
+}
+
+/// Where the vertices of a mesh are, and what is beside them.
+struct Places {
+    /// Vertices with their first coordinates, ascending.
+    by_x: Vec<(f64, u32)>,
+    triangles: VertexStars,
+    edges: Edges,
+}
+
+/// A triangle whose corners were looked for.
+struct FoundTriangle {
+    triangle: usize,
+    corners: [u32; 3],
+    squares: f64,
+}
+
+impl Places {
+    fn of(mesh: &TriMesh) -> Self {
+        let mut by_x: Vec<(f64, u32)> = mesh.positions().iter().map(|p| p[0]).zip(0..).collect();
+        by_x.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        Self {
+            by_x,
+            triangles: mesh.vertex_triangles(),
+            edges: Edges::of(mesh),
+        }
+    }
+
+    /// The nearest open triangle whose corners lie at three places, each within the tolerance.
+    fn triangle(
+        &self,
+        mesh: &TriMesh,
+        pose: &Similarity,
+        places: [Vec3; 3],
+        open: impl Fn(usize) -> bool,
+    ) -> Option<FoundTriangle> {
+        let square = |v: u32, place: Vec3| (pose.apply(mesh.point(v as usize)) - place).squared();
+        let mut best: Option<FoundTriangle> = None;
+        for a in self.near(pose, places[0]) {
+            for &triangle in self
+                .triangles
+                .of(a as usize)
+                .iter()
+                .filter(|&&t| open(t as usize))
+            {
+                let [x, y, z] = mesh.triangles()[triangle as usize];
+                for corners in [[x, y, z], [y, z, x], [z, x, y], [x, z, y], [y, x, z], [z, y, x]] {
+                    let each = [0, 1, 2].map(|i| square(corners[i], places[i]));
+                    let squares = each.iter().sum();
+                    let is_near = each.iter().all(|&square| square < TOLERANCE * TOLERANCE);
+                    if is_near && best.as_ref().is_none_or(|best| squares < best.squares) {
+                        best = Some(FoundTriangle {
+                            triangle: triangle as usize,
+                            corners,
+                            squares,
+                        });
+                    }
+                }
+            }
+        }
+        best
+    }
+
+    /// The vertices that may lie within the tolerance of a place.
+    fn near(&self, pose: &Similarity, place: Vec3) -> impl Iterator<Item = u32> {
+        let back = pose.inverse();
+        let (x, off) = (back.apply(place)[0], TOLERANCE * back.scale);
+        let begin = self.by_x.partition_point(|&(own, _)| own < x - off);
+        let end = self.by_x.partition_point(|&(own, _)| own <= x + off);
+        self.by_x[begin..end.max(begin)].iter().map(|&(_, v)| v)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mark::{Original, Pool, sketch::Sketcher};
+    use job::Job;
+    use mesh::shapes;
+    use proptest::prelude::*;
+
+    fn sketch_of(mesh: &TriMesh) -> (Original, Sketch) {
+        let original = Original::pooled(mesh.clone(), 24, Pool::default(), &Job::default()).unwrap();
+        let sketcher = Sketcher::new(&original);
+        let opposite = original.map_bases(|_, patch, basis| sketcher.opposite(patch, basis), &Job::default());
+        let sketch = sketcher.sketch(opposite.unwrap()).unwrap();
+        (original, sketch)
+    }
+
+    /// x becomes z upward, in another unit, elsewhere.
+    fn exported(mesh: &TriMesh, digits: f64) -> TriMesh {
+        let positions = mesh.positions().iter();
+        let moved = positions.map(|[x, y, z]| [25.4 * y - 3.0, 25.4 * z + 7.0, 25.4 * x]);
+        let rounded = moved.map(|p| p.map(|x| (x * digits).round() / digits));
+        mesh.with_positions(rounded.collect()).unwrap()
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(12))]
+        #[test]
+        fn the_same_geometry_is_recognised_in_another_order_unit_and_precision(seed in 0u64..1000) {
+            let mesh = shapes::disjoint_union(&[
+                shapes::bumpy_sphere(3, seed),
+                shapes::translated(&shapes::bumpy_sphere(3, seed + 1), [4.0, 1.0, 0.0]),
+            ]);
+            let (original, sketch) = sketch_of(&mesh);
+            let found = sketch.recognise(&shapes::shuffled(&exported(&mesh, 1e4), seed)).unwrap();
+            prop_assert!(found.residual < 1e-6);
+            // Each vertex lies where one of the original does, in the same patch.
+            let labels = original.patches().labels();
+            for (place, &label) in found.mesh.positions().iter().zip(sketch.labels()) {
+                let apart = |v: usize| (mesh.point(v) - Vec3(*place)).squared();
+                let nearest = (0..mesh.vertex_count()).min_by(|&a, &b| apart(a).total_cmp(&apart(b))).unwrap();
+                prop_assert!(apart(nearest) < 1e-8);
+                prop_assert_eq!(labels[nearest], label);
+            }
+        }
+    }
+
+    #[test]
+    fn another_geometry_is_not_recognised() {
+        let mesh = shapes::bumpy_sphere(3, 1);
+        let (_, sketch) = sketch_of(&mesh);
+        assert!(sketch.recognise(&mesh).is_some());
+        // Vertices moved by as little as a mark moves them; another surface with the same triangles; other triangles.
+        let diagonal = mesh.bounding_box().diagonal();
+        let waved = mesh.positions().iter().map(|&[x, y, z]| {
+            let wave = 2e-4 * diagonal * std::f64::consts::SQRT_2;
+            [x + wave * (9.0 * y).sin(), y, z]
+        });
+        assert!(
+            sketch
+                .recognise(&mesh.with_positions(waved.collect()).unwrap())
+                .is_none()
+        );
+        for other in [
+            shapes::bumpy_sphere(3, 2),
+            shapes::bumpy_sphere(2, 1),
+            shapes::icosphere(3),
+        ] {
+            assert!(sketch.recognise(&other).is_none());
+        }
+    }
+
+    #[test]
+    fn what_is_in_very_many_pieces_is_not_sketched() {
+        let mesh = shapes::disjoint_union(&[shapes::icosphere(3), shapes::soup(50, 1)]);
+        let original = Original::pooled(mesh, 24, Pool::default(), &Job::default()).unwrap();
+        assert!(Sketcher::new(&original).sketch(Vec::new()).is_none());
+    }
+}
