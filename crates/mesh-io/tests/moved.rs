@@ -301,6 +301,21 @@ proptest! {
     }
 }
 
+proptest! {
+    #[test]
+    fn damaged_files_are_moved_or_refused_and_nothing_panics(
+        kind in 0..KINDS.len(), at in any::<prop::sample::Index>(), byte in any::<u8>(), by in similarities()
+    ) {
+        let kind = KINDS[kind];
+        let mut file = kind.write(&shapes::bumpy_sphere(0, 3));
+        let at = at.index(file.len());
+        file[at] = byte;
+        if let Ok(asset) = Asset::from_bytes(file, kind.format()) {
+            let _ = asset.moved_by(&by);
+        }
+    }
+}
+
 #[test]
 fn a_file_that_does_not_move_keeps_every_byte() {
     for kind in KINDS {

@@ -236,6 +236,23 @@ proptest! {
     }
 }
 
+proptest! {
+    #[test]
+    fn damaged_files_are_moved_or_refused_and_nothing_panics(
+        which in 0_usize..16, at in any::<prop::sample::Index>(), byte in any::<u8>(), by in similarities()
+    ) {
+        let scenes = scenes();
+        let dressed = Dressed::of(scenes[which % scenes.len()].clone(), [FLOAT, SHORT, BYTE][which % 3]);
+        let mut file = if which % 2 == 0 { dressed.scene.glb() } else { dressed.scene.gltf() };
+        let at = at.index(file.len());
+        file[at] = byte;
+        if let Ok(moved) = Asset::from_bytes(file, None).and_then(|asset| asset.moved_by(&by)) {
+            let again = Asset::from_bytes(moved.asset.to_bytes(), moved.asset.format());
+            prop_assert!(again.is_ok(), "{}", again.unwrap_err());
+        }
+    }
+}
+
 #[test]
 fn normals_of_a_morph_target_turn_and_are_left_where_a_node_stretches() {
     let by = Similarity {

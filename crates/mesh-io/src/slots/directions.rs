@@ -14,7 +14,7 @@ use super::placement::Placement;
 use crate::buffer::Buffer;
 
 /// What numbers mean, and so what becomes of them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Role {
     Normal,
     Tangent,

@@ -96,9 +96,7 @@ fn uses(document: &Document, store: &Store) -> Result<Uses, Fault> {
     super::for_each_primitive(document, store, |primitive, positions, (placement, _)| {
         vertices.add(document, store, positions, placement)?;
         let own = of_primitive(primitive);
-        if !own.is_empty()
-            && seen.insert((positions, own.iter().map(|(index, _)| *index).collect::<Vec<_>>()))
-        {
+        if !own.is_empty() && seen.insert((positions, own.clone())) {
             // A mesh that is placed twice moves so that the first lies right, and its normals with it.
             let placement = vertices.common_placement(positions);
             for (index, role) in own {
