@@ -32,6 +32,11 @@ fn frame(vertex: usize) -> [Vec3; 3] {
     [normal, along, normal.cross(along)]
 }
 
+/// The w of a vertex's tangent.
+fn sign(vertex: usize) -> f64 {
+    if vertex.is_multiple_of(2) { 1.0 } else { -1.0 }
+}
+
 fn encoded(vectors: impl Iterator<Item = Vec<f64>>, kind: u32) -> Vec<u8> {
     let number = |x: f64| match kind {
         FLOAT => (x as f32).to_le_bytes().to_vec(),
@@ -59,7 +64,7 @@ impl Dressed {
                 let [normal, along, across] = frame(v);
                 match list {
                     0 => normal.0.to_vec(),
-                    1 => [along.0.as_slice(), &[if v % 2 == 0 { 1.0 } else { -1.0 }]].concat(),
+                    1 => [along.0.as_slice(), &[sign(v)]].concat(),
                     2 => (along * 0.25).0.to_vec(),
                     3 => (across * 0.125).0.to_vec(),
                     _ => (along * 0.5).0.to_vec(),
@@ -153,7 +158,7 @@ impl Dressed {
             );
             assert_near(tangent.0, along.unit().0, tolerance);
             let w = self.read(bin, 1, v)[3];
-            assert_eq!(w, sign * if v % 2 == 0 { 1.0 } else { -1.0 }, "{name}");
+            assert_eq!(w, sign * self::sign(v), "{name}");
         }
     }
 }
@@ -338,7 +343,8 @@ fn what_can_not_be_turned_is_left_and_named() {
     let animated = |scene: &mut Scene| {
         scene.json["animations"] = json!([{"channels": [], "samplers": []}]);
     };
-    let cases: [(&dyn Fn(&mut Scene), &str, bool); 4] = [
+    type Change<'a> = &'a dyn Fn(&mut Scene);
+    let cases: [(Change<'_>, &str, bool); 4] = [
         (&texture, "used for something else, too", false),
         (&unsigned, "of another type than glTF has for them", false),
         (&two_meanings, "or has two meanings", false),

@@ -38,6 +38,15 @@ pub(crate) struct Quantisation {
     pub(crate) normalised: bool,
 }
 
+/// A number that is to be written.
+#[derive(Clone, Copy)]
+struct Change {
+    axis: usize,
+    /// Its first byte.
+    at: usize,
+    number: f64,
+}
+
 /// Quantised models fill their box: what would leave it by less than this share of its size stays on its face.
 const ON_THE_BOX: f64 = 0.01;
 
@@ -77,10 +86,10 @@ impl BinaryRun {
                 value: position[axis],
                 problem,
             })?;
-            for (axis, at, new) in changes.into_iter().flatten() {
+            for Change { axis, at, number } in changes.into_iter().flatten() {
                 // Copied at the first change; from then on the bytes are ours alone.
                 let bytes: &mut Vec<u8> = Arc::make_mut(bytes);
-                self.types[axis].write(new, bytes, at, self.endian);
+                self.types[axis].write(number, bytes, at, self.endian);
             }
         }
         Ok(())
@@ -100,13 +109,13 @@ impl BinaryRun {
         Ok(())
     }
 
-    /// What to write so that a vertex lies at `position`: axis, first byte and number. Or the axis that can't be changed, and why.
+    /// What to write so that a vertex lies at `position`; or the axis that can't be changed, and why.
     fn changes(
         &self,
         bytes: &[u8],
         vertex: usize,
         position: [f64; 3],
-    ) -> Result<[Option<(usize, usize, f64)>; 3], (usize, &'static str)> {
+    ) -> Result<[Option<Change>; 3], (usize, &'static str)> {
         let mut changes = [None; 3];
         let held = self.position(bytes, vertex);
         if held == position {
@@ -124,7 +133,8 @@ impl BinaryRun {
             let old = self.number_at(bytes, place[axis], axis);
             let new = self.replacement(old, own[axis], axis);
             let new = new.map_err(|problem| (axis, problem))?;
-            changes[axis] = new.map(|new| (axis, place[axis], new));
+            let at = place[axis];
+            changes[axis] = new.map(|number| Change { axis, at, number });
         }
         Ok(changes)
     }
