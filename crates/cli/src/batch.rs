@@ -77,14 +77,18 @@ fn walk(folder: &Path, relative: &Path, except: Option<&Path>, found: &mut Vec<F
     Ok(())
 }
 
+/// What two names of one file have in common: some systems take names that differ in case alone for the same.
+pub(crate) fn name_key(path: &Path) -> PathBuf {
+    match cfg!(any(windows, target_os = "macos")) {
+        true => PathBuf::from(path.to_string_lossy().to_lowercase()),
+        false => path.into(),
+    }
+}
+
 /// Refuses models whose signed copies would have one name.
 pub(crate) fn check_apart(models: &[Found]) -> Result<()> {
-    // Such systems take names that differ in case alone for the same.
-    let key = |model: &Found| match cfg!(any(windows, target_os = "macos")) {
-        true => PathBuf::from(model.relative.to_string_lossy().to_lowercase()),
-        false => model.relative.clone(),
-    };
-    let mut named: Vec<(PathBuf, &Found)> = models.iter().map(|model| (key(model), model)).collect();
+    let keyed = models.iter().map(|model| (name_key(&model.relative), model));
+    let mut named: Vec<(PathBuf, &Found)> = keyed.collect();
     named.sort();
     for pair in named.windows(2) {
         if let [(name, first), (other, second)] = pair

@@ -55,6 +55,30 @@ impl ReadFile {
     }
 }
 
+/// A mesh that was read, with the files to which it refers and which were read, too.
+#[derive(Clone, Debug)]
+pub(crate) struct ReadMesh {
+    pub(crate) file: ReadFile,
+    /// Buffers and textures of glTF.
+    pub(crate) companions: Vec<ReadFile>,
+}
+
+impl ReadMesh {
+    pub(crate) fn of(path: &Path, asset: &Asset) -> Self {
+        let companions = asset.companions();
+        Self {
+            file: ReadFile::of(path, &asset.to_bytes()),
+            companions: companions
+                .map(|(name, bytes)| ReadFile::of(&path.with_file_name(name), bytes))
+                .collect(),
+        }
+    }
+
+    pub(crate) fn files(&self) -> impl Iterator<Item = &ReadFile> {
+        std::iter::once(&self.file).chain(&self.companions)
+    }
+}
+
 /// A claim file: names of files, from the folder in which it lies.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -11,6 +11,12 @@ pub(crate) fn failure(error: &anyhow::Error) {
     let _ = writeln!(io::stderr(), "sigmark: {}", in_one_line(error));
 }
 
+/// Says what was done otherwise than one might think, in one line.
+pub(crate) fn warning(text: &str) {
+    // As for a failure; what is written stands, whoever reads of it.
+    let _ = writeln!(io::stderr(), "sigmark: {}", printable(text));
+}
+
 /// Every cause in one line, a cause that the one before it quotes already left out.
 pub(crate) fn in_one_line(error: &anyhow::Error) -> String {
     let mut message = String::new();

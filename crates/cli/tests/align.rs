@@ -82,6 +82,43 @@ fn a_moved_suspect_is_written_where_the_original_lies() {
 }
 
 #[test]
+fn normals_turn_with_the_suspect_and_what_is_left_is_said_in_one_line() {
+    let folder = Folder::with_signed_model();
+    folder.write_mesh("found.obj", &shapes::moved(&model(), &away()), Precision::Double);
+    let text = folder.text("found.obj");
+    folder.write("found.obj", format!("vn 0 0.6 -0.8\n{text}"));
+    let report = folder
+        .done("align found.obj model.ply -o aligned.obj --json")
+        .json();
+    let aligned = folder.text("aligned.obj");
+    let words: Vec<&str> = aligned.lines().next().expect("a line").split(' ').collect();
+    assert_eq!(words[0], "vn");
+    for axis in 0..3 {
+        let row = |i: usize| report["rotation"][axis][i].as_f64().expect("a number");
+        let wanted = 0.6 * row(1) - 0.8 * row(2);
+        let held: f64 = words[axis + 1].parse().expect("a number");
+        assert!((held - wanted).abs() < 1e-6, "{held} for {wanted}");
+    }
+    assert_eq!(report["not_turned"], serde_json::json!([]));
+
+    folder.write("found.obj", format!("vn up\n{text}"));
+    let run = folder.run("align found.obj model.ply -o left.obj");
+    assert_eq!(run.code, Some(0), "{run:?}");
+    assert_eq!(
+        run.err,
+        "sigmark: left.obj: not turned with the mesh: 1 of the lines vn (they hold no three numbers)\n"
+    );
+    assert!(folder.text("left.obj").starts_with("vn up\n"));
+    let report = folder
+        .run("align found.obj model.ply -o left.obj --force --json")
+        .out;
+    assert!(
+        report.contains(r#""not_turned":["1 of the lines vn (they hold"#),
+        "{report}"
+    );
+}
+
+#[test]
 fn points_that_are_given_take_the_place_of_guesses() {
     let folder = Folder::with_signed_model();
     let net = shapes::moved(&shapes::flipped(&model(), 3), &away());

@@ -163,6 +163,62 @@ fn batches_that_would_harm_are_refused_before_anything_is_done() {
 }
 
 #[test]
+fn companions_that_would_replace_each_other_or_what_is_read_are_refused_before_anything_is_done() {
+    let folder = models();
+    let other = shapes::bumpy_torus(40, 20, 2);
+    // Two models from two folders, with buffers of one name; two in one folder that share a buffer.
+    folder.write_gltf("one/a.gltf", &model(), "scene.bin", b"a picture");
+    folder.write_gltf("two/b.gltf", &other, "scene.bin", b"a picture");
+    folder.write_gltf("shared/c.gltf", &model(), "scene.bin", b"a picture");
+    std::fs::copy(folder.path("shared/c.gltf"), folder.path("shared/d.gltf")).unwrap();
+    // And two whose pictures alone have one name, the same and not the same.
+    folder.write_gltf("three/e.gltf", &other, "e.bin", b"a picture");
+    folder.write_gltf("four/f.gltf", &other, "f.bin", b"another picture");
+    std::fs::create_dir_all(folder.path("five/data")).unwrap();
+    folder.write_gltf("five/g.gltf", &other, "data/scene.bin", b"a picture");
+    let table: [(&str, &[&str]); 4] = [
+        (
+            "embed one/a.gltf two/b.gltf -o signed -k owner.pem",
+            &[
+                "one/a.gltf and two/b.gltf would both write signed/scene.bin",
+                "two folders",
+            ],
+        ),
+        (
+            "embed shared -o signed -k owner.pem",
+            &["shared/c.gltf and shared/d.gltf would both write signed/scene.bin"],
+        ),
+        (
+            "embed three/e.gltf four/f.gltf -o signed -k owner.pem",
+            &["three/e.gltf and four/f.gltf would both write signed/skin.png"],
+        ),
+        (
+            "embed one/a.gltf five/g.gltf -o five/data -k owner.pem --force",
+            &["five/data/a.gltf: the copy of one/scene.bin would replace five/data/scene.bin, which is read"],
+        ),
+    ];
+    for (line, words) in table {
+        folder.refused(line, words);
+        assert!(!folder.path("signed").exists(), "{line}");
+    }
+    folder.refused(
+        "embed two/b.gltf -o one/h.gltf -k one/scene.bin --force",
+        &["one/h.gltf: the copy of two/scene.bin would replace one/scene.bin, which is read"],
+    );
+    // Files in folders are not among those that `refused` looks at.
+    assert!(folder.read("five/data/scene.bin") == folder.read("three/e.bin"));
+
+    let run = folder.done("embed one/a.gltf three/e.gltf -o signed -k owner.pem --chip-rate 1");
+    assert!(
+        run.out.contains("2 signed, 0 failed"),
+        "one picture for both: {}",
+        run.out
+    );
+    assert_eq!(folder.read("signed/skin.png"), b"a picture");
+    assert!(folder.read("signed/scene.bin") != folder.read("one/scene.bin"));
+}
+
+#[test]
 fn outputs_inside_the_folder_are_not_signed_again() {
     let folder = models();
     std::fs::remove_file(folder.path("models/deep/bad.stl")).unwrap();

@@ -10,7 +10,7 @@ use std::{
     path::Path,
 };
 
-use common::{Folder, finish};
+use common::{Folder, finish, model};
 use mesh::shapes;
 use mesh_io::{Asset, Precision};
 use serde_json::Value;
@@ -135,6 +135,9 @@ fn folder() -> Folder {
     );
     folder.write("sheet.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 9\nf 1 2 3\n");
     folder.write("bad.ply", "ply");
+    folder.write_mesh("odd.obj", &model(), Precision::Double);
+    let odd = folder.text("odd.obj") + "vn up\n";
+    folder.write("odd.obj", odd);
     folder.done("embed signed.ply -o stolen.ply -k other.pem --chip-rate 1");
     for (name, original, signed, key) in [
         ("mine", "model", "signed", "owner"),
@@ -169,6 +172,7 @@ fn lines(command: &str) -> &'static [&'static str] {
             "align signed.ply model.ply -o aligned.ply",
             "align torus.ply model.ply -o never.ply",
             "align ball.ply ball.ply -o round.ply",
+            "align odd.obj model.ply -o even.obj",
         ],
         "compare" => &[
             "compare model.ply signed.ply --heatmap map.png --interval 0.01",

@@ -9,6 +9,7 @@ use std::process::Command;
 use common::{Folder, Run, finish, model};
 use mesh::{Similarity, shapes};
 use mesh_io::{Asset, Precision};
+use sha2::{Digest, Sha256};
 
 const CLAIM: &str = "--original model.ply --certificate signed.ply.cert.json --public-key owner.pub.pem";
 
@@ -257,6 +258,39 @@ fn no_text_from_outside_becomes_markup() {
             .replace("src=x", "")
             .replace("onerror=alert(2)", ""),
     );
+}
+
+#[test]
+fn files_beside_a_model_stand_in_the_table_of_what_was_read() {
+    let folder = Folder::with_signed_model();
+    folder.write_gltf("in/model.gltf", &model(), "model.bin", b"a picture");
+    std::fs::create_dir(folder.path("out")).unwrap();
+    folder.done("embed in/model.gltf -o out/signed.gltf -k owner.pem --chip-rate 1");
+    let line = "verify out/signed.gltf --original in/model.gltf --certificate out/signed.gltf.cert.json";
+    folder.done(&format!("{line} --report report.html"));
+    let html = folder.text("report.html");
+    is_harmless(&html);
+    let text = text(&html);
+    let (table, commands) = text.split_once("How to repeat this").unwrap();
+    assert_eq!(table.matches("Read with it").count(), 4, "two files of each");
+    for name in ["in/model.bin", "in/skin.png", "out/model.bin", "out/skin.png"] {
+        let digest: String = Sha256::digest(folder.read(name))
+            .iter()
+            .map(|byte| format!("{byte:02x}"))
+            .collect();
+        let row = &table[table.find(&format!("Read with it{name}")).expect(name)..];
+        let size = format!("{} bytes", folder.read(name).len());
+        let row = &row[..row.find(&digest).expect(name)];
+        assert!(row.replace('\u{202f}', "").contains(&size), "{name}: {row}");
+        assert!(row.matches("Read with it").count() == 1, "{name}: {row}");
+        assert!(commands.contains(&format!("{digest}  {name}")), "{name}");
+    }
+    for name in ["in/skin.png", "out/model.bin"] {
+        folder.refused(
+            &format!("{line} --report {name} --force"),
+            &[name, "is a part of"],
+        );
+    }
 }
 
 #[test]

@@ -1,11 +1,14 @@
-//! Meshes in zip archives: one entry is the mesh, the others stay as they are. 3MF is such an archive.
+//! Meshes in zip archives: one entry is the mesh, and those that it names go with it; the others stay as they are. 3MF is such an archive.
 
+use std::borrow::Cow;
+use std::collections::BTreeSet;
 use std::io::{Cursor, Read, Write};
 use std::path::Path;
 use std::sync::Arc;
 
 use zip::{ZipArchive, ZipWriter, result::ZipError};
 
+use crate::buffer::Buffer;
 use crate::{AssetProblem, Format, source};
 
 const MAGIC: &[u8] = b"PK\x03\x04";
@@ -21,10 +24,11 @@ const SLACK: u64 = 1 << 20;
 #[derive(Clone, Debug)]
 pub(crate) struct Archive {
     stored: Arc<Vec<u8>>,
-    /// Number of the mesh's entry.
-    entry: usize,
+    /// The mesh's entry, with its folder.
+    entry: String,
     pub(crate) format: Format,
-    changed: bool,
+    /// The names of buffers that changed.
+    changed: BTreeSet<String>,
 }
 
 pub(crate) fn is_zip(bytes: &[u8]) -> bool {
@@ -34,60 +38,98 @@ pub(crate) fn is_zip(bytes: &[u8]) -> bool {
 impl Archive {
     /// The archive, and the mesh's bytes.
     pub(crate) fn open(stored: Vec<u8>) -> Result<(Self, Vec<u8>), AssetProblem> {
-        let mut archive = ZipArchive::new(Cursor::new(stored.as_slice())).map_err(damaged)?;
-        let (entry, format) = mesh_entry(&archive)?;
-        let file = archive.by_index(entry).map_err(damaged)?;
         source::check_size(stored.len() as u64, source::LARGEST)?;
-        let limit = (LARGEST_RATIO * stored.len() as u64 + SLACK).min(source::LARGEST);
+        let archive = ZipArchive::new(Cursor::new(stored.as_slice())).map_err(damaged)?;
+        if archive.has_duplicate_names() {
+            return Err(AssetProblem::Archive(
+                "two of its entries have the same name".into(),
+            ));
+        }
+        let (entry, format) = mesh_entry(&archive)?;
+        let archive = Self {
+            stored: Arc::new(stored),
+            entry,
+            format,
+            changed: BTreeSet::new(),
+        };
+        let content = archive.unpacked(&archive.entry, archive.limit())?;
+        // What can't be copied now could not be when the mesh is written back.
+        archive.packed(&|_| None).map_err(damaged)?;
+        Ok((archive, content))
+    }
+
+    /// How many bytes may be unpacked from it.
+    pub(crate) fn limit(&self) -> u64 {
+        (LARGEST_RATIO * self.stored.len() as u64 + SLACK).min(source::LARGEST)
+    }
+
+    /// The bytes of a file that the mesh names, at most `limit`.
+    pub(crate) fn member(&self, name: &str, limit: u64) -> Result<Vec<u8>, AssetProblem> {
+        self.unpacked(&(self.folder().to_owned() + name), limit)
+    }
+
+    /// Where in the archive the mesh lies: empty, or with a slash at its end.
+    fn folder(&self) -> &str {
+        let end = self.entry.rfind('/').map_or(0, |slash| slash + 1);
+        &self.entry[..end]
+    }
+
+    fn unpacked(&self, name: &str, limit: u64) -> Result<Vec<u8>, AssetProblem> {
+        let mut archive = ZipArchive::new(Cursor::new(self.stored.as_slice())).map_err(damaged)?;
+        let entry = archive.index_for_name(name);
+        let entry = entry.ok_or_else(|| AssetProblem::NotInArchive(name.into()))?;
+        let file = archive.by_index(entry).map_err(damaged)?;
         let mut content = Vec::new();
         file.take(limit + 1)
             .read_to_end(&mut content)
             .map_err(|error| damaged(error.into()))?;
         if content.len() as u64 > limit {
-            let compressed = stored.len();
+            let (compressed, limit) = (self.stored.len(), self.limit());
             return Err(AssetProblem::ArchiveTooLarge { compressed, limit });
         }
-        let archive = Self {
-            stored: Arc::new(stored),
-            entry,
-            format,
-            changed: false,
+        Ok(content)
+    }
+
+    /// The same archive of which these buffers changed, too.
+    pub(crate) fn changed<'a>(&self, buffers: impl Iterator<Item = &'a str>) -> Self {
+        let mut archive = self.clone();
+        archive.changed.extend(buffers.map(str::to_owned));
+        archive
+    }
+
+    /// The archive with these buffers where they changed: all other entries byte for byte, in their order.
+    pub(crate) fn pack(&self, buffers: &[Buffer]) -> Cow<'_, [u8]> {
+        if self.changed.is_empty() {
+            return Cow::Borrowed(&self.stored);
+        }
+        // The first without a name is the file itself.
+        let of_name = |name: &str| buffers.iter().find(|buffer| buffer.name == name);
+        let changed = |name: &str| {
+            let buffer = of_name(self.changed.get(name)?)?;
+            Some(buffer.bytes.as_slice())
         };
-        // What can't be copied now could not be when the mesh is written back.
-        archive.packed(&[]).map_err(damaged)?;
-        Ok((archive, content))
+        let packed = self.packed(&changed);
+        Cow::Owned(packed.expect("an archive that was read can be copied into memory"))
     }
 
-    /// The same archive with another mesh.
-    pub(crate) fn changed(&self) -> Self {
-        Self {
-            changed: true,
-            ..self.clone()
-        }
-    }
-
-    /// The archive with this mesh: all other entries byte for byte, in their order.
-    pub(crate) fn pack(&self, content: &[u8]) -> Vec<u8> {
-        match self.changed {
-            false => self.stored.as_ref().clone(),
-            true => self
-                .packed(content)
-                .expect("an archive that was read can be copied into memory"),
-        }
-    }
-
-    fn packed(&self, content: &[u8]) -> Result<Vec<u8>, ZipError> {
+    /// A copy with other contents where `changed` has some for a buffer's name.
+    fn packed<'a>(&self, changed: &dyn Fn(&str) -> Option<&'a [u8]>) -> Result<Vec<u8>, ZipError> {
         let mut old = ZipArchive::new(Cursor::new(self.stored.as_slice()))?;
         let mut new = ZipWriter::new(Cursor::new(Vec::with_capacity(self.stored.len())));
         new.set_raw_comment(old.comment().into())?;
         for entry in 0..old.len() {
             let file = old.by_index_raw(entry)?;
-            if entry == self.entry {
-                let name = file.name()?.into_owned();
-                new.start_file(name, file.options().large_file(content.len() > u32::MAX as usize))?;
-                new.write_all(content)?;
-            } else {
-                new.raw_copy_file(file)?;
+            let name = file.name()?.into_owned();
+            let buffer = match name == self.entry {
+                true => Some(""),
+                false => name.strip_prefix(self.folder()),
+            };
+            match buffer.and_then(changed) {
+                Some(content) => {
+                    new.start_file(name, file.options().large_file(content.len() > u32::MAX as usize))?;
+                    new.write_all(content)?;
+                }
+                None => new.raw_copy_file(file)?,
             }
         }
         Ok(new.finish()?.into_inner())
@@ -95,9 +137,9 @@ impl Archive {
 }
 
 /// The entry that is the mesh: the model of a 3MF, or the one file whose name is that of a mesh.
-fn mesh_entry(archive: &ZipArchive<Cursor<&[u8]>>) -> Result<(usize, Format), AssetProblem> {
-    if let Some(entry) = archive.index_for_name(MODEL) {
-        return Ok((entry, Format::ThreeMf));
+fn mesh_entry(archive: &ZipArchive<Cursor<&[u8]>>) -> Result<(String, Format), AssetProblem> {
+    if archive.index_for_name(MODEL).is_some() {
+        return Ok((MODEL.into(), Format::ThreeMf));
     }
     let is_own = |name: &str| {
         !name.starts_with("__MACOSX/") && !name.rsplit('/').next().unwrap_or(name).starts_with('.')
@@ -110,12 +152,7 @@ fn mesh_entry(archive: &ZipArchive<Cursor<&[u8]>>) -> Result<(usize, Format), As
         .collect();
     match meshes.as_slice() {
         [] => Err(AssetProblem::NoMeshInArchive),
-        [(name, format)] => {
-            let entry = archive
-                .index_for_name(name)
-                .ok_or(AssetProblem::NoMeshInArchive)?;
-            Ok((entry, *format))
-        }
+        [(name, format)] => Ok((name.clone(), *format)),
         several => Err(AssetProblem::SeveralMeshesInArchive(
             several
                 .iter()

@@ -1,3 +1,5 @@
+mod moved;
+
 use std::borrow::Cow;
 use std::collections::HashMap;
 use std::fmt;
@@ -15,12 +17,13 @@ use crate::packing::Packing;
 use crate::save::write_file;
 use crate::slots::Slots;
 use crate::{Format, source};
+pub use moved::Moved;
 
 /// A mesh file that keeps all its bytes: its geometry is seen as a welded [`TriMesh`], and positions can be replaced.
 ///
 /// Everything but the coordinates of vertices stays byte for byte: comments, materials, colours, normals, order,
 /// spacing, headers. Polygons and strips are cut into triangles for [`Self::mesh`] only; lines and points are not seen.
-/// Normals that a file holds are kept as they are, also where vertices move.
+/// Normals that a file holds are kept as they are, also where vertices move; [`Self::moved_by`] turns them.
 ///
 /// **Precision.** Binary coordinates are rounded to their own type, and those of ASCII PLY to the declared one. Other
 /// text is taken as single precision when no coordinate has more than 9 significant digits, as doubles otherwise. New
@@ -80,7 +83,8 @@ impl Asset {
             Packing::Zip(archive) => archive.format,
             _ => formats::decide(&path, format, &bytes).map_err(refused)?,
         };
-        let (buffers, geometry) = formats::read(format, &path, bytes)?;
+        let beside = packing.beside(&path, bytes.len());
+        let (buffers, geometry) = formats::read(format, &path, bytes, &beside)?;
         Self::assembled(path, format, packing, buffers, geometry)
     }
 
@@ -250,18 +254,23 @@ impl Asset {
             }
         }
         let moved = Some(self.mesh().with_positions(held).map_err(refused)?);
-        let packing = match is_same(0) {
-            true => self.packing.clone(),
-            false => self.packing.changed(),
-        };
         Ok(Self {
+            moved,
+            ..self.with_buffers(buffers, slots)
+        })
+    }
+
+    /// The same file with other bytes, and where the coordinates lie in them.
+    fn with_buffers(&self, buffers: Vec<Buffer>, slots: Slots) -> Self {
+        let pairs = buffers.iter().zip(&self.buffers);
+        let changed = pairs.filter(|(new, old)| !new.is_same(old)).map(|(new, _)| new);
+        Self {
+            packing: self.packing.changed(changed),
             buffers,
             slots: Arc::new(slots),
-            packing,
             manifests: 0,
-            moved,
             ..self.clone()
-        })
+        }
     }
 
     /// The file's content, unpacked where it is gzipped or in a zip archive.
@@ -270,8 +279,13 @@ impl Asset {
     }
 
     /// Files that this one refers to by name, such as buffers and textures of glTF: name, within the folder of the file, and bytes.
+    /// What lies in the same zip archive is part of the file, and no companion.
     pub fn companions(&self) -> impl Iterator<Item = (&str, &[u8])> {
-        let named = self.buffers[1..].iter().filter(|buffer| !buffer.name.is_empty());
+        let is_packed = matches!(self.packing, Packing::Zip(_));
+        let named = self
+            .buffers
+            .iter()
+            .filter(move |buffer| !is_packed && !buffer.is_file());
         named.map(|Buffer { name, bytes }| (name.as_str(), bytes.as_slice()))
     }
 
@@ -283,7 +297,7 @@ impl Asset {
 
     /// The bytes that [`Self::save`] writes: packed as the file was; for an unchanged file, exactly its bytes.
     pub fn to_bytes(&self) -> Cow<'_, [u8]> {
-        self.packing.pack(self.content())
+        self.packing.pack(&self.buffers)
     }
 
     /// Whether [`Self::save`] accepts a name: it must end as the format demands, and in `.gz` exactly if the file is gzipped.

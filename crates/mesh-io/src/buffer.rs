@@ -19,6 +19,11 @@ impl Buffer {
         }
     }
 
+    /// Whether its bytes stand in the file that was opened, if only encoded in its text.
+    pub(crate) fn is_file(&self) -> bool {
+        self.name.is_empty()
+    }
+
     /// Whether two are clones of which neither was written to.
     pub(crate) fn is_same(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.bytes, &other.bytes)

@@ -82,6 +82,9 @@ pub enum AssetProblem {
         /// The largest size that is accepted for it.
         limit: u64,
     },
+    /// The mesh in the archive refers to a file by name, and no entry has it.
+    #[error("there is no {0} in this zip archive, to which the model in it refers: pack it beside the model")]
+    NotInArchive(String),
     /// No entry of the archive is a mesh by its name.
     #[error("there is no mesh in this zip archive; {list} are read in one", list = Format::LIST)]
     NoMeshInArchive,

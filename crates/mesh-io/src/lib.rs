@@ -2,7 +2,7 @@
 //!
 //! An [`Asset`] keeps all bytes of a file and knows where in them each coordinate lies. Its geometry is seen as a welded
 //! [`TriMesh`](mesh::TriMesh); new positions are written into the kept bytes, so that no format has a writer that could forget
-//! something. [`write_mesh`] makes a file where there was none. GLB, glTF, OBJ, PLY, STL and OFF are read, each also gzipped; 3MF; and the one mesh
+//! something. Where a mesh moves as a whole, [`Asset::moved_by`] turns its normals, too. [`write_mesh`] makes a file where there was none. GLB, glTF, OBJ, PLY, STL and OFF are read, each also gzipped; 3MF; and the one mesh
 //! of a zip archive.
 //!
 //! ```
@@ -22,6 +22,7 @@
 mod archive;
 mod asset;
 mod buffer;
+mod companion;
 mod error;
 mod export;
 mod format;
@@ -35,9 +36,11 @@ mod slots;
 mod source;
 mod words;
 
-pub use asset::Asset;
+pub use asset::{Asset, Moved};
+pub use companion::{Companion, companions_of};
 pub use error::{AssetError, AssetProblem, Place};
 pub use export::{Precision, write_coloured_ply, write_mesh};
 pub use format::Format;
 pub use save::{write_file, write_private_file};
+pub use slots::directions::Unturned;
 pub use source::LARGEST;

@@ -233,6 +233,163 @@ fn the_one_mesh_of_an_archive_is_read_and_the_rest_stays() {
     );
 }
 
+/// A glTF with its buffer and a picture beside it, as they lie in archives of models; and its mesh.
+fn gltf_beside(uri: &str) -> (TriMesh, String, Vec<u8>) {
+    let mesh = shapes::bumpy_sphere(2, 7);
+    let glb = write_mesh(&mesh, Format::Glb, Precision::Single);
+    let length = u32::from_le_bytes(glb[12..16].try_into().unwrap()) as usize;
+    let mut json: serde_json::Value = serde_json::from_slice(&glb[20..20 + length]).unwrap();
+    json["buffers"][0]["uri"] = uri.into();
+    json["images"] = serde_json::json!([{"uri": "textures/skin.png"}, {"uri": "missing.png"}]);
+    let mesh = open(&glb).mesh().clone();
+    (mesh, json.to_string(), glb[28 + length..].to_vec())
+}
+
+#[test]
+fn a_gltf_in_an_archive_is_written_back_with_its_buffer_and_the_rest_stays() {
+    let (mesh, json, bin) = gltf_beside("my%20scene.bin");
+    let file = archive(&[
+        ("readme.txt", b"my scene.bin", false),
+        ("model/my scene.bin", &bin, false),
+        ("model/scene.gltf", json.as_bytes(), true),
+        ("model/textures/skin.png", &[7; 300], true),
+        ("my scene.bin", b"another", false),
+    ]);
+    let asset = open(&file);
+    assert_eq!((asset.format(), asset.mesh()), (Format::Gltf, &mesh));
+    assert_eq!(asset.companions().count(), 0, "all lies in the archive");
+    assert_eq!(*asset.to_bytes(), *file);
+
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("my scene.bin"), b"beside the archive").unwrap();
+    let changed = asset.with_positions(&moved(&mesh)).unwrap();
+    changed.save(folder.path().join("signed.zip"), false).unwrap();
+    assert_eq!(
+        std::fs::read_dir(folder.path()).unwrap().count(),
+        2,
+        "one file is written"
+    );
+    let written = std::fs::read(folder.path().join("signed.zip")).unwrap();
+    let (old, new) = (entries(&file), entries(&written));
+    for (i, (old, new)) in old.iter().zip(&new).enumerate() {
+        assert_eq!(old.0, new.0);
+        assert_eq!(old.1 == new.1, ![1, 2].contains(&i), "{}", old.0);
+    }
+    let again = Asset::open(folder.path().join("signed.zip")).unwrap();
+    assert_eq!(again.mesh(), changed.mesh());
+    let twice = again.with_positions(&moved(again.mesh())).unwrap();
+    assert_eq!(open(&twice.to_bytes()).mesh(), twice.mesh());
+}
+
+#[test]
+fn of_a_gltf_in_an_archive_only_what_changes_is_packed_anew() {
+    let (mesh, json, bin) = gltf_beside("scene.bin");
+    let file = archive(&[("scene.gltf", json.as_bytes(), false), ("scene.bin", &bin, false)]);
+    let asset = open(&file);
+    // A vertex within the box: the bounds in the text stay.
+    let mut positions = mesh.positions().to_vec();
+    let extreme = |axis: usize| {
+        let order = |a: &&[f64; 3], b: &&[f64; 3]| a[axis].total_cmp(&b[axis]);
+        [
+            mesh.positions().iter().min_by(order),
+            mesh.positions().iter().max_by(order),
+        ]
+    };
+    let extremes: Vec<_> = (0..3).flat_map(extreme).flatten().collect();
+    let inside = positions.iter().position(|p| !extremes.contains(&p)).unwrap();
+    positions[inside] = positions[inside].map(|x| 0.5 * x);
+    let changed = asset.with_positions(&positions).unwrap();
+    let (old, new) = (entries(&file), entries(&changed.to_bytes()));
+    assert!(old[0] == new[0] && old[1].1 != new[1].1);
+    assert_eq!(open(&changed.to_bytes()).mesh(), changed.mesh());
+}
+
+#[test]
+fn a_gltf_in_an_archive_finds_its_buffer_there_or_nowhere() {
+    let refused = |uri: &str, name: &str, words: &str| {
+        let (_, json, bin) = gltf_beside(uri);
+        let message = refusal(&archive(&[
+            ("a/scene.gltf", json.as_bytes(), false),
+            (name, &bin, false),
+        ]));
+        assert!(message.contains(words), "{uri}: {message}");
+    };
+    refused(
+        "scene.bin",
+        "scene.bin",
+        "there is no a/scene.bin in this zip archive",
+    );
+    refused(
+        "../scene.bin",
+        "scene.bin",
+        "lies elsewhere than beside the model",
+    );
+    refused(
+        "%2e%2e/scene.bin",
+        "scene.bin",
+        "lies elsewhere than beside the model",
+    );
+    refused(
+        "/etc/passwd",
+        "etc/passwd",
+        "lies elsewhere than beside the model",
+    );
+    // Beside the archive there is one.
+    let folder = tempfile::tempdir().unwrap();
+    let (_, json, bin) = gltf_beside("scene.bin");
+    std::fs::write(folder.path().join("scene.bin"), &bin).unwrap();
+    let file = archive(&[("scene.gltf", json.as_bytes(), false)]);
+    std::fs::write(folder.path().join("model.zip"), file).unwrap();
+    assert!(matches!(
+        Asset::open(folder.path().join("model.zip")).unwrap_err().problem,
+        AssetProblem::NotInArchive(_)
+    ));
+}
+
+#[test]
+fn archives_made_to_harm_are_refused() {
+    let (_, json, bin) = gltf_beside("scene.bin");
+    let bomb = vec![0; 40 << 20];
+    let files = [
+        ("scene.gltf", json.as_bytes(), false),
+        ("scene.bin", &bomb, false),
+    ];
+    assert!(matches!(
+        Asset::from_bytes(archive(&files), None).unwrap_err().problem,
+        AssetProblem::ArchiveTooLarge { .. }
+    ));
+    // Two entries of one name, of which a reader might see the other.
+    let twice = archive(&[
+        ("scene.gltf", json.as_bytes(), false),
+        ("scene.bin", &bin, false),
+        ("other.bin", &bin, false),
+    ]);
+    let twice = replaced(twice, b"other.bin", b"scene.bin");
+    assert!(refusal(&twice).contains("two of its entries have the same name"));
+    // The bits that say that an entry is encrypted, in its own header and in the directory.
+    let mut locked = archive(&[("scene.gltf", json.as_bytes(), false), ("scene.bin", &bin, false)]);
+    let names: Vec<usize> = (0..locked.len() - 9)
+        .filter(|&at| &locked[at..at + 9] == b"scene.bin")
+        .collect();
+    let [local, central] = names[..] else {
+        panic!("{names:?}")
+    };
+    locked[local - 30 + 6] |= 1;
+    locked[central - 46 + 8] |= 1;
+    assert!(refusal(&locked).contains("the zip archive can't be read"));
+}
+
+/// The same bytes with another word in place of one.
+fn replaced(mut bytes: Vec<u8>, old: &[u8], new: &[u8]) -> Vec<u8> {
+    assert_eq!(old.len(), new.len());
+    for at in 0..=bytes.len() - old.len() {
+        if bytes[at..at + old.len()] == *old {
+            bytes[at..at + old.len()].copy_from_slice(new);
+        }
+    }
+    bytes
+}
+
 #[test]
 fn archives_without_one_mesh_are_refused() {
     let several = archive(&[("a.obj", b"v", false), ("b.stl", b"", false)]);

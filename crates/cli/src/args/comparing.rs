@@ -112,8 +112,10 @@ Example:
 Exit code 0 if the suspect lies on the original now, 1 if it does not align with it: then nothing is written.
 
 The suspect may be moved, turned, scaled, mirrored, cropped, decimated or re-meshed; no first guess is needed. What is \
-written is the suspect's file with other vertex positions; normals stored in it are kept as they are. Where the search \
-fails, help it with at least three pairs of points, each good to a few hundredths of the diagonal:
+written is the suspect's file with other vertex positions; normals and tangents stored in it turn with the mesh, and so do glTF's \
+morph targets. Of a mirrored suspect, normals go on pointing to the side to which they pointed, while faces keep the order of their \
+corners. Skeletons, animations, cameras and lights of a scene stay where they were; what else can't be turned is named in a line on \
+standard error. Everything else stays byte for byte. Where the search fails, help it with at least three pairs of points, each good to a few hundredths of the diagonal:
   sigmark align found.obj model.obj -o aligned.obj --point 10,0,3=0.4,1,2 --point 17=4711 \\
       --point 9,9,8=220
 A on the suspect belongs to B on the original; each is x,y,z in the coordinates of its file, or the number of a vertex in \
@@ -121,7 +123,7 @@ the order of its file, from 0. --points reads pairs from a text file, one a line
 numbers, separated by blanks; # begins a comment.
 
 --json prints: aligned, output (file name; null if nothing was written), transform (4 × 4, suspect to original), scale, \
-rotation (3 × 3; determinant -1 where mirrored), translation, mirrored, registration (connectivity, surroundings, surface or \
+rotation (3 × 3; determinant -1 where mirrored), translation, mirrored, not_turned (what should have turned with the mesh, and why it did not), registration (connectivity, surroundings, surface or \
 points), overlap (share of the suspect's surface that lies on the original, 0 to 1), coverage (share of the original's that \
 lies on the suspect), residual (RMS, fraction of the diagonal), ambiguous, alternatives (other transforms that fit a \
 symmetric shape), free_directions (in which the shape slides on itself), seconds (of each stage).")]

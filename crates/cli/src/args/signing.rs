@@ -92,10 +92,10 @@ Several models, or folders of them, go into a folder: signed/NAME and signed/NAM
 was named. Hidden files and linked folders are passed over, as is the folder of the outputs. What can't be signed is named on standard error \
 and does not stop the rest; then the exit code is 2.
 
-Reads and writes GLB, glTF, OBJ, PLY, STL and OFF, also gzipped, 3MF, and the one mesh of a zip archive. Only positions change (and what glTF \
+Reads and writes GLB, glTF, OBJ, PLY, STL and OFF, also gzipped, 3MF, and the one mesh of a zip archive, where a glTF has its buffers and textures in it, too. Only positions change (and what glTF \
 says of their bounds): materials, textures, skins, animations, morph targets, unknown extensions stay byte for byte, and so do stored normals and tangents, \
 which keep the look. A scene of many parts is one work; what it places several times is marked once. What a file refers to by name is copied beside \
-the output. Where the file's own precision is too coarse for the standard strength, strong is taken; where even that is lost, nothing is written. A locked key's passphrase is asked for, or taken from the \
+the output, and never over what is read, another output, or another model's copy that is not the same: that is refused before anything is signed. Where the file's own precision is too coarse for the standard strength, strong is taken; where even that is lost, nothing is written. A locked key's passphrase is asked for, or taken from the \
 environment variable SIGMARK_PASSPHRASE.
 
 --json prints: output, certificate (file names), scheme, payload (what the bits are), bits, chips (places for bits in all), laplacian, functions (manifold harmonics of each patch), \

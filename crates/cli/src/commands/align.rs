@@ -2,6 +2,7 @@ use std::sync::Arc;
 
 use anyhow::{Context, Result};
 use job::JobError;
+use mesh_io::Unturned;
 use registration::{AlignOptions, Alignment, MatchedBy, RegistrationError, align, align_points};
 use serde_json::{Value, json};
 
@@ -37,18 +38,23 @@ pub(crate) fn run(arguments: &Align) -> Result<Answer> {
         align_points(onto, from, &pairs, &options, &job)
     };
     let found = found.map_err(|error| blame(error, arguments))?;
+    let mut left = Vec::new();
     if found.aligned {
         progress.begin("writing", "writing");
-        let moved = suspect.with_positions(&found.transform.apply_all(from.positions()))?;
+        let moved = suspect.moved_by(&found.transform)?;
         let _whole = interrupt::writing();
-        moved.save(&arguments.output, arguments.force)?;
+        moved.asset.save(&arguments.output, arguments.force)?;
+        left = moved.left;
     }
     let seconds = progress.finish();
 
+    if !left.is_empty() {
+        report::warning(&not_turned(arguments, &left));
+    }
     let lines = summary(arguments, &found, &options, &seconds);
     report::print(
         arguments.common.json,
-        &object(arguments, &found, &seconds),
+        &object(arguments, &found, &left, &seconds),
         &lines,
     )?;
     Ok(if found.aligned { Answer::Yes } else { Answer::No })
@@ -89,8 +95,22 @@ fn blame(error: RegistrationError, arguments: &Align) -> anyhow::Error {
     anyhow::Error::new(error).context(file.display().to_string())
 }
 
+/// What lies as it lay before, in a line.
+fn not_turned(arguments: &Align, left: &[Unturned]) -> String {
+    const NAMED: usize = 4;
+    let mut named: Vec<String> = left.iter().take(NAMED).map(ToString::to_string).collect();
+    if left.len() > NAMED {
+        named.push(format!("{} more (--json names them)", left.len() - NAMED));
+    }
+    format!(
+        "{}: not turned with the mesh: {}",
+        arguments.output.display(),
+        report::listed(&named)
+    )
+}
+
 /// What `--json` prints.
-fn object(arguments: &Align, found: &Alignment, seconds: &Seconds) -> Value {
+fn object(arguments: &Align, found: &Alignment, left: &[Unturned], seconds: &Seconds) -> Value {
     json!({
         "aligned": found.aligned,
         "output": found.aligned.then_some(&arguments.output),
@@ -99,6 +119,7 @@ fn object(arguments: &Align, found: &Alignment, seconds: &Seconds) -> Value {
         "rotation": found.transform.rotation,
         "translation": found.transform.translation,
         "mirrored": found.mirrored(),
+        "not_turned": left.iter().map(ToString::to_string).collect::<Vec<_>>(),
         "registration": found.matched_by,
         "overlap": found.overlap,
         "coverage": found.coverage,

@@ -9,14 +9,19 @@ use super::{
     html::{Facts, Html, table},
     repeat,
 };
-use crate::{claims::ReadFile, report, stamps::Stamps};
+use crate::{
+    claims::{ReadFile, ReadMesh},
+    report,
+    stamps::Stamps,
+};
 
 impl Page<'_> {
     /// Every file by its bytes.
     pub(super) fn compared(&self) -> Html {
         let claim = self.claim;
-        let mut rows: Vec<Vec<Html>> = self.suspects.iter().map(|file| row("Suspect", file)).collect();
-        rows.push(row("Original", &self.original));
+        let suspects = self.suspects.iter();
+        let mut rows: Vec<Vec<Html>> = suspects.flat_map(|mesh| rows("Suspect", mesh)).collect();
+        rows.extend(self::rows("Original", &self.original));
         rows.push(row("Certificate", &claim.certificate_file));
         rows.extend(claim.key_file.iter().map(|file| row("Public key", file)));
         let heads = ["Role", "File", "SHA-256 of its bytes"];
@@ -116,10 +121,12 @@ impl Page<'_> {
         let files = self
             .suspects
             .iter()
-            .chain([&self.original, &claim.certificate_file])
+            .chain([&self.original])
+            .flat_map(ReadMesh::files)
+            .chain([&claim.certificate_file])
             .chain(&claim.key_file);
         let sums = format!("sha256sum -c <<'FILES'\n{}FILES", repeat::checksums(files));
-        let suspects: Vec<&Path> = self.suspects.iter().map(|file| &*file.path).collect();
+        let suspects: Vec<&Path> = self.suspects.iter().map(|mesh| &*mesh.file.path).collect();
         let command = repeat::command(self.arguments, claim, &suspects);
         let version = format!(
             "sigmark --version        # this page was made by sigmark {}",
@@ -167,6 +174,12 @@ impl Page<'_> {
             .within("h2", None)
             .and(items.within("ul", None))
     }
+}
+
+/// A mesh in the table of what was compared, and below it the files that belong to it.
+fn rows(role: &'static str, mesh: &ReadMesh) -> Vec<Vec<Html>> {
+    let companions = mesh.companions.iter().map(|file| row("Read with it", file));
+    std::iter::once(row(role, &mesh.file)).chain(companions).collect()
 }
 
 /// A file in the table of what was compared.

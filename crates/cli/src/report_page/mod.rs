@@ -21,7 +21,7 @@ use sigmark::Verdict;
 
 use crate::{
     args::Verify,
-    claims::{Claim, ReadFile},
+    claims::{Claim, ReadMesh},
     stamps::Stamps,
 };
 use html::{Html, table};
@@ -34,8 +34,8 @@ pub(crate) struct Page<'a> {
     claim: &'a Claim,
     stamps: &'a Stamps,
     made: SystemTime,
-    original: ReadFile,
-    suspects: Vec<ReadFile>,
+    original: ReadMesh,
+    suspects: Vec<ReadMesh>,
     /// Suspects that could not be judged have no entry among those above.
     names: Vec<String>,
     sections: Vec<Html>,
@@ -51,7 +51,7 @@ impl<'a> Page<'a> {
             claim,
             stamps,
             made,
-            original: ReadFile::of(&claim.original_path, &claim.original.to_bytes()),
+            original: ReadMesh::of(&claim.original_path, &claim.original),
             suspects: Vec::new(),
             names: Vec::new(),
             sections: Vec::new(),
@@ -73,7 +73,7 @@ impl<'a> Page<'a> {
         let chances = [verdict.p_value, verdict.p_dispute()].map(section::at_most);
         let body = section::section(verdict, self.arguments, self.claim, &pictures);
         self.add(path, word, chances, body);
-        self.suspects.push(ReadFile::of(path, &suspect.to_bytes()));
+        self.suspects.push(ReadMesh::of(path, suspect));
         Ok(())
     }
 

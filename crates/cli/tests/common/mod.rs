@@ -94,6 +94,20 @@ impl Folder {
         }
     }
 
+    /// A glTF whose buffer lies in a file beside it, as does a picture.
+    pub(crate) fn write_gltf(&self, name: &str, mesh: &TriMesh, buffer: &str, picture: &[u8]) {
+        let file = write_mesh(mesh, Format::Glb, Precision::Single);
+        let length = u32::from_le_bytes(file[12..16].try_into().expect("a number")) as usize;
+        let mut json: serde_json::Value = serde_json::from_slice(&file[20..20 + length]).expect("JSON");
+        json["buffers"][0]["uri"] = buffer.into();
+        json["images"] = serde_json::json!([{"uri": "skin.png"}]);
+        let path = self.path(name);
+        fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
+        fs::write(path.with_file_name(buffer), &file[28 + length..]).expect("a file");
+        fs::write(path.with_file_name("skin.png"), picture).expect("a file");
+        fs::write(path, json.to_string()).expect("a file");
+    }
+
     pub(crate) fn read(&self, name: &str) -> Vec<u8> {
         fs::read(self.path(name)).expect(name)
     }

@@ -1,6 +1,7 @@
 use std::ops::Range;
 
 use crate::slots::Slots;
+use crate::slots::directions::{Directions, Role};
 use crate::slots::placement::Placement;
 
 /// What the reader of one format finds in a file.
@@ -14,6 +15,19 @@ pub(crate) struct Geometry {
     pub(crate) instances: Vec<Instance>,
     /// How many manifests say whose the file is by a digest of all of it (C2PA).
     pub(crate) manifests: usize,
+}
+
+impl Geometry {
+    /// The vertices, if they are no vertices but normals that a reader took for such.
+    pub(crate) fn into_normals(self, of_vertices: bool) -> Directions {
+        Directions {
+            slots: self.slots,
+            role: Role::Normal,
+            placement: None,
+            of_vertices,
+            what: "the normals".into(),
+        }
+    }
 }
 
 /// Triangles that a scene shows again in another place.

@@ -14,7 +14,10 @@ use std::path::Path;
 use mesh::TriMesh;
 
 use crate::buffer::Buffer;
-use crate::error::{AssetError, AssetProblem};
+use crate::error::{AssetError, AssetProblem, Fault};
+use crate::packing::Beside;
+use crate::slots::Slots;
+use crate::slots::directions::Found;
 use crate::{Format, Precision, export, format};
 pub(crate) use geometry::{Geometry, Instance};
 
@@ -23,6 +26,7 @@ pub(crate) fn read(
     format: Format,
     path: &Path,
     bytes: Vec<u8>,
+    beside: &Beside<'_>,
 ) -> Result<(Vec<Buffer>, Geometry), AssetError> {
     let file = Buffer::file(bytes);
     let geometry = match format {
@@ -31,10 +35,23 @@ pub(crate) fn read(
         Format::Stl => stl::read(&file.bytes),
         Format::Off => off::read(&file.bytes),
         Format::ThreeMf => threemf::read(&file.bytes),
-        Format::Gltf | Format::Glb => return gltf::read(path, file),
+        Format::Gltf | Format::Glb => return gltf::read(path, file, beside),
     };
     let geometry = geometry.map_err(|fault| fault.of(path))?;
     Ok((vec![file], geometry))
+}
+
+/// What turns with the mesh besides its positions, which lie in these slots.
+pub(crate) fn directions(format: Format, buffers: &[Buffer], slots: &Slots) -> Result<Found, Fault> {
+    let bytes = &buffers[0].bytes;
+    match (format, slots) {
+        (Format::Obj, _) => Ok(obj::normals(bytes)),
+        (Format::Ply, _) => ply::normals(bytes),
+        (Format::Stl, _) => Ok(stl::normals(bytes)),
+        (Format::Off, _) => off::normals(bytes),
+        (Format::Gltf | Format::Glb, Slots::Scene(scene)) => gltf::directions(buffers, scene),
+        (Format::Gltf | Format::Glb | Format::ThreeMf, _) => Ok(Found::default()),
+    }
 }
 
 /// The bytes of a new file with nothing but a mesh.

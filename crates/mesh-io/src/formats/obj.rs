@@ -1,8 +1,9 @@
-//! Wavefront OBJ: `v` and `f` lines, in any order; all other lines are kept and not looked at.
+//! Wavefront OBJ: `v` and `f` lines, in any order; all other lines are kept and not looked at, but for `vn` where a mesh turns.
 
 use super::{geometry::Geometry, text::TextGeometry};
 use crate::error::{CUT_SHORT, Fault};
 use crate::format;
+use crate::slots::directions::{Found, Unturned};
 use crate::words::{Word, Words};
 
 pub(crate) fn read(bytes: &[u8]) -> Result<Geometry, Fault> {
@@ -47,6 +48,25 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Geometry, Fault> {
         }
         _ => Ok(geometry.finish()),
     }
+}
+
+/// The normals, `vn`.
+pub(crate) fn normals(bytes: &[u8]) -> Found {
+    let mut words = Words::with_continued_lines(bytes, bytes.len() - format::without_bom(bytes).len());
+    let (mut normals, mut unread) = (TextGeometry::default(), 0);
+    while let Some(keyword) = words.next_anywhere() {
+        if keyword.text == b"vn" && normals.read_vertex(&mut words).is_err() {
+            unread += 1;
+        }
+        words.skip_line();
+    }
+    let mut found = Found::default();
+    found.lists.extend(normals.into_normals(false));
+    if unread > 0 {
+        let what = format!("{unread} of the lines vn");
+        found.left.push(Unturned::new(what, "they hold no three numbers"));
+    }
+    found
 }
 
 /// The vertex, from 0, of a corner such as `7`, `7/1`, `7//3`, `7/1/3` or `-1/-1/-1`.

@@ -3,24 +3,15 @@
 use super::{geometry::Geometry, text::TextGeometry};
 use crate::error::{CUT_SHORT, Fault};
 use crate::format;
+use crate::slots::directions::{Found, Unturned};
 use crate::words::{Word, Words};
 
 pub(crate) fn read(bytes: &[u8]) -> Result<Geometry, Fault> {
     let mut words = Words::new(bytes, bytes.len() - format::without_bom(bytes).len());
-    let counts_on_header_line = read_keyword(&mut words)?;
-    let [vertices, faces] = read_counts(&mut words, counts_on_header_line, bytes.len())?;
+    let header = read_keyword(&mut words)?;
+    let [vertices, faces] = read_counts(&mut words, header.next, bytes.len())?;
 
-    let mut geometry = TextGeometry::default();
-    for vertex in 0..vertices {
-        let Some(first) = words.next_anywhere() else {
-            return Err(words.fault(format!(
-                "the file ends after {vertex} of {vertices} vertices{CUT_SHORT}"
-            )));
-        };
-        words.go_back_to(first);
-        geometry.read_vertex(&mut words)?;
-        words.skip_line();
-    }
+    let mut geometry = read_vertices(&mut words, vertices, 0)?;
     let mut corners = Vec::new();
     for face in 0..faces {
         let Some(count) = words.next_anywhere() else {
@@ -33,13 +24,57 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Geometry, Fault> {
     Ok(geometry.finish())
 }
 
-/// Reads `OFF`, `COFF`, `NOFF` and so on; returns the word after it on its line. The keyword may be left out.
-fn read_keyword<'a>(words: &mut Words<'a>) -> Result<Option<Word<'a>>, Fault> {
+/// The normals of vertices, which follow their coordinates if the keyword has an N.
+pub(crate) fn normals(bytes: &[u8]) -> Result<Found, Fault> {
+    let mut words = Words::new(bytes, bytes.len() - format::without_bom(bytes).len());
+    let header = read_keyword(&mut words)?;
+    let [vertices, _] = read_counts(&mut words, header.next, bytes.len())?;
+    let mut found = Found::default();
+    if header.has_normals {
+        match read_vertices(&mut words, vertices, 3) {
+            Ok(normals) => found.lists.extend(normals.into_normals(true)),
+            Err(fault) => found.left.push(Unturned::new("the normals", fault.problem)),
+        }
+    }
+    Ok(found)
+}
+
+/// Reads three numbers of each vertex, after those that are to be passed over.
+fn read_vertices(words: &mut Words<'_>, vertices: usize, after: usize) -> Result<TextGeometry, Fault> {
+    let mut geometry = TextGeometry::default();
+    for vertex in 0..vertices {
+        let Some(first) = words.next_anywhere() else {
+            return Err(words.fault(format!(
+                "the file ends after {vertex} of {vertices} vertices{CUT_SHORT}"
+            )));
+        };
+        words.go_back_to(first);
+        for _ in 0..after {
+            words.next_in_line();
+        }
+        geometry.read_vertex(words)?;
+        words.skip_line();
+    }
+    Ok(geometry)
+}
+
+/// What the keyword says.
+struct Keyword<'a> {
+    /// The word after it on its line.
+    next: Option<Word<'a>>,
+    has_normals: bool,
+}
+
+/// Reads `OFF`, `COFF`, `NOFF` and so on. The keyword may be left out.
+fn read_keyword<'a>(words: &mut Words<'a>) -> Result<Keyword<'a>, Fault> {
     let Some(keyword) = words.next_anywhere() else {
         return Err(words.fault(format!("expected OFF{CUT_SHORT}")));
     };
     if keyword.integer().is_some() {
-        return Ok(Some(keyword));
+        return Ok(Keyword {
+            next: Some(keyword),
+            has_normals: false,
+        });
     }
     let refused = |problem: String| Err(words.fault_at(keyword, problem));
     let Some(prefix) = keyword.text.strip_suffix(b"OFF") else {
@@ -70,7 +105,10 @@ fn read_keyword<'a>(words: &mut Words<'a>) -> Result<Option<Word<'a>>, Fault> {
         Some(word) if word.text == b"BINARY" => {
             Err(words.fault_at(word, "binary OFF is not read: convert it to ASCII OFF or to PLY"))
         }
-        _ => Ok(next),
+        _ => Ok(Keyword {
+            next,
+            has_normals: prefix.starts_with(b"N"),
+        }),
     }
 }
 

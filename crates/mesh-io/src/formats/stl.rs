@@ -4,17 +4,20 @@ use super::{geometry::Geometry, text::TextGeometry};
 use crate::error::{CUT_SHORT, Fault};
 use crate::format::{STL_FACET, STL_HEADER, first_word, is_binary_stl};
 use crate::scalar::{Endian, Scalar};
+use crate::slots::directions::{Directions, Found, Role, Unturned};
 use crate::slots::{Slots, binary::BinaryRun};
 use crate::words::{Word, Words};
 
 pub(crate) fn read(bytes: &[u8]) -> Result<Geometry, Fault> {
-    let first = first_word(bytes);
-    let head = &bytes[..bytes.len().min(STL_HEADER)];
-    if is_binary_stl(bytes) || !first.eq_ignore_ascii_case(b"solid") || head.contains(&0) {
-        read_binary(bytes)
-    } else {
-        read_ascii(bytes)
+    match is_binary(bytes) {
+        true => read_binary(bytes),
+        false => read_ascii(bytes),
     }
+}
+
+fn is_binary(bytes: &[u8]) -> bool {
+    let head = &bytes[..bytes.len().min(STL_HEADER)];
+    is_binary_stl(bytes) || !first_word(bytes).eq_ignore_ascii_case(b"solid") || head.contains(&0)
 }
 
 /// 80 bytes of header, the number of facets, then 50 bytes a facet: a normal, three vertices, two bytes of attributes.
@@ -22,19 +25,9 @@ fn read_binary(bytes: &[u8]) -> Result<Geometry, Fault> {
     if !is_binary_stl(bytes) {
         return Err(wrong_size(bytes));
     }
-    let vertex_count = (bytes.len() - STL_HEADER) / STL_FACET * 3;
-    let slots = Slots::Binary(vec![BinaryRun {
-        buffer: 0,
-        start: STL_HEADER,
-        stride: STL_FACET,
-        vertices: vec![[12, 16, 20], [24, 28, 32], [36, 40, 44]],
-        count: vertex_count,
-        types: [Scalar::F32; 3],
-        endian: Endian::Little,
-        quantisation: None,
-        placement: None,
-        locked: None,
-    }]);
+    let facets = (bytes.len() - STL_HEADER) / STL_FACET;
+    let vertex_count = 3 * facets;
+    let slots = vectors(vec![[12, 16, 20], [24, 28, 32], [36, 40, 44]], facets);
     let positions = slots.positions(&[bytes]);
     let triangles = (0..vertex_count as u32 / 3)
         .map(|t| [3 * t, 3 * t + 1, 3 * t + 2])
@@ -47,6 +40,54 @@ fn read_binary(bytes: &[u8]) -> Result<Geometry, Fault> {
         instances: Vec::new(),
         manifests: 0,
     })
+}
+
+/// Vectors in single precision, from those bytes of every facet on.
+fn vectors(places: Vec<[usize; 3]>, facets: usize) -> Slots {
+    Slots::Binary(vec![BinaryRun {
+        buffer: 0,
+        start: STL_HEADER,
+        stride: STL_FACET,
+        count: places.len() * facets,
+        vertices: places,
+        types: [Scalar::F32; 3],
+        endian: Endian::Little,
+        quantisation: None,
+        placement: None,
+        locked: None,
+    }])
+}
+
+/// The normals of facets; those that are zero, as programs write them that leave them out, stay so.
+pub(crate) fn normals(bytes: &[u8]) -> Found {
+    let mut found = Found::default();
+    if is_binary(bytes) {
+        found.lists.push(Directions {
+            slots: vectors(vec![[0, 4, 8]], (bytes.len() - STL_HEADER) / STL_FACET),
+            role: Role::Normal,
+            placement: None,
+            of_vertices: false,
+            what: "the normals".into(),
+        });
+        return found;
+    }
+    let mut words = Words::new(bytes, 0);
+    let (mut normals, mut unread) = (TextGeometry::default(), 0);
+    while let Some(keyword) = words.next_anywhere() {
+        if keyword.text.eq_ignore_ascii_case(b"facet")
+            && words.next_in_line().is_some()
+            && normals.read_vertex(&mut words).is_err()
+        {
+            unread += 1;
+        }
+        words.skip_line();
+    }
+    found.lists.extend(normals.into_normals(false));
+    if unread > 0 {
+        let what = format!("the normals of {unread} facets");
+        found.left.push(Unturned::new(what, "they are no three numbers"));
+    }
+    found
 }
 
 fn wrong_size(bytes: &[u8]) -> Fault {

@@ -6,7 +6,7 @@ use super::geometry::{Geometry, fan};
 use crate::error::{CUT_SHORT, Fault};
 use crate::number;
 use crate::scalar::Scalar;
-use crate::slots::{Slots, placement::Placement, text::TextSlots};
+use crate::slots::{Slots, directions::Directions, placement::Placement, text::TextSlots};
 use crate::words::{Word, Words, not_a_number};
 
 /// Gathers the vertices and triangles of a text file.
@@ -75,6 +75,12 @@ impl TextGeometry {
     pub(crate) fn finish(self) -> Geometry {
         let precision = if self.double { Scalar::F64 } else { Scalar::F32 };
         self.finish_as([precision; 3])
+    }
+
+    /// What was taken as vertices, if they are normals.
+    pub(crate) fn into_normals(self, of_vertices: bool) -> Option<Directions> {
+        let is_empty = self.starts.is_empty();
+        (!is_empty).then(|| self.finish().into_normals(of_vertices))
     }
 
     /// The geometry, in declared types.

@@ -38,6 +38,15 @@ pub(crate) struct Quantisation {
     pub(crate) normalised: bool,
 }
 
+/// A number that is to be written.
+#[derive(Clone, Copy)]
+struct Change {
+    axis: usize,
+    /// Its first byte.
+    at: usize,
+    number: f64,
+}
+
 /// Quantised models fill their box: what would leave it by less than this share of its size stays on its face.
 const ON_THE_BOX: f64 = 0.01;
 
@@ -71,35 +80,63 @@ impl BinaryRun {
             let Some(position) = target(first + vertex) else {
                 continue;
             };
-            let held = self.position(bytes, vertex);
-            if held == position {
-                continue;
-            }
-            let refusal = |axis: usize, problem| Refusal {
+            let changes = self.changes(bytes, vertex, position);
+            let changes = changes.map_err(|(axis, problem)| Refusal {
                 file_vertex: first + vertex,
                 value: position[axis],
                 problem,
-            };
-            if let Some(problem) = self.locked {
-                let axis = (0..3).find(|&axis| held[axis] != position[axis]);
-                return Err(refusal(axis.unwrap_or(0), problem));
-            }
-            let own = self
-                .placement
-                .map_or(position, |placement| placement.undo(position));
-            let place = self.place(vertex);
-            for axis in axes_in_order(place) {
-                let old = self.number_at(bytes, place[axis], axis);
-                let new = self.replacement(old, own[axis], axis);
-                let new = new.map_err(|problem| refusal(axis, problem))?;
-                if let Some(new) = new {
-                    // Copied at the first change; from then on the bytes are ours alone.
-                    let bytes: &mut Vec<u8> = Arc::make_mut(bytes);
-                    self.types[axis].write(new, bytes, place[axis], self.endian);
-                }
+            })?;
+            for Change { axis, at, number } in changes.into_iter().flatten() {
+                // Copied at the first change; from then on the bytes are ours alone.
+                let bytes: &mut Vec<u8> = Arc::make_mut(bytes);
+                self.types[axis].write(number, bytes, at, self.endian);
             }
         }
         Ok(())
+    }
+
+    /// Whether [`Self::rewrite`] would succeed; if not, why.
+    pub(super) fn check(
+        &self,
+        bytes: &[u8],
+        target: &impl Fn(usize) -> Option<[f64; 3]>,
+    ) -> Result<(), &'static str> {
+        let targets = (0..self.count).filter_map(|vertex| Some((vertex, target(vertex)?)));
+        for (vertex, position) in targets {
+            self.changes(bytes, vertex, position)
+                .map_err(|(_, problem)| problem)?;
+        }
+        Ok(())
+    }
+
+    /// What to write so that a vertex lies at `position`; or the axis that can't be changed, and why.
+    fn changes(
+        &self,
+        bytes: &[u8],
+        vertex: usize,
+        position: [f64; 3],
+    ) -> Result<[Option<Change>; 3], (usize, &'static str)> {
+        let mut changes = [None; 3];
+        let held = self.position(bytes, vertex);
+        if held == position {
+            return Ok(changes);
+        }
+        if let Some(problem) = self.locked {
+            let axis = (0..3).find(|&axis| held[axis] != position[axis]);
+            return Err((axis.unwrap_or(0), problem));
+        }
+        let own = self
+            .placement
+            .map_or(position, |placement| placement.undo(position));
+        let place = self.place(vertex);
+        for axis in axes_in_order(place) {
+            let old = self.number_at(bytes, place[axis], axis);
+            let new = self.replacement(old, own[axis], axis);
+            let new = new.map_err(|problem| (axis, problem))?;
+            let at = place[axis];
+            changes[axis] = new.map(|number| Change { axis, at, number });
+        }
+        Ok(changes)
     }
 
     /// The number as it stands there.

@@ -1,9 +1,10 @@
 //! Where in an asset's buffers the coordinates of its vertices lie, and how they are written.
 //!
 //! Binary numbers keep their size and are overwritten in place ([`binary`]). A new decimal may be longer than the old one, so
-//! that text is spliced together anew ([`text`]).
+//! that text is spliced together anew ([`text`]). Normals and what else turns with a mesh lie in slots of the same kinds ([`directions`]).
 
 pub(crate) mod binary;
+pub(crate) mod directions;
 pub(crate) mod placement;
 mod replacement;
 pub(crate) mod scene;
@@ -47,6 +48,17 @@ impl Slots {
                 .iter()
                 .flat_map(|run| run.positions(buffers[run.buffer].as_ref()))
                 .collect(),
+        }
+    }
+
+    /// Whether the numbers are integers that stand for −1 to 1.
+    pub(crate) fn is_normalised(&self) -> bool {
+        match self {
+            Self::Text(_) => false,
+            Self::Binary(runs) | Self::Scene(SceneSlots { runs, .. }) => runs.iter().any(|run| {
+                run.quantisation
+                    .is_some_and(|quantisation| quantisation.normalised)
+            }),
         }
     }
 
@@ -97,6 +109,29 @@ impl Slots {
             }
         };
         Ok((buffers, slots))
+    }
+
+    /// Puts the numbers of `target` into the buffers: all of them, or none and why. Decimals lie elsewhere then, and of a scene description
+    /// the text is not yet brought up to the new numbers.
+    pub(crate) fn overwrite(
+        &self,
+        buffers: &mut [Buffer],
+        target: &impl Fn(usize) -> Option<[f64; 3]>,
+    ) -> Result<(), &'static str> {
+        match self {
+            Self::Text(text) => {
+                let rewritten = text.rewrite(&mut buffers[0].bytes, target);
+                rewritten.map(drop).map_err(|refusal| refusal.problem)
+            }
+            Self::Binary(runs) | Self::Scene(SceneSlots { runs, .. }) => {
+                let mut first = 0;
+                for run in runs {
+                    run.check(&buffers[run.buffer].bytes, &|i| target(first + i))?;
+                    first += run.count;
+                }
+                overwrite(runs, buffers, target).map_err(|refusal| refusal.problem)
+            }
+        }
     }
 }
 

@@ -53,6 +53,41 @@ impl Placement {
             std::array::from_fn(|axis| point[axis] - self.offset[axis]),
         )
     }
+
+    /// Where a vector goes that leads from a point to another: A v for the linear part A.
+    pub(crate) fn apply_vector(&self, vector: [f64; 3]) -> [f64; 3] {
+        product(&self.linear, vector)
+    }
+
+    pub(crate) fn undo_vector(&self, vector: [f64; 3]) -> [f64; 3] {
+        product(&self.inverse, vector)
+    }
+
+    /// The direction of the normal of a surface that had this one: A⁻ᵀ n. Its length means nothing.
+    pub(crate) fn apply_normal(&self, normal: [f64; 3]) -> [f64; 3] {
+        product(&transposed(&self.inverse), normal)
+    }
+
+    pub(crate) fn undo_normal(&self, normal: [f64; 3]) -> [f64; 3] {
+        product(&transposed(&self.linear), normal)
+    }
+
+    /// Whether it scales all directions alike, to the precision of the matrices in files: AᵀA is a multiple of the identity.
+    pub(crate) fn keeps_angles(&self) -> bool {
+        const TOLERANCE: f64 = 1e-4;
+        let columns = transposed(&self.linear);
+        let dot = |i: usize, j: usize| (0..3).map(|k| columns[i][k] * columns[j][k]).sum::<f64>();
+        let mean = (dot(0, 0) + dot(1, 1) + dot(2, 2)) / 3.0;
+        let pairs = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
+        pairs.iter().all(|&(i, j)| {
+            let wanted = if i == j { mean } else { 0.0 };
+            (dot(i, j) - wanted).abs() <= TOLERANCE * mean
+        })
+    }
+}
+
+fn transposed(m: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
+    std::array::from_fn(|i| std::array::from_fn(|j| m[j][i]))
 }
 
 fn product(matrix: &[[f64; 3]; 3], [x, y, z]: [f64; 3]) -> [f64; 3] {
@@ -115,6 +150,21 @@ mod tests {
         let point = [0.3, -7.0, 11.0];
         let back = placement.undo(placement.apply(point));
         assert!((0..3).all(|axis| (back[axis] - point[axis]).abs() < 1e-13));
+    }
+
+    #[test]
+    fn normals_stay_at_right_angles_to_what_was_placed() {
+        let placement = Placement::of_columns(&columns()).unwrap();
+        let (along, normal) = ([1.0, 2.0, 3.0], [3.0, 0.0, -1.0]);
+        let [along, placed] = [placement.apply_vector(along), placement.apply_normal(normal)];
+        let dot: f64 = (0..3).map(|axis| along[axis] * placed[axis]).sum();
+        assert!(dot.abs() < 1e-13);
+        let back = placement.undo_normal(placed);
+        assert!((0..3).all(|axis| (back[axis] - normal[axis]).abs() < 1e-13));
+        assert!(!placement.keeps_angles());
+        let mut even = [0.0; 16];
+        (even[1], even[4], even[10], even[15]) = (2.0, -2.0, 2.0, 1.0);
+        assert!(Placement::of_columns(&even).unwrap().keeps_angles());
     }
 
     #[test]

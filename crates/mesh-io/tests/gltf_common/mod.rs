@@ -91,7 +91,7 @@ impl Scene {
     }
 
     /// Adds a buffer view with these bytes; returns its number.
-    fn add_view(&mut self, bytes: Vec<u8>) -> usize {
+    pub fn add_view(&mut self, bytes: Vec<u8>) -> usize {
         let view = json!({"buffer": 0, "byteOffset": self.bin.len(), "byteLength": bytes.len()});
         self.bin.extend(bytes);
         self.bin.resize(self.bin.len().next_multiple_of(4), 0);
@@ -170,7 +170,7 @@ fn numbers_of(json: &Value, accessor: &Value, bin: &[u8]) -> Vec<[f64; 3]> {
         .collect()
 }
 
-fn push(array: &mut Value, value: Value) -> usize {
+pub fn push(array: &mut Value, value: Value) -> usize {
     let array = array.as_array_mut().unwrap();
     array.push(value);
     array.len() - 1

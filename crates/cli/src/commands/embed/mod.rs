@@ -1,3 +1,4 @@
+mod companions;
 mod several;
 mod words;
 
@@ -53,6 +54,7 @@ pub(crate) fn run(arguments: &Embed) -> Result<Answer> {
             .unwrap_or_else(|| files::with_suffix(&arguments.output, ".cert.json")),
     };
     task.check(arguments)?;
+    companions::check_apart(std::slice::from_ref(&task), &arguments.key)?;
     // Before there is a progress bar, which would run over a question for the passphrase.
     let embedder = embedder(arguments, &keys::read_private(&arguments.key)?)?;
     let done = task.sign(arguments, embedder, Progress::new(), !arguments.common.json)?;

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::{Result, bail};
 use serde_json::{Value, json};
 
-use super::{Task, embedder};
+use super::{Task, companions, embedder};
 use crate::{
     Answer,
     args::Embed,
@@ -71,6 +71,7 @@ fn tasks(arguments: &Embed) -> Result<Vec<Task>> {
             );
         }
     }
+    companions::check_apart(&tasks, &arguments.key)?;
     Ok(tasks)
 }
 

@@ -4,6 +4,7 @@ use std::{path::Path, sync::Arc, time::SystemTime};
 
 use anyhow::Result;
 use job::JobError;
+use mesh_io::Asset;
 use serde_json::{Map, Value, json};
 use sigmark::{Compared, GeometryDigest, SigmarkError, Verdict, Verifier, mark::MarkError};
 
@@ -50,6 +51,7 @@ pub(crate) fn run(arguments: &Verify) -> Result<Answer> {
     if let Some(report) = &arguments.report {
         // What was looked for, or found in a folder.
         files::check_apart(report, &claim.original_path, "the original")?;
+        check_companions(report, &claim.original_path, &claim.original)?;
         for Found { path, .. } in &suspects {
             files::check_apart(report, path, "a suspect")?;
         }
@@ -89,6 +91,14 @@ fn check_report(arguments: &Verify) -> Result<()> {
         input.map_or(Ok(()), |input| files::check_apart(path, input, what))?;
     }
     files::check_free(path, arguments.force)
+}
+
+/// A report replaces no file that belongs to a mesh.
+fn check_companions(report: &Path, mesh: &Path, asset: &Asset) -> Result<()> {
+    let what = format!("a part of {}", mesh.display());
+    asset
+        .companions()
+        .try_for_each(|(name, _)| files::check_apart(report, &mesh.with_file_name(name), &what))
 }
 
 /// A claim, by which suspects are judged one after the other.
@@ -134,6 +144,9 @@ impl<'a> Inquiry<'a> {
             verifier,
         } = self;
         let suspect = files::open_mesh(path)?;
+        if let Some(report) = &arguments.report {
+            check_companions(report, path, &suspect)?;
+        }
         let job = progress.job(arguments.common.threads());
         let verdict = verifier
             .verify(&*suspect.scene()?, &job)

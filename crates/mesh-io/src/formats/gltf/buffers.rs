@@ -11,7 +11,8 @@ use super::container::Container;
 use super::document::{Document, missing};
 use crate::buffer::Buffer;
 use crate::error::{AssetError, CUT_SHORT, Fault};
-use crate::source;
+use crate::packing::Beside;
+use crate::{Companion, source};
 
 /// The buffers of a document within those of an asset.
 #[derive(Debug, Default)]
@@ -26,6 +27,7 @@ impl Store {
     pub(super) fn read(
         path: &Path,
         file: Buffer,
+        beside: &Beside<'_>,
         container: &Container,
         document: &Document,
     ) -> Result<Self, AssetError> {
@@ -40,7 +42,7 @@ impl Store {
                 (None, Some(bin)) if index == 0 => (0, bin.clone()),
                 (None, _) => return Err(refused(format!("has no content{CUT_SHORT}"))),
                 (Some(uri), _) => {
-                    let at = store.open(path, uri)?;
+                    let at = store.open(path, uri, beside)?;
                     (at, 0..store.buffers[at].bytes.len())
                 }
             };
@@ -50,12 +52,12 @@ impl Store {
             }
             store.places.push((at, held.start..held.start + length));
         }
-        store.read_images(path, document);
+        store.read_images(document, beside);
         Ok(store)
     }
 
     /// Which of the asset's buffers holds what a URI names.
-    fn open(&mut self, path: &Path, uri: &str) -> Result<usize, AssetError> {
+    fn open(&mut self, path: &Path, uri: &str, beside: &Beside<'_>) -> Result<usize, AssetError> {
         let refused = |problem: &str| Fault::in_file(problem).of(path);
         let (name, bytes) = match uri.strip_prefix("data:") {
             Some(data) => {
@@ -69,14 +71,7 @@ impl Store {
                 if let Some(at) = self.buffers.iter().position(|buffer| buffer.name == name) {
                     return Ok(at);
                 }
-                if path.as_os_str().is_empty() {
-                    let problem = format!(
-                        "refers to the file {name}, which bytes in memory have none of: open it by its path"
-                    );
-                    return Err(refused(&problem));
-                }
-                let beside = path.with_file_name(&name);
-                let bytes = source::read(&beside, source::LARGEST).map_err(|problem| problem.of(&beside))?;
+                let bytes = beside.read(path, &name)?;
                 (name, bytes)
             }
         };
@@ -88,17 +83,13 @@ impl Store {
     }
 
     /// Takes the textures along that lie beside the file, so that a copy of it has them too. Those that are missing were missing before.
-    fn read_images(&mut self, path: &Path, document: &Document) {
-        if path.as_os_str().is_empty() {
+    fn read_images(&mut self, document: &Document, beside: &Beside<'_>) {
+        let Beside::Folder(folder) = beside else {
             return;
-        }
-        let uris = document.root.images.iter().flat_map(|image| &image.uri);
-        for name in uris
-            .filter(|uri| !uri.starts_with("data:"))
-            .flat_map(|uri| file_name(uri))
-        {
+        };
+        for name in images(document) {
             if self.buffers.iter().all(|buffer| buffer.name != name)
-                && let Ok(bytes) = source::read(&path.with_file_name(&name), source::LARGEST)
+                && let Ok(bytes) = source::read(&folder.join(&name), source::LARGEST)
             {
                 self.buffers.push(Buffer {
                     name,
@@ -135,6 +126,29 @@ impl Store {
         let stride = view.byte_stride.map(|stride| stride.0);
         Ok((*buffer, start..start + view.byte_length.0 as usize, stride))
     }
+}
+
+/// The names of files beside the document that it refers to, each once.
+pub(super) fn companions(document: &Document) -> Vec<Companion> {
+    let uris = document.root.buffers.iter().flat_map(|buffer| &buffer.uri);
+    let named = uris
+        .filter(|uri| !uri.starts_with("data:"))
+        .flat_map(|uri| file_name(uri));
+    let buffers = named.map(|name| (name, true));
+    let mut companions: Vec<Companion> = Vec::new();
+    for (name, is_buffer) in buffers.chain(images(document).map(|name| (name, false))) {
+        if companions.iter().all(|companion| companion.name != name) {
+            companions.push(Companion { name, is_buffer });
+        }
+    }
+    companions
+}
+
+/// The names of textures beside the document.
+fn images(document: &Document) -> impl Iterator<Item = String> {
+    let uris = document.root.images.iter().flat_map(|image| &image.uri);
+    uris.filter(|uri| !uri.starts_with("data:"))
+        .flat_map(|uri| file_name(uri))
 }
 
 /// The name of a file beside the document, or in a folder beside it.

@@ -6,7 +6,9 @@
 
 mod accessor;
 mod buffers;
+mod bytes;
 mod container;
+mod directions;
 mod document;
 mod rewrite;
 mod scene;
@@ -21,8 +23,10 @@ use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
 
 use super::geometry::{Geometry, Instance};
+use crate::Companion;
 use crate::buffer::Buffer;
 use crate::error::{AssetError, Fault};
+use crate::packing::Beside;
 use crate::slots::Slots;
 use crate::slots::binary::BinaryRun;
 use crate::slots::placement::Placement;
@@ -31,19 +35,32 @@ use accessor::Accessor;
 use buffers::Store;
 use container::Container;
 pub(crate) use container::is_glb;
+pub(crate) use directions::directions;
 use document::Document;
 pub(crate) use rewrite::rewrite;
 use vertices::Vertices;
 
 /// Reads a file, and the files that it refers to.
-pub(crate) fn read(path: &Path, file: Buffer) -> Result<(Vec<Buffer>, Geometry), AssetError> {
+pub(crate) fn read(
+    path: &Path,
+    file: Buffer,
+    beside: &Beside<'_>,
+) -> Result<(Vec<Buffer>, Geometry), AssetError> {
     let fault = |fault: Fault| fault.of(path);
     let container = Container::of(&file.bytes).map_err(fault)?;
     let document = Document::of(&file.bytes[container.json.clone()], container.json.start).map_err(fault)?;
-    let store = Store::read(path, file, &container, &document)?;
+    let store = Store::read(path, file, beside, &container, &document)?;
     let mut geometry = geometry(&document, &store).map_err(fault)?;
     geometry.manifests = container.manifests.len();
     Ok((store.buffers, geometry))
+}
+
+/// Files that a document refers to by name: buffers, which change with the positions, and textures, which do not.
+pub(crate) fn companions(path: &Path, bytes: &[u8]) -> Result<Vec<Companion>, AssetError> {
+    let fault = |fault: Fault| fault.of(path);
+    let container = Container::of(bytes).map_err(fault)?;
+    let document = Document::of(&bytes[container.json.clone()], container.json.start).map_err(fault)?;
+    Ok(buffers::companions(&document))
 }
 
 /// Where the positions lie.

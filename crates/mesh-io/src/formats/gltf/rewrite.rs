@@ -1,4 +1,4 @@
-//! What changes in the JSON once positions did.
+//! What changes in the JSON once positions, or what turns with them, did.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -18,7 +18,7 @@ use crate::slots::scene::SceneSlots;
 /// A stretch of the text, and what it becomes.
 type Splice = (Range<usize>, String);
 
-/// Brings the text up to positions that were overwritten in the buffers: the bounds of their accessors, and buffers that the text holds itself.
+/// Brings the text up to numbers that were overwritten in the buffers: the bounds of their accessors, and buffers that the text holds itself.
 /// Returns where the positions lie then.
 pub(crate) fn rewrite(
     old: &[Buffer],
@@ -33,7 +33,9 @@ pub(crate) fn rewrite(
         places: slots.places.clone(),
     });
     let mut splices = Vec::new();
-    for accessor in super::position_accessors(&document, &before)? {
+    let mut accessors = super::position_accessors(&document, &before)?;
+    accessors.extend(super::directions::accessors(&document));
+    for accessor in accessors {
         new_bounds(&document, [&before, &after], accessor, json, &mut splices)?;
     }
     new_contents(&document, [&before, &after], &mut splices);
@@ -76,18 +78,18 @@ fn new_bounds(
     json: &[u8],
     splices: &mut Vec<Splice>,
 ) -> Result<(), Fault> {
+    if document
+        .bounds
+        .get(index)
+        .is_none_or(|bounds| *bounds == [None, None])
+    {
+        return Ok(());
+    }
     let accessor = Accessor::of(document, before, index)?;
-    let bounds = |store: &Store| -> [[f64; 3]; 2] {
-        let start = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
-        accessor
-            .numbers(store)
-            .iter()
-            .fold(start, |[low, high], number: &[f64; 3]| {
-                [
-                    std::array::from_fn(|i| low[i].min(number[i])),
-                    std::array::from_fn(|i| high[i].max(number[i])),
-                ]
-            })
+    let bounds = |store: &Store| match accessor.shape.components {
+        3 => bounds_of(&accessor.numbers::<3>(store)),
+        4 => bounds_of(&accessor.numbers::<4>(store)),
+        _ => Default::default(),
     };
     let (old, new) = (bounds(before), bounds(after));
     for (side, range) in document.bounds[index].iter().enumerate() {
@@ -95,7 +97,7 @@ fn new_bounds(
             continue;
         };
         let tokens = tokens(&json[range.clone()]);
-        if tokens.len() != 3 {
+        if tokens.len() != old[side].len() {
             continue;
         }
         for (axis, token) in tokens.into_iter().enumerate() {
@@ -106,6 +108,18 @@ fn new_bounds(
         }
     }
     Ok(())
+}
+
+/// The least and the greatest number of each axis.
+fn bounds_of<const N: usize>(numbers: &[[f64; N]]) -> [Vec<f64>; 2] {
+    let start = [[f64::INFINITY; N], [f64::NEG_INFINITY; N]];
+    let bounds = numbers.iter().fold(start, |[low, high], number| {
+        [
+            std::array::from_fn(|i| low[i].min(number[i])),
+            std::array::from_fn(|i| high[i].max(number[i])),
+        ]
+    });
+    bounds.map(Vec::from)
 }
 
 /// A number as short as single precision allows; integers are written as such.

@@ -1,12 +1,13 @@
 //! The vertices of a scene: every place in the buffers where a position lies, once.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 
 use gltf::json::mesh::Semantic;
 use gltf::json::validation::Checked;
 
 use super::accessor::{Accessor, Elements};
 use super::buffers::Store;
+use super::bytes::Bytes;
 use super::document::{Document, accessor_fault};
 use crate::error::Fault;
 use crate::scalar::{Endian, Scalar};
@@ -128,6 +129,20 @@ impl Vertices {
         Ok((first..).take(count).collect())
     }
 
+    /// Where all vertices of an accessor that was added are placed; `None` if not all alike.
+    pub(super) fn common_placement(&self, accessor: usize) -> Option<Option<Placement>> {
+        let mut ends = Vec::with_capacity(self.runs.len());
+        for run in &self.runs {
+            ends.push(ends.last().copied().unwrap_or(0) + run.count as u32);
+        }
+        let mut placements = self.elements[&accessor].iter().map(|&vertex| {
+            let run = ends.partition_point(|&end| end <= vertex);
+            self.runs[run].placement
+        });
+        let first = placements.next().unwrap_or(None);
+        placements.all(|placement| placement == first).then_some(first)
+    }
+
     /// The number of the first of some new vertices.
     fn take_numbers(&mut self, count: usize) -> Result<u32, Fault> {
         let first = self.count;
@@ -142,19 +157,15 @@ impl Vertices {
     pub(super) fn lock_what_others_use(&mut self, document: &Document, store: &Store) -> Result<(), Fault> {
         let mut others = Bytes::of(store);
         for accessor in self.elements.keys() {
-            if let Some(numbers) = &Accessor::of(document, store, *accessor)?.replaced {
-                (0..numbers.shape.count).for_each(|i| others.mark(numbers.buffer, numbers.bytes(i)));
-            }
+            let replaced = Accessor::of(document, store, *accessor)?.replaced;
+            replaced.iter().for_each(|numbers| others.mark_all(numbers));
         }
-        for accessor in accessors_of_others(document) {
-            for elements in Accessor::of(document, store, accessor)?.lists() {
-                (0..elements.shape.count).for_each(|i| others.mark(elements.buffer, elements.bytes(i)));
-            }
+        let of_others = references(document).into_iter();
+        for (_, accessor) in of_others.filter(|(meaning, _)| *meaning != Meaning::Position) {
+            let accessor = Accessor::of(document, store, accessor)?;
+            accessor.lists().for_each(|elements| others.mark_all(elements));
         }
-        for view in document.root.images.iter().flat_map(|image| image.buffer_view) {
-            let (buffer, bytes, _) = store.view(document, view.value())?;
-            others.mark(buffer, bytes);
-        }
+        others.mark_images(document, store)?;
         let mut positions = Bytes::of(store);
         let mut first = 0;
         for run in &mut self.runs {
@@ -181,51 +192,37 @@ impl Vertices {
     }
 }
 
-/// Accessors that mean anything but positions of a primitive.
-fn accessors_of_others(document: &Document) -> impl Iterator<Item = usize> {
+/// What an accessor is referred to as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Meaning {
+    /// Positions of a primitive.
+    Position,
+    /// Normals, tangents, or offsets of a morph target.
+    Direction,
+    Other,
+}
+
+/// All accessors that are referred to, once for each meaning.
+pub(super) fn references(document: &Document) -> BTreeSet<(Meaning, usize)> {
     let root = &document.root;
     let primitives = || root.meshes.iter().flat_map(|mesh| &mesh.primitives);
     let attributes = primitives().flat_map(|primitive| &primitive.attributes);
-    let attributes = attributes.filter(|(name, _)| !matches!(name, Checked::Valid(Semantic::Positions)));
+    let attributes = attributes.map(|(name, accessor)| match name {
+        Checked::Valid(Semantic::Positions) => (Meaning::Position, *accessor),
+        Checked::Valid(Semantic::Normals | Semantic::Tangents) => (Meaning::Direction, *accessor),
+        _ => (Meaning::Other, *accessor),
+    });
     let targets = primitives().flat_map(|primitive| primitive.targets.iter().flatten());
     let targets = targets.flat_map(|target| [target.positions, target.normals, target.tangents]);
+    let targets = targets.flatten().map(|accessor| (Meaning::Direction, accessor));
     let samplers = root.animations.iter().flat_map(|animation| &animation.samplers);
-    let mut all: Vec<usize> = (attributes.map(|(_, accessor)| *accessor))
-        .chain(primitives().flat_map(|primitive| primitive.indices))
-        .chain(targets.flatten())
+    let others = primitives()
+        .flat_map(|primitive| primitive.indices)
         .chain(samplers.flat_map(|sampler| [sampler.input, sampler.output]))
-        .chain(root.skins.iter().flat_map(|skin| skin.inverse_bind_matrices))
-        .map(|accessor| accessor.value())
-        .collect();
-    all.sort_unstable();
-    all.dedup();
-    all.into_iter()
-}
-
-/// A set of bytes of the asset's buffers.
-struct Bytes(Vec<Vec<u64>>);
-
-impl Bytes {
-    fn of(store: &Store) -> Self {
-        let words = |length: usize| vec![0; length.div_ceil(64)];
-        Self(
-            store
-                .buffers
-                .iter()
-                .map(|buffer| words(buffer.bytes.len()))
-                .collect(),
-        )
-    }
-
-    fn mark(&mut self, buffer: usize, bytes: std::ops::Range<usize>) {
-        for byte in bytes {
-            self.0[buffer][byte / 64] |= 1 << (byte % 64);
-        }
-    }
-
-    fn has(&self, buffer: usize, bytes: std::ops::Range<usize>) -> bool {
-        bytes
-            .into_iter()
-            .any(|byte| self.0[buffer][byte / 64] >> (byte % 64) & 1 == 1)
-    }
+        .chain(root.skins.iter().flat_map(|skin| skin.inverse_bind_matrices));
+    attributes
+        .chain(targets)
+        .chain(others.map(|accessor| (Meaning::Other, accessor)))
+        .map(|(meaning, accessor)| (meaning, accessor.value()))
+        .collect()
 }

@@ -1,3 +1,4 @@
+use super::Wanted;
 use super::faces::{Faces, Triangles};
 use super::header::{Element, Header, Property};
 use crate::error::{CUT_SHORT, Fault};
@@ -14,13 +15,15 @@ impl<'a> Ascii<'a> {
     pub(super) fn read(
         bytes: &'a [u8],
         header: &Header<'_>,
-        vertex: usize,
-        axes: [usize; 3],
+        Wanted {
+            element: wanted,
+            axes,
+        }: Wanted,
     ) -> Result<Geometry, Fault> {
         let words = Words::new(bytes, header.end);
         let mut ascii = Self {
             words,
-            triangles: Triangles::new(header.elements[vertex].count),
+            triangles: Triangles::new(header.elements[super::vertex(header)?].count),
         };
         let mut geometry = TextGeometry::default();
         for (number, element) in header.elements.iter().enumerate() {
@@ -39,8 +42,8 @@ impl<'a> Ascii<'a> {
                     return Err(ascii.words.fault(problem));
                 };
                 ascii.words.go_back_to(first);
-                let xyz = ascii.record(element, axes, number == vertex, indices)?;
-                if number == vertex {
+                let xyz = ascii.record(element, axes, number == wanted, indices)?;
+                if number == wanted {
                     geometry.push_vertex(&ascii.words, xyz.map(|word| word.unwrap_or(first)))?;
                 }
                 if let Some(extra) = ascii.words.next_in_line() {
@@ -53,7 +56,7 @@ impl<'a> Ascii<'a> {
                 ascii.words.skip_line();
             }
         }
-        let declared = axes.map(|axis| header.elements[vertex].properties[axis].value);
+        let declared = axes.map(|axis| header.elements[wanted].properties[axis].value);
         let geometry = geometry.finish_as(declared);
         Ok(Geometry {
             triangles: ascii.triangles.triangles,
@@ -61,19 +64,19 @@ impl<'a> Ascii<'a> {
         })
     }
 
-    /// Reads one record; returns the words of x, y and z of a vertex.
+    /// Reads one record; returns the words of the properties `axes`, if they are wanted.
     fn record(
         &mut self,
         element: &Element<'_>,
         axes: [usize; 3],
-        is_vertex: bool,
+        is_wanted: bool,
         indices: Option<(usize, Faces)>,
     ) -> Result<[Option<Word<'a>>; 3], Fault> {
         let mut xyz = [None; 3];
         for (number, property) in element.properties.iter().enumerate() {
             let value = self.value(property)?;
             if property.count.is_none() {
-                if is_vertex && let Some(axis) = axes.iter().position(|&a| a == number) {
+                if is_wanted && let Some(axis) = axes.iter().position(|&a| a == number) {
                     xyz[axis] = Some(value);
                 }
                 continue;

@@ -1,3 +1,4 @@
+use super::Wanted;
 use super::faces::{Faces, Triangles};
 use super::header::{Element, Header, Property};
 use crate::error::{CUT_SHORT, Fault};
@@ -40,11 +41,13 @@ impl<'a> Binary<'a> {
         bytes: &'a [u8],
         endian: Endian,
         header: &Header<'_>,
-        vertex: usize,
-        axes: [usize; 3],
+        Wanted {
+            element: wanted,
+            axes,
+        }: Wanted,
     ) -> Result<Geometry, Fault> {
-        let vertices = &header.elements[vertex];
-        let triangles = Triangles::new(vertices.count);
+        let vertices = &header.elements[wanted];
+        let triangles = Triangles::new(header.elements[super::vertex(header)?].count);
         let mut binary = Self {
             bytes,
             at: header.end,
@@ -57,9 +60,9 @@ impl<'a> Binary<'a> {
             if element.properties.is_empty() {
                 continue;
             }
-            let is_vertex = number == vertex;
+            let is_wanted = number == wanted;
             if let Some(size) = element.fixed_size() {
-                if is_vertex {
+                if is_wanted {
                     let offsets = axes.map(|axis| {
                         element.properties[..axis]
                             .iter()
@@ -73,7 +76,7 @@ impl<'a> Binary<'a> {
                 let indices = element.faces();
                 for record in 0..element.count {
                     let xyz = binary.record(element, record, axes, indices)?;
-                    if is_vertex {
+                    if is_wanted {
                         places.push(xyz);
                     }
                 }

@@ -129,17 +129,22 @@ impl<'a> Element<'a> {
 
     /// Which properties are x, y and z.
     pub(super) fn axes(&self) -> Result<[usize; 3], Fault> {
+        self.vector(["x", "y", "z"]).map_err(|name| {
+            Fault::in_file(format!(
+                "the vertices have no property {name}: export the file with x, y and z"
+            ))
+        })
+    }
+
+    /// Which properties have these names; or the first name that none has.
+    pub(super) fn vector(&self, names: [&'static str; 3]) -> Result<[usize; 3], &'static str> {
         let mut axes = [0; 3];
-        for (axis, name) in axes.iter_mut().zip(["x", "y", "z"]) {
+        for (axis, name) in axes.iter_mut().zip(names) {
             let found = self
                 .properties
                 .iter()
                 .position(|p| p.name == name.as_bytes() && p.count.is_none());
-            *axis = found.ok_or_else(|| {
-                Fault::in_file(format!(
-                    "the vertices have no property {name}: export the file with x, y and z"
-                ))
-            })?;
+            *axis = found.ok_or(name)?;
         }
         Ok(axes)
     }
