@@ -712,10 +712,10 @@ fn no_field_of_a_certificate_can_be_edited_or_left_out_unnoticed() {
         *value = edited(value);
         folder.write("edited.json", serde_json::to_string_pretty(&certificate).unwrap());
         let noticed = match field.as_str() {
-            "/version" => "version 5",
+            "/version" => "version 6",
             "/format" | "/public_key" => "not a Sigmark certificate",
             "/mark/payload" | "/mark/laplacian" | "/mark/scheme" | "/mark/carrier" => "certificate",
-            "/original/name" | "/seal" | "/mark/patches/0/last_eigenvalue" => "seal",
+            "/original/name" | "/original/sketch" | "/seal" | "/mark/patches/0/last_eigenvalue" => "seal",
             "/mark/patches/0/vertices" => "patches",
             "/original/vertices" | "/mark/labels" => "labels",
             _ => "not one by its key over what it states",
@@ -733,7 +733,7 @@ fn no_field_of_a_certificate_can_be_edited_or_left_out_unnoticed() {
         folder.write("edited.json", serde_json::to_string_pretty(&certificate).unwrap());
         // The name of the original is a help, and may be empty; but what was sealed is sealed.
         let noticed = match field.as_str() {
-            "/original/name" => "seal",
+            "/original/name" | "/original/sketch" => "seal",
             _ => "not a Sigmark certificate",
         };
         folder.refused(&line, &["edited.json", noticed]);
@@ -746,7 +746,11 @@ fn no_field_of_a_certificate_can_be_edited_or_left_out_unnoticed() {
 #[test]
 fn files_that_do_not_belong_together_are_refused() {
     let folder = Folder::with_signed_model();
-    folder.write_mesh("model.obj", &shapes::scaled(&model(), 2.0), Precision::Double);
+    folder.write_mesh(
+        "model.obj",
+        &shapes::jittered(&model(), 0.05, 1),
+        Precision::Double,
+    );
     let table: &[(String, &[&str])] = &[
         (
             verify_with("--original", "model.obj"),
