@@ -68,20 +68,19 @@ impl FormatsBench {
     pub fn run(&self) -> Result<()> {
         let folder = kept::folder("formats")?;
         let npm = npm::install(&folder.join("npm"));
-        let painter = match Painter::find(&npm) {
-            Err(error) if self.drawn_only => bail!(error),
-            Err(error) => {
-                println!("pictures are not compared: {error:#}");
-                None
+        let painter = Painter::find(&npm);
+        if let Err(error) = &painter {
+            println!("pictures are not compared: {error:#}");
+            if self.drawn_only {
+                bail!("there is nothing else to do");
             }
-            Ok(painter) => Some(painter),
-        };
+        }
         let converters = match self.drawn_only {
             true => None,
             false => Some(Converters::prepare(&folder, &npm)?),
         };
-        let rows = self.rows(&folder, painter.as_ref(), converters.as_ref())?;
-        page::write(&rows, painter.as_ref(), converters.as_ref())?;
+        let rows = self.rows(&folder, painter.as_ref().ok(), converters.as_ref())?;
+        page::write(&rows, &painter, converters.as_ref())?;
         let failed = |row: &&Row| matches!(row.drawn, Some(Err(_)));
         match rows.iter().filter(failed).count() {
             0 => Ok(()),

@@ -18,7 +18,7 @@ use crate::results;
 const DRAWN: &str = "Drawn before and after";
 
 /// Writes the page and its CSV. Where no programs were asked, the page keeps what it says of them.
-pub(super) fn write(rows: &[Row], painter: Option<&Painter>, converters: Option<&Converters>) -> Result<()> {
+pub(super) fn write(rows: &[Row], painter: &Result<Painter>, converters: Option<&Converters>) -> Result<()> {
     let results = results::folder()?;
     let path = results.join("formats.md");
     let programs = match converters {
@@ -26,8 +26,8 @@ pub(super) fn write(rows: &[Row], painter: Option<&Painter>, converters: Option<
         None => programs_of(&path)?,
     };
     let pictures = match painter {
-        Some(painter) => pictures(rows, painter, &results)?,
-        None => format!("## {DRAWN}\n\nPictures were not compared: there was no Chromium.\n"),
+        Ok(painter) => pictures(rows, painter, &results)?,
+        Err(error) => format!("## {DRAWN}\n\nPictures were not compared: {error:#}.\n"),
     };
     results::write_page(&path, &format!("{programs}\n{pictures}"))
 }
@@ -209,8 +209,8 @@ fn drawn(rows: &[Row]) -> Table {
     table.note(
         "Each model is drawn before and after it was signed, at rest, by the same camera from two sides. *day* is its own materials and normals in a bright room; *raking* its facets as \
          of plaster in light that grazes them: where a change of positions shows most, and what programs show that pass over the file's normals. Of each pixel that shows the model the \
-         channel that differs most counts, from 0 to 255; *look different* are pixels that differ to pixelmatch (threshold 0.1, without smoothed edges). The same file drawn twice gives \
-         the same picture to the last bit. *JPEG*, for comparison: what quality 90 makes of the original's picture.",
+         channel that differs most counts, from 0 to 255; pixels on edges differ most, since an edge moves by a part of a pixel. *Look different* is \
+         the share of them that pixelmatch counts (threshold 0.1, smoothed edges left out). The same file drawn twice gives the same picture to the last bit. *JPEG*, for comparison: what quality 90 makes of the original's picture.",
     )
 }
 
