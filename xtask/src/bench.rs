@@ -49,9 +49,10 @@ pub(crate) enum Bench {
     /// attacks/.venv. What is finished is kept in .cache/bench/seconds by the digest of the program and of the code that measures, so that a
     /// run that was interrupted goes on; the meshes that it works on are there, too.
     Seconds(SecondsBench),
-    /// Formats: signed models that went through other programs, and parts of them that come back alone
+    /// Formats: signed models that went through other programs, parts of them that come back alone, and pictures before and after
     ///
-    /// Makes a Python environment and installs npm's packages in .cache/bench/formats. Programs that can't be had are left out, and said.
+    /// Makes a Python environment and installs npm's packages in .cache/bench/formats. Programs that can't be had are left out, and said. Pictures
+    /// are drawn by three.js in Chromium without its window (Debian: apt-get install chromium; elsewhere CHROMIUM says where it is).
     Formats(FormatsBench),
     /// Solve one problem in a process of its own, for `eigen`
     #[command(hide = true)]

@@ -1,18 +1,17 @@
 //! The programs that a model goes through.
 
 use std::{
-    fs,
     path::{Path, PathBuf},
     process::Command,
 };
 
 use anyhow::Result;
 use evaluation::{
-    process::{output, output_within, root},
+    process::{output, output_within},
     python::Python,
 };
 
-use super::trial::in_short;
+use super::{npm, trial::in_short};
 
 /// A program, and the format in which it gives the model back.
 #[derive(Clone, Copy)]
@@ -57,8 +56,9 @@ pub(super) struct Converters {
 }
 
 impl Converters {
-    pub(super) fn prepare(folder: &Path) -> Result<Self> {
-        let scripts = root().join("bench-harness/peers/formats");
+    /// `npm` is where its programs are, or why there are none.
+    pub(super) fn prepare(folder: &Path, npm: &Result<PathBuf>) -> Result<Self> {
+        let scripts = npm::scripts();
         let python = Python::prepare_in(scripts.clone(), folder.join("venv"))?;
         let mut missing = Vec::new();
         let has_blender = || output(&mut python.command_of_code("import bpy")).is_ok();
@@ -70,14 +70,13 @@ impl Converters {
             println!("assimp is left out (Debian: apt-get install assimp-utils)");
             missing.push("assimp");
         }
-        let npm = install_npm(&scripts, &folder.join("npm"));
-        if let Err(error) = &npm {
+        if let Err(error) = npm {
             println!("gltf-transform, gltfpack and the validator are left out: {error:#}");
             missing.push("gltf");
         }
         Ok(Self {
             python,
-            npm: npm.ok(),
+            npm: npm.as_ref().ok().cloned(),
             missing,
         })
     }
@@ -139,21 +138,4 @@ impl Converters {
             None => self.python.versions()?,
         })
     }
-}
-
-/// Installs npm's packages into a folder.
-fn install_npm(scripts: &Path, folder: &Path) -> Result<PathBuf> {
-    fs::create_dir_all(folder)?;
-    for name in ["package.json", "validate.js"] {
-        fs::copy(scripts.join(name), folder.join(name))?;
-    }
-    if !folder.join("node_modules/.bin/gltf-transform").is_file() {
-        println!("installing npm's packages into {} (once)", folder.display());
-        output(
-            Command::new("npm")
-                .args(["install", "--silent", "--no-audit", "--no-fund"])
-                .current_dir(folder),
-        )?;
-    }
-    Ok(folder.into())
 }

@@ -1,11 +1,13 @@
 //! Formats: a signed model goes through other programs and comes back in another format, quantised, re-ordered, without indices; and parts of it
-//! come back alone. Is it found?
+//! come back alone. Is it found? And does one see that it is signed, where it is drawn as people draw it?
 
 mod converters;
+mod npm;
 mod page;
+mod painter;
 mod trial;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
 use clap::Args;
@@ -14,6 +16,7 @@ use mesh_io::Format;
 
 use self::{
     converters::Converters,
+    painter::{Drawn, Painter},
     trial::{SignedAsset, Trial, in_short},
 };
 use crate::kept;
@@ -27,13 +30,23 @@ pub struct FormatsBench {
     /// Only files whose name begins so; may be given again
     #[arg(long, value_name = "NAME")]
     pub only: Vec<String>,
+    /// Only draw the models before and after; of what other programs make of them the page keeps what it says
+    #[arg(long)]
+    pub drawn_only: bool,
+    /// Write the pictures into this folder, too, in a folder for each model
+    #[arg(long, value_name = "DIR")]
+    pub pictures: Option<PathBuf>,
 }
 
 /// A model, and what came of it.
 struct Row {
     name: String,
-    /// Why it can't be signed, or what was tried with the signed one.
-    tried: Result<Tried, String>,
+    /// Why it can't be signed.
+    refused: Option<String>,
+    /// What was tried with the signed one; not where it was to be drawn alone.
+    tried: Option<Tried>,
+    /// How its pictures differ, or why it can't be drawn; `None` where nothing draws it.
+    drawn: Option<Result<Drawn, String>>,
 }
 
 struct Tried {
@@ -47,10 +60,40 @@ struct Tried {
 }
 
 impl FormatsBench {
-    /// Signs each model, takes it through every program that there is, and verifies what comes back; writes `results/formats.md` and `formats.csv`.
+    /// Signs each model, draws it before and after, takes it through every program that there is, and verifies what comes back; writes
+    /// `results/formats.md`, `formats.csv` and `formats-drawn.csv`.
+    ///
+    /// # Errors
+    /// Where a model can't be drawn, too, when all is written.
     pub fn run(&self) -> Result<()> {
         let folder = kept::folder("formats")?;
-        let converters = Converters::prepare(&folder)?;
+        let npm = npm::install(&folder.join("npm"));
+        let painter = Painter::find(&npm);
+        if let Err(error) = &painter {
+            println!("pictures are not compared: {error:#}");
+            if self.drawn_only {
+                bail!("there is nothing else to do");
+            }
+        }
+        let converters = match self.drawn_only {
+            true => None,
+            false => Some(Converters::prepare(&folder, &npm)?),
+        };
+        let rows = self.rows(&folder, painter.as_ref().ok(), converters.as_ref())?;
+        page::write(&rows, &painter, converters.as_ref())?;
+        let failed = |row: &&Row| matches!(row.drawn, Some(Err(_)));
+        match rows.iter().filter(failed).count() {
+            0 => Ok(()),
+            count => bail!("{count} models can't be drawn: the page says why"),
+        }
+    }
+
+    fn rows(
+        &self,
+        folder: &Path,
+        painter: Option<&Painter>,
+        converters: Option<&Converters>,
+    ) -> Result<Vec<Row>> {
         let mut rows = Vec::new();
         for path in models(&self.assets)? {
             let name = name_of(&path);
@@ -58,16 +101,28 @@ impl FormatsBench {
                 continue;
             }
             println!("{name}");
-            let tried = match SignedAsset::make(&path, &folder) {
-                Ok(signed) => Ok(signed.try_all(&converters)?),
-                Err(error) => Err(in_short(&error)),
+            let signed = SignedAsset::make(&path, folder);
+            let painter = painter.filter(|_| Painter::knows(&path));
+            let pictures = self.pictures.as_ref().map(|folder| folder.join(&name));
+            let (refused, tried, drawn) = match &signed {
+                Ok(signed) => (
+                    None,
+                    converters.map(|all| signed.try_all(all)).transpose()?,
+                    painter.map(|painter| painter.draw(signed, pictures.as_deref())),
+                ),
+                Err(error) => (Some(in_short(error)), None, None),
             };
-            rows.push(Row { name, tried });
+            rows.push(Row {
+                name,
+                refused,
+                tried,
+                drawn,
+            });
         }
         if rows.is_empty() {
             bail!("{}: holds no model that was asked for", self.assets.display());
         }
-        page::write(&rows, &converters)
+        Ok(rows)
     }
 }
 

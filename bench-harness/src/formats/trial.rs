@@ -52,6 +52,14 @@ impl SignedAsset {
         })
     }
 
+    pub(super) fn original(&self) -> &Path {
+        &self.original
+    }
+
+    pub(super) fn signed(&self) -> &Path {
+        &self.signed
+    }
+
     /// As it is, through every program, and in parts.
     pub(super) fn try_all(&self, converters: &Converters) -> Result<Tried> {
         let ending = self
