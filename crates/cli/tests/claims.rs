@@ -200,7 +200,7 @@ fn an_original_that_was_exported_again_informs_its_owner_and_is_no_evidence() {
         .done("verify signed.ply --certificate signed.ply.cert.json --json")
         .json();
     assert!(report["original"].as_str().unwrap().ends_with("again.obj"));
-    assert_eq!(report["original_is"], "same_geometry");
+    assert_eq!(report["original_is"], "geometry");
     assert_eq!(
         (&report["evidence"], &report["p_dispute"]),
         (&false.into(), &1.0.into())

@@ -250,8 +250,8 @@ pub(crate) fn described(verdict: &Verdict, claim: &Claim) -> Map<String, Value> 
         "marked_parts": verdict.marked_parts,
         "original": claim.original_path,
         "original_is": match verdict.compared_with {
-            Compared::Original => "the_file",
-            _ => "same_geometry",
+            Compared::Original => "file",
+            _ => "geometry",
         },
         "message": statement.message,
         "recipient": statement.recipient,
