@@ -18,15 +18,19 @@ pub enum CodeError {
         /// The length of the code.
         length: usize,
     },
-    /// A parameter of the design has no meaning.
-    #[error("{what} is {value}; it must be {expected}")]
-    Design {
-        /// Which parameter.
-        what: &'static str,
-        /// Its value.
-        value: f64,
-        /// What is allowed.
-        expected: &'static str,
+    /// A position that the code does not have, or that was given twice.
+    #[error("position {position} is out of range or given twice; give each at most once, from 0 to below {length}")]
+    Position {
+        /// The position.
+        position: usize,
+        /// The length of the code.
+        length: usize,
+    },
+    /// A convolution whose output does not tell its input.
+    #[error("generator {generator:#x} has g_0 = 0; set its lowest bit")]
+    Generator {
+        /// The coefficients.
+        generator: u64,
     },
     /// A payload or a vector of log-likelihood ratios has the wrong length.
     #[error("{given} {what} for a code that takes {expected}; make the code anew or give as many")]
@@ -44,7 +48,7 @@ pub enum CodeError {
         /// Its position.
         index: usize,
         /// Its value.
-        value: f32,
+        value: f64,
     },
     /// A list without room for a path, or longer than can be kept.
     #[error("a list of {list} paths: give 1 to {most}")]

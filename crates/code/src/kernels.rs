@@ -26,11 +26,11 @@ const SIGN: u32 = 1 << 31;
 
 /// 2 artanh(tanh(a/2) tanh(b/2)) = sign(a b) min(|a|, |b|) + ln(1 + e^−|a+b|) − ln(1 + e^−|a−b|).
 #[inline(always)]
-fn check_node<const EXACT: bool>(a: f32, b: f32) -> f32 {
+fn check_node<const ACCURATE: bool>(a: f32, b: f32) -> f32 {
     let sign = (a.to_bits() ^ b.to_bits()) & SIGN;
     let least = lesser(a.abs(), b.abs());
     let signed = f32::from_bits(least.to_bits() | sign);
-    if EXACT {
+    if ACCURATE {
         signed + (correction((a + b).abs()) - correction((a - b).abs()))
     } else {
         signed
@@ -39,10 +39,28 @@ fn check_node<const EXACT: bool>(a: f32, b: f32) -> f32 {
 
 /// Ratios of a left child, half as many as its parent's.
 #[inline(always)]
-pub(crate) fn check<const EXACT: bool>(parent: &[f32], child: &mut [f32]) {
+pub(crate) fn check<const ACCURATE: bool>(parent: &[f32], child: &mut [f32]) {
     let (a, b) = parent.split_at(child.len());
     for ((out, &a), &b) in child.iter_mut().zip(a).zip(b) {
-        *out = check_node::<EXACT>(a, b);
+        *out = check_node::<ACCURATE>(a, b);
+    }
+}
+
+/// [`check`] for all paths, path p in slot p; the sizes of small children are known to the compiler.
+pub(crate) fn check_all<const ACCURATE: bool>(stage: usize, parents: &[f32], children: &mut [f32]) {
+    match stage {
+        0 => check_each::<ACCURATE>(1, parents, children),
+        1 => check_each::<ACCURATE>(2, parents, children),
+        2 => check_each::<ACCURATE>(4, parents, children),
+        _ => check_each::<ACCURATE>(1 << stage, parents, children),
+    }
+}
+
+#[inline(always)]
+fn check_each<const ACCURATE: bool>(size: usize, parents: &[f32], children: &mut [f32]) {
+    let pairs = children.chunks_exact_mut(size).zip(parents.chunks_exact(2 * size));
+    for (child, parent) in pairs {
+        check::<ACCURATE>(parent, child);
     }
 }
 
@@ -90,12 +108,12 @@ pub(crate) fn variable(parent: &[f32], sister: &[u64], child: &mut [f32]) {
 
 /// What a path's metric grows by: −ln P(bits | ratios) = Σ ln(1 + e^−(1 − 2 bit) λ), for these bits of a leaf and for their complement.
 #[inline(always)]
-pub(crate) fn penalties<const EXACT: bool>(ratios: &[f32], bits: u64) -> [f32; 2] {
+pub(crate) fn penalties<const ACCURATE: bool>(ratios: &[f32], bits: u64) -> [f32; 2] {
     let (mut against, mut with, mut both) = ([0f32; 8], [0f32; 8], [0f32; 8]);
     let mut add = |j: usize, x: f32| {
         against[j] += positive(-x);
         with[j] += positive(x);
-        if EXACT {
+        if ACCURATE {
             both[j] += correction(x.abs());
         }
     };

@@ -1,15 +1,16 @@
 //! Polar.
 mod candidates;
-mod construction;
 mod error;
 mod kernels;
 mod list;
 mod plan;
 mod polar;
 mod precode;
+mod reliability;
+mod search;
 mod transform;
 
 pub use candidates::{Candidate, Candidates};
-pub use construction::Reliability;
 pub use error::CodeError;
-pub use polar::PolarCode;
+pub use polar::{CheckNodes, PolarCode};
+pub use search::{Found, LISTS};

@@ -22,27 +22,27 @@ pub(crate) enum Step {
 /// Code bits of leaves are kept in a word.
 const LARGEST_LEAF: usize = 6;
 
-/// The steps for a code whose position i holds payload where `free[i]`.
-pub(crate) fn plan(free: &[bool]) -> Vec<Step> {
+/// The steps for a code whose position i holds payload where `carries[i]`.
+pub(crate) fn plan(carries: &[bool]) -> Vec<Step> {
     let mut steps = Vec::new();
-    node(free, free.len().trailing_zeros() as usize, 0, &mut steps);
+    node(carries, carries.len().trailing_zeros() as usize, 0, &mut steps);
     steps
 }
 
-fn node(free: &[bool], stage: usize, position: usize, steps: &mut Vec<Step>) {
+fn node(carries: &[bool], stage: usize, position: usize, steps: &mut Vec<Step>) {
     let size = 1 << stage;
-    let covered = &free[position..position + size];
+    let covered = &carries[position..position + size];
     let left = position >> stage & 1 == 0;
-    let count = covered.iter().filter(|&&free| free).count();
+    let count = covered.iter().filter(|&&carries| carries).count();
     match count {
         0 if stage <= LARGEST_LEAF => steps.push(Step::Frozen { stage, left }),
         1 if stage <= LARGEST_LEAF && covered[size - 1] => steps.push(Step::Fork { stage, position }),
         _ => {
             let below = stage - 1;
             steps.push(Step::Check { stage: below });
-            node(free, below, position, steps);
+            node(carries, below, position, steps);
             steps.push(Step::Variable { stage: below });
-            node(free, below, position + size / 2, steps);
+            node(carries, below, position + size / 2, steps);
             steps.push(Step::Combine { stage, left });
         }
     }
