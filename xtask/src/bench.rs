@@ -2,6 +2,7 @@
 
 use anyhow::Result;
 use bench_harness::{
+    code::CodeBench,
     eigen::{EigenBench, LoneSolve},
     formats::FormatsBench,
     partition::{LoneDivision, PartitionBench},
@@ -53,6 +54,11 @@ pub(crate) enum Bench {
     ///
     /// Makes a Python environment and installs npm's packages in .cache/bench/formats. Programs that can't be had are left out, and said.
     Formats(FormatsBench),
+    /// Polar code: frame error rates beside the bounds, other constructions and lengths, AFF3CT's published curves; seconds
+    ///
+    /// Half an hour and more. Points that are finished are kept in .cache/bench/code by the digest of the code that made them, so that a run that was
+    /// interrupted goes on.
+    Code(CodeBench),
     /// Solve one problem in a process of its own, for `eigen`
     #[command(hide = true)]
     Solve(LoneSolve),
@@ -72,6 +78,7 @@ impl Bench {
             Self::Visibility(bench) => bench.run(),
             Self::Seconds(bench) => bench.run(),
             Self::Formats(bench) => bench.run(),
+            Self::Code(bench) => bench.run(),
             Self::Solve(alone) => alone.run(),
             Self::Divide(alone) => alone.run(),
         }

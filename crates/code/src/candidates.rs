@@ -49,8 +49,16 @@ pub struct Candidate {
 impl Candidates {
     pub(crate) fn new(history: History, metrics: Vec<f32>) -> Self {
         let mut order: Vec<u32> = (0..metrics.len() as u32).collect();
-        order.sort_by(|&a, &b| metrics[b as usize].total_cmp(&metrics[a as usize]).then(b.cmp(&a)));
-        Self { history, metrics, order }
+        order.sort_by(|&a, &b| {
+            metrics[b as usize]
+                .total_cmp(&metrics[a as usize])
+                .then(b.cmp(&a))
+        });
+        Self {
+            history,
+            metrics,
+            order,
+        }
     }
 }
 

@@ -19,7 +19,9 @@ pub enum CodeError {
         length: usize,
     },
     /// A position that the code does not have, or that was given twice.
-    #[error("position {position} is out of range or given twice; give each at most once, from 0 to below {length}")]
+    #[error(
+        "position {position} is out of range or given twice; give each at most once, from 0 to below {length}"
+    )]
     Position {
         /// The position.
         position: usize,

@@ -58,7 +58,9 @@ pub(crate) fn check_all<const ACCURATE: bool>(stage: usize, parents: &[f32], chi
 
 #[inline(always)]
 fn check_each<const ACCURATE: bool>(size: usize, parents: &[f32], children: &mut [f32]) {
-    let pairs = children.chunks_exact_mut(size).zip(parents.chunks_exact(2 * size));
+    let pairs = children
+        .chunks_exact_mut(size)
+        .zip(parents.chunks_exact(2 * size));
     for (child, parent) in pairs {
         check::<ACCURATE>(parent, child);
     }
@@ -97,7 +99,10 @@ pub(crate) fn variable(parent: &[f32], sister: &[u64], child: &mut [f32]) {
         }
         return;
     }
-    let eights = child.chunks_exact_mut(8).zip(a.chunks_exact(8)).zip(b.chunks_exact(8));
+    let eights = child
+        .chunks_exact_mut(8)
+        .zip(a.chunks_exact(8))
+        .zip(b.chunks_exact(8));
     for (i, ((out, a), b)) in eights.enumerate() {
         let signs = &SIGNS[(sister[i / 8] >> (i % 8 * 8) & 255) as usize];
         for j in 0..8 {
@@ -131,5 +136,8 @@ pub(crate) fn penalties<const ACCURATE: bool>(ratios: &[f32], bits: u64) -> [f32
         }
     }
     let both: f32 = both.iter().sum();
-    [against.iter().sum::<f32>() + both, with.iter().sum::<f32>() + both]
+    [
+        against.iter().sum::<f32>() + both,
+        with.iter().sum::<f32>() + both,
+    ]
 }

@@ -50,7 +50,10 @@ impl PolarCode {
     pub fn new(payload_bits: usize, length: usize) -> Result<Self, CodeError> {
         check_length(length)?;
         if payload_bits == 0 || payload_bits > length {
-            return Err(CodeError::PayloadBits { bits: payload_bits, length });
+            return Err(CodeError::PayloadBits {
+                bits: payload_bits,
+                length,
+            });
         }
         let mut carries = vec![false; length];
         for i in by_reliability(length).into_iter().take(payload_bits) {
@@ -69,7 +72,10 @@ impl PolarCode {
     /// When there are fewer chips than bits of payload, no payload, or more than half of [`Self::LONGEST`].
     pub fn for_chips(payload_bits: usize, chips: usize) -> Result<Self, CodeError> {
         if payload_bits == 0 || payload_bits > chips || payload_bits > Self::LONGEST / 2 {
-            return Err(CodeError::PayloadBits { bits: payload_bits, length: chips.min(Self::LONGEST / 2) });
+            return Err(CodeError::PayloadBits {
+                bits: payload_bits,
+                length: chips.min(Self::LONGEST / 2),
+            });
         }
         let least = (2 * payload_bits).next_power_of_two();
         let most = (16 * payload_bits).next_power_of_two().min(Self::LONGEST);
@@ -168,13 +174,22 @@ impl PolarCode {
     pub fn decode(&self, ratios: &[f64], list: usize) -> Result<Candidates, CodeError> {
         check_count("log-likelihood ratios", ratios.len(), self.length())?;
         if list == 0 || list > Self::LONGEST_LIST {
-            return Err(CodeError::List { list, most: Self::LONGEST_LIST });
+            return Err(CodeError::List {
+                list,
+                most: Self::LONGEST_LIST,
+            });
         }
         if let Some(index) = ratios.iter().position(|ratio| !ratio.is_finite()) {
-            return Err(CodeError::NotFinite { index, value: ratios[index] });
+            return Err(CodeError::NotFinite {
+                index,
+                value: ratios[index],
+            });
         }
         let most = Self::MOST_CERTAIN;
-        let ratios: Vec<f32> = ratios.iter().map(|ratio| ratio.clamp(-most, most) as f32).collect();
+        let ratios: Vec<f32> = ratios
+            .iter()
+            .map(|ratio| ratio.clamp(-most, most) as f32)
+            .collect();
         let paths = Paths::new(&ratios, self.precoder, list);
         Ok(match self.check_nodes {
             CheckNodes::Accurate => paths.run::<true>(&self.steps),
@@ -193,7 +208,11 @@ fn check_length(length: usize) -> Result<(), CodeError> {
 
 fn check_count(what: &'static str, given: usize, expected: usize) -> Result<(), CodeError> {
     if given != expected {
-        return Err(CodeError::Count { what, given, expected });
+        return Err(CodeError::Count {
+            what,
+            given,
+            expected,
+        });
     }
     Ok(())
 }

@@ -40,7 +40,8 @@ impl Paths<'_> {
         }
         choice.keep(self.list);
         self.metrics.clear();
-        self.metrics.extend(choice.kept.iter().map(|&kept| choice.metrics[kept as usize]));
+        self.metrics
+            .extend(choice.kept.iter().map(|&kept| choice.metrics[kept as usize]));
         self.write_leaf(stage, position);
         self.follow(stage, position + size - 1);
         self.history.push(&self.choice.kept);
@@ -108,7 +109,9 @@ impl Choice {
             return;
         }
         self.keys.clear();
-        let keys = (0..).zip(&self.metrics).map(|(place, &metric)| key(place, metric));
+        let keys = (0..)
+            .zip(&self.metrics)
+            .map(|(place, &metric)| key(place, metric));
         self.keys.extend(keys);
         let (_, &mut last, _) = self.keys.select_nth_unstable(list - 1);
         let kept = (0..count).zip(&self.metrics);
@@ -130,8 +133,16 @@ mod tests {
     #[test]
     fn the_least_are_kept_in_order_and_of_equal_ones_the_first() {
         let metrics = vec![3.0, 1.0, 2.0, 2.0, 0.0, 2.0];
-        let mut choice = Choice { metrics, ..Default::default() };
-        for (list, kept) in [(1, vec![4]), (3, vec![1, 2, 4]), (4, vec![1, 2, 3, 4]), (6, vec![0, 1, 2, 3, 4, 5])] {
+        let mut choice = Choice {
+            metrics,
+            ..Default::default()
+        };
+        for (list, kept) in [
+            (1, vec![4]),
+            (3, vec![1, 2, 4]),
+            (4, vec![1, 2, 3, 4]),
+            (6, vec![0, 1, 2, 3, 4, 5]),
+        ] {
             choice.keep(list);
             assert_eq!(choice.kept, kept);
         }

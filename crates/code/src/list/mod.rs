@@ -82,7 +82,13 @@ impl<'a> Paths<'a> {
     fn variable(&mut self, stage: usize) {
         let paths = self.metrics.len();
         let (below, above) = self.stages.split_at_mut(stage + 1);
-        let Stage { ratios, ratio_slots, left, left_slots, .. } = &mut below[stage];
+        let Stage {
+            ratios,
+            ratio_slots,
+            left,
+            left_slots,
+            ..
+        } = &mut below[stage];
         ratio_slots.own(paths);
         let size = 1 << stage;
         for (p, child) in ratios.chunks_exact_mut(size).take(paths).enumerate() {

@@ -60,7 +60,10 @@ pub(super) struct Bits {
 impl Bits {
     fn new(stage: usize, list: usize) -> Self {
         let width = (1usize << stage).div_ceil(64);
-        Self { words: vec![0; list * width], width }
+        Self {
+            words: vec![0; list * width],
+            width,
+        }
     }
 
     #[inline]
