@@ -77,7 +77,7 @@ pub(super) fn point(code: &PolarCode, t0: f64, lists: &[usize], effort: &Effort)
         }
     }
     println!(
-        "{} in {}, T0 {t0}: {:?} of {}",
+        "{} in {}, T0 {t0:.2}: {:?} of {}",
         code.payload_bits(),
         code.length(),
         point.missed,

@@ -16,7 +16,7 @@ use anyhow::Result;
 use clap::Args;
 use code::PolarCode;
 use evaluation::sources;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use self::{
     accepts::Accepts,
@@ -81,8 +81,16 @@ struct Beside {
 
 /// Payload, length and strengths of the codes that a model of the paper's size has chips for.
 const MAIN: [(usize, usize, &[f64]); 2] = [
-    (512, 2048, &[32.5, 33.0, 33.5, 34.0, 35.0, 36.0, 37.0, 38.0]),
-    (128, 1024, &[15.5, 16.0, 16.5, 17.0, 17.5, 18.0, 19.0, 20.0]),
+    (
+        512,
+        2048,
+        &[32.5, 33.0, 33.5, 34.0, 35.0, 36.0, 37.0, 38.0, 39.0, 40.0, 41.0],
+    ),
+    (
+        128,
+        1024,
+        &[15.5, 16.0, 16.5, 17.0, 17.5, 18.0, 19.0, 20.0, 21.0, 22.0, 23.0],
+    ),
 ];
 
 /// Of shorter and longer ones.

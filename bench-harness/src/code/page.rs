@@ -33,6 +33,7 @@ pub(super) fn write(
     let sections = [
         words(effort),
         needed(curves).markdown(),
+        asked(&curves.main),
         "![Frame error rates](code.svg)\n".into(),
         times(curves).markdown(),
         rates(curves.main.iter()).markdown(),
@@ -70,6 +71,26 @@ fn with_error(figure: Option<(f64, f64)>) -> String {
     figure.map_or("–".into(), |(t0, error)| format!("{t0:.2} ± {error:.2}"))
 }
 
+/// What is asked of the longest list: payload and T₀.
+const ASKED: [(usize, f64); 2] = [(512, 35.5), (128, 18.2)];
+
+fn asked(curves: &[Curve]) -> String {
+    let judged = ASKED.iter().map(|&(bits, most)| {
+        let curve = curves.iter().find(|curve| curve.bits == bits);
+        let reached = curve.and_then(|curve| t0_at(&curve.points, LISTS.len() - 1, RATE));
+        let verdict = match reached {
+            Some((t0, _)) if t0 <= most => format!(
+                "reached, with {:.2} dB to spare",
+                eb_n0(most, bits) - eb_n0(t0, bits)
+            ),
+            Some(_) => "**missed**".into(),
+            None => "not measured".into(),
+        };
+        format!("T₀ ≤ {most} for {bits} bits: {verdict}")
+    });
+    format!("Asked for were {}.\n", judged.collect::<Vec<_>>().join("; "))
+}
+
 fn needed(curves: &Curves) -> Table {
     let longest = LISTS[LISTS.len() - 1];
     let lists = LISTS.map(|list| format!("list {list}"));
@@ -78,7 +99,8 @@ fn needed(curves: &Curves) -> Table {
         [
             "bound",
             "bound of lists",
-            "Eb/N0 above the bound (dB)",
+            "dB above the bound",
+            "dB above that of lists",
             "Shannon",
             "repetition",
         ]
@@ -86,7 +108,7 @@ fn needed(curves: &Curves) -> Table {
     );
     let mut table = Table::new(&format!("T₀ at a frame error rate of {RATE}"), header).note(&format!(
         "± is the standard error. The bound is the normal approximation (Polyanskiy, Poor and Verdú 2010) for one answer; a list of L, of which somebody else chooses, may have log₂ L bits more, \
-         and *bound of lists* is that for {longest}: the figures under *list {longest}* are to be held against it, and may lie below the other. dB are those of the longest list above the bound for one answer. Shannon's limit is that of \
+         and *bound of lists* is that for {longest}: the figures under *list {longest}* are to be held against it, and may lie below the other. dB are those of Eb/N0, of the longest list above either. Shannon's limit is that of \
          the rate, for any length. Repetition: every bit alike often, all of them right."
     ));
     for curve in curves.all() {
@@ -96,14 +118,15 @@ fn needed(curves: &Curves) -> Table {
         let bound = normal_approximation(*bits as f64, *length, RATE);
         let of_lists = normal_approximation(*bits as f64 - (longest as f64).log2(), *length, RATE);
         let last = t0_at(points, LISTS.len() - 1, RATE);
-        let above = last.map_or("–".into(), |(t0, _)| {
-            format!("{:+.2}", eb_n0(t0, *bits) - eb_n0(bound, *bits))
+        let above = [bound, of_lists].map(|bound| {
+            let above = last.map(|(t0, _)| eb_n0(t0, *bits) - eb_n0(bound, *bits));
+            above.map_or("–".into(), |above| format!("{above:+.2}"))
         });
         let lists = (0..LISTS.len()).map(|list| with_error(t0_at(points, list, RATE)));
         let row = [bits.to_string(), length.to_string()].into_iter().chain(lists);
         let figures = [bound, of_lists].map(|t0| format!("{t0:.2}"));
         let more = [shannon(*bits, *length), repetition(*bits, RATE)].map(|t0| format!("{t0:.2}"));
-        table.row(row.chain(figures).chain([above]).chain(more));
+        table.row(row.chain(figures).chain(above).chain(more));
     }
     table
 }
@@ -128,7 +151,10 @@ fn times(curves: &Curves) -> Table {
 }
 
 fn counted(point: &Point, list: usize) -> String {
-    format!("{:.1e} ({})", point.rate(list), point.missed[list])
+    match point.missed[list] {
+        0 => "0".into(),
+        missed => format!("{:.1e} ({missed})", point.rate(list)),
+    }
 }
 
 fn rates<'a>(curves: impl Iterator<Item = &'a Curve>) -> Table {

@@ -27,7 +27,7 @@ pub enum CheckNodes {
     /// 2 artanh(tanh(a/2) tanh(b/2)), logarithms to within 0.02. Needs ratios in their true unit, the natural logarithm.
     #[default]
     Accurate,
-    /// sign(a b) min(|a|, |b|), which is right up to a common factor of all ratios, and leaves a third more words unread.
+    /// sign(a b) min(|a|, |b|), which asks for ratios up to a common factor only. Leaves somewhat more words unread (`results/code.md`).
     MinSum,
 }
 
@@ -64,8 +64,7 @@ impl PolarCode {
 
     /// The code for a channel of `chips` chips: the longest power of two that they fill, up to 16 times the payload.
     ///
-    /// Longer codes read the same payload of a weaker mark (512 bits in 4096 instead of 2048: of 3 % weaker), up to there; what chips remain
-    /// repeat code bits. Where the chips fill less than twice the payload, the code is the next longer one, and the bits that have no chip are
+    /// Longer codes read the same payload of a weaker mark (`results/code.md`) and take hardly more time; what chips remain repeat code bits. Where the chips fill less than twice the payload, the code is the next longer one, and the bits that have no chip are
     /// erased ([`Self::fold`]).
     ///
     /// # Errors

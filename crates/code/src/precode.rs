@@ -9,8 +9,7 @@
 pub(crate) struct Precoder(u64);
 
 impl Precoder {
-    /// The first 64 binary digits of π − 3, which nobody chose. Of generators with 4, 6, 7 and 64 coefficients the long ones did best
-    /// (`results/code.md`).
+    /// The first 64 binary digits of π − 3, which nobody chose.
     pub(crate) const PI: Self = Self(0x243F_6A88_85A3_08D3);
 
     /// None where g_0 = 0.
