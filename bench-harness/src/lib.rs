@@ -1,6 +1,6 @@
 //! The benchmarks, and the peers that ours is held against on the same inputs in one run.
 //!
-//! Each comparison has a folder of its own, with its inputs, its runs and its page in `results/`: [`eigen`], [`formats`], [`partition`], [`quality`],
+//! Each comparison has a folder of its own, with its inputs, its runs and its page in `results/`: [`mod@code`], [`eigen`], [`formats`], [`partition`], [`quality`],
 //! [`registration`], [`seconds`], [`security`], [`visibility`]. Each is a struct of options, which `cargo xtask bench` parses, with a method `run`. Peers in other languages are in `peers/`, each in a process of its
 //! own; what they finished is kept in `.cache/bench`. `benches/` measures the steps of ours alone, with criterion.
 //!
@@ -22,6 +22,7 @@
 //! ```
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
+pub mod code;
 pub mod eigen;
 pub mod formats;
 mod kept;

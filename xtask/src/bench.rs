@@ -2,6 +2,7 @@
 
 use anyhow::Result;
 use bench_harness::{
+    code::CodeBench,
     eigen::{EigenBench, LoneSolve},
     formats::FormatsBench,
     partition::{LoneDivision, PartitionBench},
@@ -54,6 +55,11 @@ pub(crate) enum Bench {
     /// Makes a Python environment and installs npm's packages in .cache/bench/formats. Programs that can't be had are left out, and said. Pictures
     /// are drawn by three.js in Chromium without its window (Debian: apt-get install chromium; elsewhere CHROMIUM says where it is).
     Formats(FormatsBench),
+    /// Polar code: frame error rates beside the bounds, other constructions and lengths, AFF3CT's published curves; seconds
+    ///
+    /// Half an hour and more. Points that are finished are kept in .cache/bench/code by the digest of the code that made them, so that a run that was
+    /// interrupted goes on.
+    Code(CodeBench),
     /// Solve one problem in a process of its own, for `eigen`
     #[command(hide = true)]
     Solve(LoneSolve),
@@ -73,6 +79,7 @@ impl Bench {
             Self::Visibility(bench) => bench.run(),
             Self::Seconds(bench) => bench.run(),
             Self::Formats(bench) => bench.run(),
+            Self::Code(bench) => bench.run(),
             Self::Solve(alone) => alone.run(),
             Self::Divide(alone) => alone.run(),
         }
