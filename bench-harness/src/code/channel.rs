@@ -90,7 +90,7 @@ pub(super) fn point(code: &PolarCode, t0: f64, lists: &[usize], effort: &Effort)
 pub(super) fn on_threads<T: Send>(threads: usize, work: impl Fn() -> Result<T> + Sync) -> Result<Vec<T>> {
     std::thread::scope(|scope| {
         let started: Vec<_> = (0..threads.max(1)).map(|_| scope.spawn(&work)).collect();
-        let ended = started.into_iter().map(|thread| thread.join());
+        let ended = started.into_iter().map(std::thread::ScopedJoinHandle::join);
         ended
             .map(|ended| ended.unwrap_or_else(|_| anyhow::bail!("a thread panicked")))
             .collect()
