@@ -165,6 +165,7 @@ fn what_embed_writes_verify_finds_in_every_format() {
                 "coverage",
                 "evidence",
                 "extraction_rate",
+                "margin",
                 "marked_parts",
                 "message",
                 "mirrored",

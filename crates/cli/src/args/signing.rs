@@ -223,7 +223,7 @@ Few patches are read first, and more only where these do not hold every bit; the
 
 --json prints: an object a suspect, each in a line, of suspect (file name), outcome (verified, detected or not_found), evidence (whether p_value is at most 2^-120 for a mark that binds the \
 original, compared with the very file), scheme, signed (what the signature in the shape covers: statement or message), own_key (whether the key is the \
-certificate's), original (file name), original_is (file: the very one that was signed; geometry: another of that geometry), extraction_rate (0 to 1), p_value, p_dispute (2^80 p_value, at most 1), correlation, bits, \
+certificate's), original (file name), original_is (file: the very one that was signed; geometry: another of that geometry), extraction_rate (0 to 1), p_value, p_dispute (2^80 p_value, at most 1), correlation, margin (T0, the signal-to-noise ratio), bits, \
 bit_errors, patches_read (of how many patches the bits were read), registration (connectivity, surroundings, surface or parts), poses (how many were tried), overlap (share of the \
 suspect's surface that lies on the original, 0 to 1), coverage (share of the original's that lies on the suspect), missing \
 (share of the original's vertices that were not seen), residual (fraction of the diagonal), transform (4 × 4, suspect to \

@@ -25,6 +25,14 @@ pub fn p_value(signature: &[bool], soft: &[f64]) -> f64 {
     (2.0 * by_correlation.min(binomial_tail(n, matches))).min(1.0)
 }
 
+/// T₀ = T / √(1 − T²/l) over the l bits of which something was read: the matched filter's signal-to-noise ratio, √l Φ⁻¹(ER) where noise is Gaussian. T ends at √l, T₀
+/// does not. What was read almost without a spread counts as T² short of l by a ten-thousandth: 100 √l.
+pub fn margin(signature: &[bool], soft: &[f64]) -> f64 {
+    let t = correlation(signature, soft);
+    let read = soft.iter().filter(|x| **x != 0.0).count().max(1) as f64;
+    t / (1.0 - t * t / read).max(1e-4).sqrt()
+}
+
 /// The [`p_value`] of a reading that was chosen, times the number of all that could have been (union bound), at most 1.
 pub fn p_of_chosen(signature: &[bool], reading: &Reading) -> f64 {
     (p_value(signature, &reading.soft.0) * reading.tries as f64).min(1.0)
@@ -90,6 +98,36 @@ mod tests {
         assert!(p_value(&signature, &soft) < 1e-90);
         let inverted: Vec<f64> = soft.iter().map(|x| -x).collect();
         assert_eq!(p_value(&signature, &inverted), 1.0);
+    }
+
+    #[test]
+    fn the_margin_is_the_signal_to_noise_ratio_of_all_bits_together() {
+        use rand_chacha::{
+            ChaCha8Rng,
+            rand_core::{Rng, SeedableRng},
+        };
+        let mut rng = ChaCha8Rng::seed_from_u64(3);
+        // Twelve uniform numbers make a normal one of variance 1.
+        let mut normal = || {
+            (0..12)
+                .map(|_| f64::from(rng.next_u32()) / f64::from(u32::MAX))
+                .sum::<f64>()
+                - 6.0
+        };
+        let bits = vec![true; 8192];
+        for signal in [0.1, 0.5, 2.0] {
+            let soft: Vec<f64> = bits.iter().map(|_| signal + normal()).collect();
+            let expected = signal * 8192f64.sqrt();
+            assert!(
+                (margin(&bits, &soft) - expected).abs() < 3.0 + 0.02 * expected,
+                "{signal}"
+            );
+        }
+        assert_eq!(margin(&bits, &[0.0; 8192]), 0.0);
+        assert!((margin(&bits, &[1.0; 8192]) / (100.0 * 8192f64.sqrt()) - 1.0).abs() < 1e-9);
+        // What was not seen takes no part.
+        let half: Vec<f64> = (0..8192).map(|t| if t < 4096 { 1.0 } else { 0.0 }).collect();
+        assert!((margin(&bits, &half) / (100.0 * 64.0) - 1.0).abs() < 1e-9);
     }
 
     #[test]

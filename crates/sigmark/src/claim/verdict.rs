@@ -111,6 +111,8 @@ pub struct Verdict {
     pub p_value: f64,
     /// T = Σ sₜ xₜ / √(Σ xₜ²).
     pub correlation: f64,
+    /// T₀ = T / √(1 − T²/l), the signal-to-noise ratio of the whole mark; `None` if the suspect does not fit the original.
+    pub margin: Option<f64>,
     /// l.
     pub bits: usize,
     /// Bits read wrong; `None` if the suspect does not fit.

@@ -7,7 +7,7 @@ use registration::{AlignOptions, Alignment, MatchedBy, PreparedMesh};
 use super::{
     Certificate, Compared, FoundPart, Mismatch, Outcome, SigmarkError, Verdict,
     keys::PublicKey,
-    statistics::{correlation, extraction_rate, p_of_chosen},
+    statistics::{correlation, extraction_rate, margin, p_of_chosen},
 };
 use crate::{
     mark::{
@@ -293,6 +293,7 @@ impl Verifier {
             extraction_rate: Some(extraction_rate(expected, &extracted)),
             p_value: p,
             correlation: correlation(expected, &reading.soft.0),
+            margin: Some(margin(expected, &reading.soft.0)),
             bits: expected.len(),
             bit_errors: Some(expected.iter().zip(&extracted).filter(|(s, e)| s != e).count()),
             patches_read: reading.patches_read,
@@ -331,6 +332,7 @@ impl Verifier {
             extraction_rate: None,
             p_value: 1.0,
             correlation: 0.0,
+            margin: None,
             bits: self.certificate.statement().scheme.bits(),
             bit_errors: None,
             patches_read: 0,
@@ -388,7 +390,7 @@ impl MarkedPart {
     fn found(&self, seen: &[bool]) -> Option<FoundPart> {
         let count = self.vertices.iter().filter(|&&v| seen[v as usize]).count();
         let share = count as f64 / self.vertices.len() as f64;
-        (share >= 0.5).then(|| FoundPart {
+        (share >= 0.5).then_some(FoundPart {
             part: self.number,
             vertex: self.vertex,
             seen: share,

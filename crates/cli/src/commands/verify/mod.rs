@@ -228,6 +228,7 @@ pub(crate) fn described(verdict: &Verdict, claim: &Claim) -> Map<String, Value> 
         "p_value": verdict.p_value,
         "p_dispute": verdict.p_dispute(),
         "correlation": verdict.correlation,
+        "margin": verdict.margin,
         "bits": verdict.bits,
         "bit_errors": verdict.bit_errors,
         "patches_read": verdict.patches_read,

@@ -68,6 +68,9 @@ pub(super) fn summary(
             "bits",
             format!("{} of {bits} agree ({rate:.2} %){read}", bits - errors),
         );
+        if let Some(margin) = verdict.margin {
+            lines.field("margin", format!("T0 = {margin:.1}"));
+        }
         tell_how_sure(&mut lines, verdict);
     }
     if let (Some(transform), Some(residual)) = (verdict.transform, verdict.residual) {
