@@ -1,6 +1,6 @@
 //! Mesh files: what is read is written back byte for byte, and moving vertices changes coordinates and nothing else.
 
-use mesh::MeshError;
+use mesh::{MeshError, Similarity};
 use mesh_io::{Asset, AssetError, AssetProblem, Format, Precision, write_mesh};
 
 /// Reads a file of a format, gzipped or not; without a format, the content decides.
@@ -13,6 +13,7 @@ pub(crate) fn check(bytes: &[u8], format: Option<Format>) {
     let same = same.expect("a file holds the positions that were read from it");
     assert_eq!(*same.to_bytes(), *bytes, "positions that are those of the file");
     check_moved(&asset);
+    check_turned(&asset);
     check_copies(&asset);
 }
 
@@ -75,6 +76,33 @@ fn check_moved(asset: &Asset) {
             );
             assert_eq!(written, read, "a position as it was written, and as it is read");
         }
+    }
+}
+
+/// Turns and mirrors the whole, with all directions that the file holds.
+fn check_turned(asset: &Asset) {
+    let similarity = Similarity {
+        scale: 0.75,
+        translation: [0.5, -1.0, 2.0],
+        rotation: [[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, -1.0]],
+    };
+    let Ok(turned) = asset.moved_by(&similarity) else {
+        return;
+    };
+    let positions = similarity.apply_all(asset.mesh().positions());
+    let moved = asset.with_positions(&positions).expect("it was done just now");
+    assert_eq!(
+        turned.asset.mesh().positions(),
+        moved.mesh().positions(),
+        "directions change no position"
+    );
+    match Asset::from_bytes(turned.asset.to_bytes(), asset.format()) {
+        Ok(again) => assert_eq!(again.file_vertex_count(), asset.file_vertex_count()),
+        Err(AssetError {
+            problem: AssetProblem::Geometry(MeshError::OnlyRepeatedVertices { .. }),
+            ..
+        }) => {}
+        Err(error) => panic!("what was turned is not read: {error}"),
     }
 }
 

@@ -14,6 +14,9 @@ pub(super) fn word(verdict: &Verdict, arguments: &Verify) -> &'static str {
         Outcome::Verified if verdict.compared_with != Compared::Original => "Verified, for the owner alone",
         Outcome::Verified => "Verified",
         Outcome::Detected { .. } if arguments.dispute && !verdict.is_evidence() => "No evidence",
+        Outcome::Detected { .. } if verdict.compared_with != Compared::Original => {
+            "Detected, for the owner alone"
+        }
         Outcome::Detected { .. } => "Detected",
         _ => "Not found",
     }
