@@ -240,7 +240,7 @@ fn a_symmetric_shape_with_other_vertices_is_tried_in_its_poses_and_pays_for_them
 fn a_symmetric_shape_that_is_read_twice_pays_for_two_readings_in_every_pose() {
     let signed = sign(&pair(), 1);
     let mut rng = ChaCha20Rng::seed_from_u64(4);
-    let far = 0.02 * signed.mesh().bounding_box().diagonal();
+    let far = 0.01 * signed.mesh().bounding_box().diagonal();
     let noisy = signed.positions().iter();
     let noisy = noisy.map(|p| p.map(|x| x + far * (f64::from(rng.next_u32()) / f64::from(u32::MAX) - 0.5)));
     let noisy = signed.mesh().with_positions(noisy.collect()).unwrap();
@@ -444,7 +444,7 @@ fn crowded(mesh: &TriMesh, times: usize) -> TriMesh {
 fn where_triangles_are_uneven_every_vertex_counts_alike() {
     let signed = sign(&crowded(&original(), 2), 1);
     let mut rng = ChaCha20Rng::seed_from_u64(8);
-    let far = 0.003 * signed.mesh().bounding_box().diagonal();
+    let far = 0.01 * signed.mesh().bounding_box().diagonal();
     let [paper, least_squares] = rates_of_vertices(&signed, |p| {
         p.map(|x| x + far * (f64::from(rng.next_u32()) / f64::from(u32::MAX) - 0.5))
     });
@@ -456,7 +456,7 @@ fn vertices_that_are_far_off_count_for_little() {
     let signed = signed();
     let mut rng = ChaCha20Rng::seed_from_u64(6);
     let mut random = || f64::from(rng.next_u32()) / f64::from(u32::MAX) - 0.5;
-    let far = 0.05 * signed.mesh().bounding_box().diagonal();
+    let far = 0.01 * signed.mesh().bounding_box().diagonal();
     let mut number = 0;
     let [paper, least_squares] = rates_of_vertices(signed, |p| {
         number += 1;
