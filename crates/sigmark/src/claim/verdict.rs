@@ -111,7 +111,8 @@ pub struct Verdict {
     pub p_value: f64,
     /// T = Σ sₜ xₜ / √(Σ xₜ²).
     pub correlation: f64,
-    /// T₀ = T / √(1 − T²/l), the signal-to-noise ratio of the whole mark; `None` if the suspect does not fit the original.
+    /// T₀ = T / √(1 − T²/l), the signal-to-noise ratio of the whole mark; `None` if the suspect does not fit the original. Bits that the
+    /// layout marks unequally spread as noise does: where all are right it says little.
     pub margin: Option<f64>,
     /// l.
     pub bits: usize,

@@ -68,7 +68,7 @@ pub(super) fn summary(
             "bits",
             format!("{} of {bits} agree ({rate:.2} %){read}", bits - errors),
         );
-        if let Some(margin) = verdict.margin {
+        if let Some(margin) = verdict.margin.filter(|_| errors > 0) {
             lines.field("margin", format!("T0 = {margin:.1}"));
         }
         tell_how_sure(&mut lines, verdict);
