@@ -168,7 +168,6 @@ fn find_original(certificate: &Certificate, path: &Path) -> Result<(PathBuf, Ass
         meshes_in(folder).with_context(|| format!("{}: can't be listed", folder.display()))?;
     // A name with a folder in it, which no embed writes, matches none.
     candidates.sort_by_key(|path| path.file_name() != Some(certificate.original_name().as_ref()));
-    let sketch = certificate.sketch();
     let mut alike = None;
     for candidate in candidates {
         // What can't be read is not the original, which could be.
@@ -179,9 +178,8 @@ fn find_original(certificate: &Certificate, path: &Path) -> Result<(PathBuf, Ass
             return Ok((candidate, asset));
         }
         let is_alike = || {
-            sketch
-                .as_ref()
-                .is_some_and(|sketch| sketch.recognise(asset.mesh()).is_some())
+            let sketch = certificate.sketch_for(asset.mesh());
+            sketch.is_some_and(|sketch| sketch.recognise(asset.mesh()).is_some())
         };
         if alike.is_none() && is_alike() {
             alike = Some((candidate, asset));

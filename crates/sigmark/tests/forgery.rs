@@ -5,8 +5,13 @@
 #![allow(clippy::unwrap_used)] // in the helpers of tests, too
 #![allow(clippy::print_stdout)] // the run over real meshes shows its figures
 
-use std::sync::Arc;
+use std::{
+    io::{Read, Write},
+    sync::Arc,
+};
 
+use base64::{Engine, engine::general_purpose::STANDARD as BASE64};
+use flate2::{Compression, read::ZlibDecoder, write::ZlibEncoder};
 use job::Job;
 use mesh::{TriMesh, shapes};
 use p256::{
@@ -593,6 +598,64 @@ fn a_mark_that_was_copied_onto_another_shape_is_not_found_there() {
         assert!(
             !verdict.outcome.is_found() && !verdict.is_evidence(),
             "shape {i}: {verdict:?}"
+        );
+    }
+}
+
+/// The sketch of a certificate with other bytes in it; its issuer can seal what he likes.
+fn with_sketch(person: &Person, certificate: &Certificate, edit: impl Fn(&mut Vec<u8>)) -> Certificate {
+    let value: Value = serde_json::from_str(&certificate.to_json().unwrap()).unwrap();
+    let text = value["original"]["sketch"].as_str().unwrap();
+    let mut bytes = Vec::new();
+    let packed = BASE64.decode(text).unwrap();
+    ZlibDecoder::new(&packed[..]).read_to_end(&mut bytes).unwrap();
+    edit(&mut bytes);
+    let mut packed = ZlibEncoder::new(Vec::new(), Compression::best());
+    packed.write_all(&bytes).unwrap();
+    let text = BASE64.encode(packed.finish().unwrap());
+    issued(person, certificate, &[("/original/sketch", text.into())]).unwrap()
+}
+
+/// He chooses the signs of harmonics, or larger patches than anybody may ask for, where the statement does not bind them.
+#[test]
+fn a_sketch_that_was_chosen_is_no_evidence_and_asks_for_no_other_patches() {
+    let mesh = shapes::bumpy_sphere(4, 1);
+    let forger = Person::numbered(2);
+    let signed = forger.embedder(4e-4).embed(&mesh, &job()).unwrap();
+    let (certificate, key) = (signed.certificate(), signed.certificate().public_key());
+    let other_file = shapes::scaled(&mesh, 10.0);
+
+    let functions: usize = certificate.statement().functions.iter().sum();
+    let chosen = with_sketch(&forger, certificate, |bytes| {
+        let signs = bytes.len() - functions;
+        bytes[signs..].iter_mut().step_by(2).for_each(|sign| *sign ^= 1);
+    });
+    for certificate in [certificate, &chosen] {
+        let verifier = Verifier::for_owner(&other_file, certificate, key).unwrap();
+        let verdict = verifier.verify(signed.mesh(), &job()).unwrap();
+        assert!(
+            !verdict.is_evidence() && verdict.p_dispute() == 1.0,
+            "{verdict:?}"
+        );
+        assert!(Verifier::new(&other_file, certificate, key).is_err());
+    }
+    // With the very file a sketch plays no part.
+    let verdict = Verifier::new(&mesh, &chosen, key)
+        .unwrap()
+        .verify(signed.mesh(), &job());
+    assert!(verdict.unwrap().is_evidence());
+
+    let labels = 4 * mesh.vertex_count();
+    for label in [0u32, 1, 7, u32::MAX] {
+        let grown = with_sketch(&forger, certificate, |bytes| {
+            let end = bytes.len() - functions;
+            let labels = bytes[end - labels..end].as_chunks_mut::<4>().0;
+            labels.iter_mut().for_each(|own| *own = label.to_le_bytes());
+        });
+        let error = Verifier::for_owner(&other_file, &grown, key).unwrap_err();
+        assert!(
+            matches!(error, SigmarkError::AnotherOriginal { .. }),
+            "{label}: {error}"
         );
     }
 }

@@ -100,12 +100,19 @@ impl Page<'_> {
         );
         facts.add("It is over", Html::markup(covers));
         facts.add("h", Html::digits(&repeat::hex(certificate.statement_hash())));
+        let is_original = GeometryDigest::of(self.claim.original.mesh()) == statement.original.digest;
         facts.add(
             "Certificate",
-            Html::markup(
-                "its signature and its seal were checked by the public key, and its digest of the \
-             geometry against the original, before any suspect was looked at.",
-            ),
+            Html::markup(match is_original {
+                true => {
+                    "its signature and its seal were checked by the public key, and its digest of the \
+                     geometry against the original, before any suspect was looked at."
+                }
+                false => {
+                    "its signature and its seal were checked by the public key. The file compared as the original has another \
+                     digest; its geometry was recognised by a sketch that the seal covers, and the signature does not."
+                }
+            }),
         );
         facts.add("Suspect", Html::markup("was laid onto the original; the difference between the two, in the lowest vibration \
              modes of the original\u{2019}s surface, tells the bits. The reader does not know the signature that it looks for, \

@@ -58,7 +58,7 @@ impl Verifier {
     }
 
     /// As [`new`](Self::new), with a file of the original's geometry in another order, at another precision, in another unit or with another axis upward, which is
-    /// recognised by the certificate's [sketch](Certificate::sketch). For the owner's information: verdicts say so, and none is evidence.
+    /// recognised by the certificate's [sketch](Certificate::sketch_for). For the owner's information: verdicts say so, and none is evidence.
     ///
     /// # Errors
     /// As [`new`](Self::new); [`SigmarkError::AnotherOriginal`] where the geometry is not recognised.
@@ -70,7 +70,7 @@ impl Verifier {
         check_key(certificate, public_key)?;
         let statement = certificate.statement();
         let unknown = || another_original(certificate, given);
-        let sketch = certificate.sketch().ok_or_else(unknown)?;
+        let sketch = certificate.sketch_for(given).ok_or_else(unknown)?;
         let recognised = sketch.recognise(given).ok_or_else(unknown)?;
         let patches = Patches::from_labels(&recognised.mesh, sketch.labels())?;
         if patches.labels() != sketch.labels() {

@@ -206,8 +206,8 @@ fn is_typical(role: Role, accessor: &Accessor) -> bool {
     accessor.shape.components == components && is_signed
 }
 
-/// Three components of every element.
-fn run(elements: &Elements, components: [usize; 3], normalised: bool) -> BinaryRun {
+/// Three components of every element, where no scene places them.
+pub(super) fn run(elements: &Elements, components: [usize; 3], normalised: bool) -> BinaryRun {
     let kind = elements.shape.scalar;
     BinaryRun {
         buffer: elements.buffer,

@@ -8,6 +8,7 @@ use gltf::json::validation::Checked;
 use super::accessor::{Accessor, Elements};
 use super::buffers::Store;
 use super::bytes::Bytes;
+use super::directions::run;
 use super::document::{Document, accessor_fault};
 use crate::error::Fault;
 use crate::scalar::{Endian, Scalar};
@@ -81,23 +82,11 @@ impl Vertices {
         normalised: bool,
         placement: Option<&Placement>,
     ) -> Result<Vec<u32>, Fault> {
-        let (kind, count) = (elements.shape.scalar, elements.shape.count);
+        let count = elements.shape.count;
         let first = self.take_numbers(count)?;
         self.runs.push(BinaryRun {
-            buffer: elements.buffer,
-            start: elements.start,
-            stride: elements.stride,
-            vertices: vec![[0, kind.size(), 2 * kind.size()]],
-            count,
-            types: [kind; 3],
-            endian: Endian::Little,
-            quantisation: kind.is_integer().then_some(Quantisation {
-                scale: [1.0; 3],
-                offset: [0.0; 3],
-                normalised,
-            }),
             placement: placement.copied(),
-            locked: None,
+            ..run(elements, [0, 1, 2], normalised)
         });
         let vertex = |(i, own)| {
             let at = (elements.buffer, elements.bytes(i).start);

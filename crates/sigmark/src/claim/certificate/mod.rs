@@ -5,6 +5,7 @@ mod labels;
 pub use error::CertificateError;
 pub use labels::PackedLabels;
 
+use mesh::TriMesh;
 use sha2::{Digest, Sha256};
 
 use super::{
@@ -160,12 +161,22 @@ impl Certificate {
         &self.contents.eigenvalues
     }
 
-    /// What the original's geometry is recognised by in another file, if there is a sketch and it can be read.
-    pub fn sketch(&self) -> Option<Sketch> {
+    /// What the original's geometry is recognised by in another file, if there is a sketch, a mesh has as many vertices and triangles, and the sketch has the patches
+    /// of the statement. It is unpacked for such a mesh alone, so that a small text can't ask for much memory.
+    pub fn sketch_for(&self, mesh: &TriMesh) -> Option<Sketch> {
         let Contents {
             statement, sketch, ..
         } = &self.contents;
-        Sketch::from_text(sketch, statement.original.vertices, &statement.functions)
+        let record = statement.original;
+        if (mesh.vertex_count(), mesh.triangle_count()) != (record.vertices, record.triangles) {
+            return None;
+        }
+        let sketch = Sketch::from_text(sketch, record.vertices, &statement.functions)?;
+        let mut sizes = vec![0; self.patch_sizes.len()];
+        for &label in sketch.labels().iter().filter(|&&label| label > 0) {
+            *sizes.get_mut(label as usize - 1)? += 1;
+        }
+        (sizes == self.patch_sizes).then_some(sketch)
     }
 
     /// SHA-256 over a domain, h, the signature and the seal (r, then s, 32 bytes each): what a time stamp covers.
