@@ -59,7 +59,7 @@ impl TriedLayout {
                 let mut pool = Pool::default();
                 (pool.repetitions, pool.patches) = (self.chip_rate, self.patches);
                 let original = Original::pooled(mesh.clone(), bits, pool, job)?;
-                return Ok((original, ChipPlan::Pooled { bits, key: [1; 32] }));
+                return Ok((original, ChipPlan::pooled(bits, [1; 32])));
             }
         };
         let layout = ChipLayout::new(bits, self.chip_rate.unwrap_or(3))?;

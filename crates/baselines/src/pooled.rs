@@ -37,7 +37,7 @@ impl Algorithm for PooledMhb {
         let original = Original::pooled(subject.mesh.clone(), bits, Pool::default(), job)?;
         original.keep_bases(job)?;
         let original = Arc::new(original);
-        let plan = ChipPlan::Pooled { bits, key: [1; 32] };
+        let plan = ChipPlan::pooled(bits, [1; 32]);
         let alphas = Strength::Distortion(UNIT).alphas(&original, &plan)?;
         Ok(Box::new(PreparedMhb {
             original,

@@ -2,65 +2,67 @@
 
 use std::sync::Arc;
 
+use getrandom::SysRng;
 use job::Job;
 use mesh::TriMesh;
+use rand_core::UnwrapErr;
 use serde_json::{Value, json};
 use sigmark::{
-    Prediction, Scheme, Strength,
-    mark::{ChipPlan, MarkError, MarkLayout, Original, Pool},
+    Curve, Embedder, Prediction, SigmarkError, SigningKey,
+    mark::{MarkError, Original},
 };
 
 use crate::{
-    commands::embed::survival,
+    commands::embed::{held, survival},
     report::{self, Lines},
 };
 
-/// A mark as `embed` would write it by default, up to its bits.
-pub(crate) struct Capacity(Result<MarkLayout, MarkError>);
+/// What `embed` would do by default.
+pub(crate) struct Capacity(Result<(Arc<Original>, Prediction), SigmarkError>);
 
 impl Capacity {
     pub(crate) fn of(mesh: &TriMesh) -> Self {
-        let bits = Scheme::EcdsaP256Sha256.bits();
-        let plan = ChipPlan::Pooled { bits, key: [0; 32] };
-        let original = Original::pooled(mesh.clone(), bits, Pool::default(), &Job::default());
-        Self(
-            original.and_then(|original| {
-                MarkLayout::with_strength(Arc::new(original), plan, Strength::default())
-            }),
-        )
+        // A key that signs nothing.
+        let embedder = Embedder::new(&SigningKey::generate(Curve::P256, &mut UnwrapErr(SysRng)));
+        let of = || {
+            let original = Arc::new(embedder.cut(mesh, &Job::default())?);
+            let prediction = embedder.predict(&original)?;
+            Ok((original, prediction))
+        };
+        Self(of())
     }
 
     pub(crate) fn json(&self) -> Value {
         match &self.0 {
-            Ok(layout) => {
-                let prediction = Prediction::of(layout);
+            Ok((original, prediction)) => {
                 json!({
-                    "chips": layout.chip_count(),
-                    "payload": "signature",
-                    "patches": layout.original().patches().len(),
-                    "unmarked_vertices": layout.original().patches().unmarked_vertices(),
+                    "chips": prediction.chips,
+                    "payload": prediction.payload.name(),
+                    "patches": original.patches().len(),
+                    "unmarked_vertices": original.patches().unmarked_vertices(),
                     "margin_predicted": prediction.margin,
+                    "margin_read": prediction.margin_read,
                     "noise_read": prediction.noise_read,
                     "noise_evidence": prediction.noise_evidence,
                     "noise_detected": prediction.noise_detected,
                 })
             }
-            Err(MarkError::Room { found, .. }) => json!({ "chips": found, "payload": null }),
+            Err(SigmarkError::Mark(MarkError::Room { found, .. })) => {
+                json!({ "chips": found, "payload": null })
+            }
             Err(_) => json!({ "chips": 0, "payload": null }),
         }
     }
 
     pub(crate) fn tell(&self, lines: &mut Lines) {
         match &self.0 {
-            Ok(layout) => {
-                let (chips, bits) = (layout.chip_count(), layout.bits());
-                let times = chips as f64 / bits as f64;
-                let chips = report::counted(chips, "chip", "chips");
-                let capacity = format!("{chips}: a signature of {bits} bits, every one {times:.1} times");
-                lines.field("capacity", capacity);
-                survival(lines, &Prediction::of(layout));
+            Ok((_, prediction)) => {
+                let chips = report::counted(prediction.chips, "chip", "chips");
+                let held = held(prediction.payload, prediction.payload_bits);
+                lines.field("capacity", format!("{chips}, for {held}"));
+                survival(lines, prediction);
             }
-            Err(error) => lines.field("capacity", format!("no signature: {error}")),
+            Err(error) => lines.field("capacity", format!("none: {error}")),
         }
     }
 }

@@ -84,13 +84,7 @@ fn lit(file: &Path) -> Result<Picture> {
     let cut = Original::cut(original.clone(), chips.functions(), PatchCount::Paper, &job)?;
     let papers = marked(cut.with_borders(Borders::Free), ChipPlan::EveryPatch(chips))?;
     let cut = Original::pooled(original.clone(), BITS, Pool::default(), &job)?;
-    let ours = marked(
-        cut,
-        ChipPlan::Pooled {
-            bits: BITS,
-            key: [1; 32],
-        },
-    )?;
+    let ours = marked(cut, ChipPlan::pooled(BITS, [1; 32]))?;
     let [left, middle, right] = [original, &papers, &ours].map(|mesh| {
         let colours = raking(mesh);
         Picture::of(mesh, Paint::Triangles(&colours), LIT_FROM, 3 * SIZE / 4)

@@ -28,7 +28,7 @@
 //!
 //! # Three floors
 //! - [`mark`]: bits in a shape, and back. It knows neither keys nor certificates.
-//! - [`payload`]: which bits those are. Today they are a signature's.
+//! - [`payload`]: which bits those are: a codeword for a signature, or for a tag of one.
 //! - [`claim`]: who says what about which original: keys, certificates, p-values and verdicts.
 //!
 //! Each knows only those above it in this list.
@@ -56,8 +56,8 @@ pub mod payload;
 
 pub use claim::{
     Certificate, CertificateError, Compared, Dispute, Embedder, FoundPart, Mismatch, Outcome, Precedence,
-    Prediction, SigmarkError, Signed, Statement, Verdict, Verifier,
+    Prediction, ReadBack, SigmarkError, Signed, Statement, Verdict, Verifier,
     keys::{KeyError, PublicKey, SigningKey},
 };
 pub use mark::Strength;
-pub use payload::{Curve, GeometryDigest, Scheme, Signature, SignatureError};
+pub use payload::{Curve, GeometryDigest, PayloadKind, Scheme, Signature, SignatureError};

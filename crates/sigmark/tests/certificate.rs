@@ -48,7 +48,8 @@ fn it_reads_back() {
         certificate.statement().original.digest,
         GeometryDigest::of(&mesh())
     );
-    assert!(certificate.confirms(&certificate.bits()));
+    let message = certificate.payload().message(certificate.signature());
+    assert!(certificate.confirms(&message));
     assert!(!certificate.confirms(&certificate.signature().bits()));
 }
 

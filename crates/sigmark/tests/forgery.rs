@@ -145,10 +145,7 @@ fn cut(mesh: &TriMesh) -> Arc<Original> {
 
 /// A mark in an order that everybody knows.
 fn in_known_order(original: &Arc<Original>, strength: f64) -> Arc<MarkLayout> {
-    let plan = ChipPlan::Pooled {
-        bits: 512,
-        key: [0; 32],
-    };
+    let plan = ChipPlan::pooled(512, [0; 32]);
     let strength = Strength::Distortion(strength);
     Arc::new(MarkLayout::with_strength(Arc::clone(original), plan, strength).unwrap())
 }
@@ -226,7 +223,7 @@ fn issued(
     }
     let text = |pointer: &str| value.pointer(pointer).unwrap().as_str().unwrap().to_owned();
     let signature = Signature::from_hex(SCHEME, &text("/mark/signature"))?;
-    let mut sealed = [b"sigmark seal v5\0", &certificate.statement_hash()[..]].concat();
+    let mut sealed = [b"sigmark seal v6\0", &certificate.statement_hash()[..]].concat();
     sealed.extend(halves(&signature).as_flattened());
     for patch in value["mark"]["patches"].as_array().unwrap() {
         sealed.extend(patch["last_eigenvalue"].as_f64().unwrap().to_le_bytes());

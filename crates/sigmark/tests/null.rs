@@ -24,10 +24,7 @@ const LEVELS: [f64; 4] = [0.1, 0.01, 1e-3, 1e-4];
 fn layout(mesh: &TriMesh) -> Arc<MarkLayout> {
     let original = Original::pooled(mesh.clone(), BITS, Pool::default(), &Job::default()).unwrap();
     original.keep_bases(&Job::default()).unwrap();
-    let plan = ChipPlan::Pooled {
-        bits: BITS,
-        key: [8; 32],
-    };
+    let plan = ChipPlan::pooled(BITS, [8; 32]);
     Arc::new(MarkLayout::with_strength(Arc::new(original), plan, Strength::default()).unwrap())
 }
 

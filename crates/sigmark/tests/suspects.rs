@@ -12,11 +12,9 @@ use rand_chacha::{
 };
 use registration::MatchedBy;
 use sigmark::{
-    Curve, Embedder, Mismatch, Outcome, SigmarkError, Signed, SigningKey, Verdict, Verifier,
-    claim::statistics::binomial_tail,
-    mark::{
-        CoefficientDetector, Detector, JointEstimator, Reader, ReadingMethod, Registered, extraction_rate,
-    },
+    Curve, Embedder, Mismatch, Outcome, PayloadKind, SigmarkError, Signed, SigningKey, Verdict, Verifier,
+    claim::statistics::{binomial_tail, margin, read_and_wrong},
+    mark::{CoefficientDetector, Detector, JointEstimate, JointEstimator, Reader, ReadingMethod, Registered},
 };
 
 fn original() -> TriMesh {
@@ -34,8 +32,12 @@ fn signed() -> &'static Signed {
 }
 
 fn sign(mesh: &TriMesh, seed: u8) -> Signed {
+    embedder(seed).embed(mesh, &Job::default()).unwrap()
+}
+
+fn embedder(seed: u8) -> Embedder {
     let key = SigningKey::generate(Curve::P256, &mut ChaCha20Rng::from_seed([seed; 32]));
-    Embedder::new(&key).embed(mesh, &Job::default()).unwrap()
+    Embedder::new(&key).payload(Some(PayloadKind::Signature))
 }
 
 fn judge(original: &TriMesh, signed: &Signed, suspect: &TriMesh) -> Verdict {
@@ -138,11 +140,9 @@ fn half_of_the_surface_with_other_vertices_is_verified() {
     let signed = sign(&mesh, 1);
     let suspect = shapes::moved(&divided(&cropped(signed.mesh(), 0.5)), &away());
     let verdict = judge(&mesh, &signed, &suspect);
-    assert!(
-        matches!(verdict.outcome, Outcome::Verified | Outcome::Detected { .. }),
-        "{verdict:?}"
-    );
-    assert!(verdict.extraction_rate.unwrap() > 0.9, "{verdict:?}");
+    assert_eq!(verdict.outcome, Outcome::Verified, "{verdict:?}");
+    // Of the half that was seen, most.
+    assert!(verdict.extraction_rate.unwrap() > 0.8, "{verdict:?}");
 }
 
 #[test]
@@ -223,7 +223,7 @@ fn p_of_one_reading(verdict: &Verdict) -> f64 {
 
 #[test]
 fn a_symmetric_shape_with_other_vertices_is_tried_in_its_poses_and_pays_for_them() {
-    let signed = sign(&pair(), 1);
+    let signed = embedder(1).chip_rate(1).embed(&pair(), &Job::default()).unwrap();
     let suspect = shapes::moved(&divided(signed.mesh()), &away());
     let verdict = judge(&pair(), &signed, &suspect);
     assert!(verdict.poses > 1, "{verdict:?}");
@@ -238,7 +238,7 @@ fn a_symmetric_shape_with_other_vertices_is_tried_in_its_poses_and_pays_for_them
 
 #[test]
 fn a_symmetric_shape_that_is_read_twice_pays_for_two_readings_in_every_pose() {
-    let signed = sign(&pair(), 1);
+    let signed = embedder(1).chip_rate(1).embed(&pair(), &Job::default()).unwrap();
     let mut rng = ChaCha20Rng::seed_from_u64(4);
     let far = 0.01 * signed.mesh().bounding_box().diagonal();
     let noisy = signed.positions().iter();
@@ -270,7 +270,17 @@ fn rates(signed: &Signed, registered: &Registered) -> [f64; 2] {
     let (paper, joint) = detectors(signed);
     [&paper as &dyn Detector, &joint].map(|detector| {
         let soft = detector.detect(registered, &Job::default()).unwrap();
-        extraction_rate(&signed.certificate().bits(), &soft.hard())
+        let [read, wrong] = read_and_wrong(&signed.certificate().bits(), &soft.0);
+        1.0 - wrong as f64 / read as f64
+    })
+}
+
+/// As [`rates`], T₀.
+fn margins(signed: &Signed, registered: &Registered) -> [f64; 2] {
+    let (paper, joint) = detectors(signed);
+    [&paper as &dyn Detector, &joint].map(|detector| {
+        let soft = detector.detect(registered, &Job::default()).unwrap();
+        margin(&signed.certificate().bits(), &soft.0)
     })
 }
 
@@ -296,7 +306,7 @@ fn the_alignment_that_is_found_reads_as_many_bits_as_the_true_one() {
         let [paper, least_squares] = rates(signed, &sampled(&mesh, &moved, &away().inverse()));
         assert!(least_squares >= paper, "{least_squares} {paper}");
         assert!(
-            (verdict.extraction_rate.unwrap() - least_squares).abs() <= 0.005,
+            (verdict.extraction_rate.unwrap() - least_squares).abs() <= 0.02,
             "{verdict:?}"
         );
     }
@@ -331,8 +341,10 @@ fn with_every_vertex_known_least_squares_and_the_paper_rule_agree() {
     let signed = signed();
     let registered = Registered::by_vertices(signed.positions().iter().copied().map(Some).collect());
     let soft = detectors(signed).1.detect(&registered, &Job::default()).unwrap();
-    for (x, bit) in soft.0.iter().zip(signed.certificate().bits()) {
-        assert!((x - if bit { 1.0 } else { -1.0 }).abs() < 1e-6, "{x}");
+    for (&x, bit) in soft.0.iter().zip(signed.certificate().bits()) {
+        let certain = JointEstimate::MOST_CERTAIN;
+        // Some bits have no chip.
+        assert!(x == 0.0 || x == if bit { certain } else { -certain }, "{x}");
     }
 }
 
@@ -366,13 +378,16 @@ fn steps_of_smoothing_are_taken_out_whatever_their_strength() {
     for shares in [&laplacian[..], &taubin] {
         let suspect = smoothed(signed.mesh(), shares);
         let verdict = judge(&mesh, &signed, &shapes::moved(&suspect, &away()));
-        let read = verdict.extraction_rate.unwrap();
+        assert_eq!(verdict.outcome, Outcome::Verified);
 
-        // Even in the true pose.
         let registered = Registered::by_vertices(suspect.positions().iter().copied().map(Some).collect());
-        let [paper, _] = rates(&signed, &registered);
+        let [paper, read] = rates(&signed, &registered);
         assert!(read > 0.99 && paper < 0.95, "{read} {paper}");
-        let model = verdict.attack_model.unwrap();
+        let estimate = detectors(&signed)
+            .1
+            .estimate(&registered, &Job::default())
+            .unwrap();
+        let model = estimate.attack_model;
         assert!(model.smoothing > 0.5 && model.misalignment < 0.1, "{model:?}");
     }
 }
@@ -400,28 +415,27 @@ fn tessellation_bias_is_what_flat_triangles_alone_do() {
     }
 }
 
-/// What both detectors read when every vertex is found again, moved by what is added: the shares of bits of the paper's rule and
+/// What both detectors read when every vertex is found again, moved by what is added: T₀ of the paper's rule and
 /// of least squares.
-fn rates_of_vertices(signed: &Signed, added: impl FnMut(&[f64; 3]) -> [f64; 3]) -> [f64; 2] {
+fn margins_of_vertices(signed: &Signed, added: impl FnMut(&[f64; 3]) -> [f64; 3]) -> [f64; 2] {
     let registered = Registered::by_vertices(signed.positions().iter().map(added).map(Some).collect());
-    rates(signed, &registered)
+    margins(signed, &registered)
 }
 
 #[test]
 fn noise_in_proportion_to_the_bounding_box_hides_no_more_from_least_squares() {
-    // The paper's noise and its amplitudes follow the box. Each of the 512 bits has three chips, on three axes: all tell as much.
+    // The paper's noise follows the box.
     let round = original();
     let positions = round.positions().iter().map(|&[x, y, z]| [3.0 * x, y, 0.5 * z]);
     let mesh = TriMesh::new(positions.collect(), round.triangles().to_vec()).unwrap();
-    let key = SigningKey::generate(Curve::P256, &mut ChaCha20Rng::from_seed([1; 32]));
-    let signed = Embedder::new(&key).embed(&mesh, &Job::default()).unwrap();
+    let signed = sign(&mesh, 1);
     let mut rng = ChaCha20Rng::seed_from_u64(7);
     let mut random = || f64::from(rng.next_u32()) / f64::from(u32::MAX) - 0.5;
     let size = signed.mesh().bounding_box();
-    let [paper, least_squares] = rates_of_vertices(&signed, |p| {
+    let [paper, least_squares] = margins_of_vertices(&signed, |p| {
         std::array::from_fn(|i| p[i] + 4e-3 * (size.max[i] - size.min[i]) * random())
     });
-    assert!(least_squares > paper + 0.03, "{least_squares} {paper}");
+    assert!(least_squares > 1.1 * paper, "{least_squares} {paper}");
 }
 
 /// Every other triangle in three, by its centre, `times` times over: new triangles are followed by old ones.
@@ -445,10 +459,11 @@ fn where_triangles_are_uneven_every_vertex_counts_alike() {
     let signed = sign(&crowded(&original(), 2), 1);
     let mut rng = ChaCha20Rng::seed_from_u64(8);
     let far = 0.01 * signed.mesh().bounding_box().diagonal();
-    let [paper, least_squares] = rates_of_vertices(&signed, |p| {
-        p.map(|x| x + far * (f64::from(rng.next_u32()) / f64::from(u32::MAX) - 0.5))
-    });
-    assert!(least_squares > paper + 0.05, "{least_squares} {paper}");
+    let noisy = signed.positions().iter();
+    let noisy = noisy.map(|p| p.map(|x| x + far * (f64::from(rng.next_u32()) / f64::from(u32::MAX) - 0.5)));
+    let registered = Registered::by_vertices(noisy.map(Some).collect());
+    let [paper, least_squares] = margins(&signed, &registered);
+    assert!(least_squares > 1.3 * paper, "{least_squares} {paper}");
 }
 
 #[test]
@@ -458,12 +473,12 @@ fn vertices_that_are_far_off_count_for_little() {
     let mut random = || f64::from(rng.next_u32()) / f64::from(u32::MAX) - 0.5;
     let far = 0.01 * signed.mesh().bounding_box().diagonal();
     let mut number = 0;
-    let [paper, least_squares] = rates_of_vertices(signed, |p| {
+    let [paper, least_squares] = margins_of_vertices(signed, |p| {
         number += 1;
         let size = if number % 20 == 0 { far } else { 1e-3 * far };
         p.map(|x| x + size * random())
     });
-    assert!(least_squares > 0.98 && paper < 0.9, "{least_squares} {paper}");
+    assert!(least_squares > 10.0 * paper, "{least_squares} {paper}");
 }
 
 #[test]

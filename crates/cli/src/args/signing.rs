@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use sigmark::{Curve, Scheme, Strength};
+use sigmark::{Curve, PayloadKind, Scheme, Strength};
 
 use super::{Common, Laplacian, TimeLimit, numbers};
 
@@ -26,6 +26,29 @@ impl Profile {
         match self {
             Self::Standard => Scheme::EcdsaP256Sha256,
             Self::Paper => Scheme::EcdsaB163Sha1,
+        }
+    }
+}
+
+/// What of the signature the shape holds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Payload {
+    /// The whole, or the tag where the model is too small for it
+    #[default]
+    Auto,
+    /// The whole, 512 bits
+    Signature,
+    /// 128 bits that stand for it: read where three quarters of the mark are lost
+    Tag,
+}
+
+impl Payload {
+    /// None for what the model has room for.
+    pub(crate) fn kind(self) -> Option<PayloadKind> {
+        match self {
+            Self::Auto => None,
+            Self::Signature => Some(PayloadKind::Signature),
+            Self::Tag => Some(PayloadKind::Tag),
         }
     }
 }
@@ -98,9 +121,9 @@ which keep the look. A scene of many parts is one work; what it places several t
 the output, and never over what is read, another output, or another model's copy that is not the same: that is refused before anything is signed. Where the file's own precision is too coarse for the standard strength, strong is taken; where even that is lost, nothing is written. A locked key's passphrase is asked for, or taken from the \
 environment variable SIGMARK_PASSPHRASE.
 
---json prints: output, certificate (file names), scheme, payload (what the bits are), bits, chips (places for bits in all), laplacian, functions (manifold harmonics of each patch), \
-patches, unmarked_vertices, alpha, distortion_rms (fraction of the diagonal), margin_predicted (T0 under noise of 0.1 %), noise_read, noise_evidence, \
-noise_detected (up to which noise, as a share of the bounding box, the signature is read, is evidence, is detected), facet_turn (median, p99, max: by how many degrees triangles \
+--json prints: output, certificate (file names), scheme, payload (signature, tag or plain-signature: what the shape holds), bits (of the payload), code_bits (what they become: the bits that stand in the shape), chips (places for those in all), laplacian, functions (manifold harmonics of each patch), \
+patches, unmarked_vertices, alpha, distortion_rms (fraction of the diagonal), margin_predicted (T0 under noise of 0.1 %), margin_read (T0 at which the payload is read), noise_read, noise_evidence, \
+noise_detected (up to which noise, as a share of the bounding box, the payload is read, the mark is evidence, is detected), facet_turn (median, p99, max: by how many degrees triangles \
 turned), flipped (triangles that look the other way), manifest_dropped (whether the model had a C2PA manifest), seconds (of each stage). Of several models an object a model, each in a line, with \
 model (file name); of one that failed model and error alone.")]
 pub(crate) struct Embed {
@@ -131,6 +154,15 @@ pub(crate) struct Embed {
     /// Kind of signature; must suit the key [default: as the key's curve has it]
     #[arg(long, value_enum)]
     pub(crate) profile: Option<Profile>,
+    /// What of the signature the shape holds
+    #[arg(
+        long,
+        value_enum,
+        value_name = "WHAT",
+        default_value_t,
+        conflicts_with = "profile"
+    )]
+    pub(crate) payload: Payload,
     /// Hash with SHA-1 in place of SHA-256 (P-256 keys)
     #[arg(long)]
     pub(crate) sha1: bool,
@@ -146,8 +178,8 @@ pub(crate) struct Embed {
     /// Strength as the paper's α, in the model's unit of length; in place of --strength
     #[arg(long, value_name = "ALPHA", group = "how_strong", allow_negative_numbers = true, value_parser = numbers::positive)]
     paper_alpha: Option<f64>,
-    /// How often each bit stands in the mark, where there is room: more outlasts more decimation, and shows more at the same distortion. In the
-    /// paper's profile how often in each patch [default: 6; for the paper's profile 3]
+    /// How many chips there are to a bit of the payload, where there is room: more outlasts more decimation, and shows more at the same distortion. In
+    /// the paper's profile how often each bit stands in a patch [default: 6, for a tag 24; for the paper's profile 3]
     #[arg(long, value_name = "C", allow_negative_numbers = true, value_parser = numbers::count)]
     pub(crate) chip_rate: Option<usize>,
     /// Into how many patches the mesh is cut, about [default: as many as make the harmonics cheap]
@@ -219,12 +251,13 @@ original's triangles, because it was cropped, decimated, subdivided or re-meshed
 surface; at least 80 % of that must lie there. Of a scene, connected parts that were taken out, moved, turned or scaled alone, or put into another \
 scene are put back one by one, and the verdict says which were found.
 
-Few patches are read first, and more only where these do not hold every bit; the probability allows for all that might have been read.
+Few patches are read first, and more only where these do not hold the whole signature; the probability allows for all that might have been read. The signature, or its tag, stands in the shape as a codeword: \
+it is read where many bits are lost or wrong.
 
 --json prints: an object a suspect, each in a line, of suspect (file name), outcome (verified, detected or not_found), evidence (whether p_value is at most 2^-120 for a mark that binds the \
 original, compared with the very file), scheme, signed (what the signature in the shape covers: statement or message), own_key (whether the key is the \
-certificate's), original (file name), original_is (file: the very one that was signed; geometry: another of that geometry), extraction_rate (0 to 1), p_value, p_dispute (2^80 p_value, at most 1), correlation, margin (T0, the signal-to-noise ratio), bits, \
-bit_errors, patches_read (of how many patches the bits were read), registration (connectivity, surroundings, surface or parts), poses (how many were tried), overlap (share of the \
+certificate's), original (file name), original_is (file: the very one that was signed; geometry: another of that geometry), extraction_rate (0 to 1), p_value, p_dispute (2^80 p_value, at most 1), correlation, margin (T0, the signal-to-noise ratio), payload (signature, tag or plain-signature), bits (of the code, of which something was read), \
+bit_errors (how many of those are wrong, before the code mends any), patches_read (of how many patches the bits were read), registration (connectivity, surroundings, surface or parts), poses (how many were tried), overlap (share of the \
 suspect's surface that lies on the original, 0 to 1), coverage (share of the original's that lies on the suspect), missing \
 (share of the original's vertices that were not seen), residual (fraction of the diagonal), transform (4 × 4, suspect to \
 original), mirrored, attack_model (of what moved the suspect, the shares of squared displacements that mark, misalignment, \

@@ -2,7 +2,7 @@
 
 use std::{fs, path::Path};
 
-use sigmark::GeometryDigest;
+use sigmark::{GeometryDigest, PayloadKind};
 
 use super::{
     Page, date,
@@ -90,14 +90,24 @@ impl Page<'_> {
             }
             false => "the message alone (the paper\u{2019}s profile): it does not say of which model.",
         };
+        let (bits, code_bits) = (
+            statement.payload.bits(statement.scheme),
+            self.claim.certificate.bits().len(),
+        );
+        let held = match statement.payload {
+            PayloadKind::PlainSignature => "the signature as it is".into(),
+            PayloadKind::Tag => format!(
+                "a tag of the signature, {bits} bits of a hash over it and h, as a codeword of {code_bits} bits"
+            ),
+            _ => format!("the whole signature, mixed by h, as a codeword of {code_bits} bits"),
+        };
         let mut facts = Facts::default();
         facts.add(
             "Scheme",
-            Html::text(statement.scheme.name()).and(Html::text(format!(
-                ", {} bits in the shape",
-                statement.scheme.bits()
-            ))),
+            Html::text(statement.scheme.name())
+                .and(Html::text(format!(", {} bits", statement.scheme.bits()))),
         );
+        facts.add("In the shape", Html::text(held));
         facts.add("It is over", Html::markup(covers));
         facts.add("h", Html::digits(&repeat::hex(certificate.statement_hash())));
         let is_original = GeometryDigest::of(self.claim.original.mesh()) == statement.original.digest;

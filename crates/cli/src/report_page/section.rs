@@ -1,6 +1,6 @@
 //! What the page says of one suspect.
 
-use sigmark::Verdict;
+use sigmark::{Outcome, Verdict};
 
 use super::{
     html::{Facts, Html},
@@ -139,8 +139,12 @@ fn measured(verdict: &Verdict, claim: &Claim) -> Html {
     let share = |fraction: f64| format!("{:.1} %", 100.0 * fraction);
     if let (Some(rate), Some(errors)) = (verdict.extraction_rate, verdict.bit_errors) {
         let patches = claim.certificate.statement().alphas.len();
+        let mended = match verdict.outcome {
+            Outcome::Verified if errors > 0 => ", and the code mends the others",
+            _ => "",
+        };
         let text = format!(
-            "{} of {} agree ({:.2} %), read from {} of {patches} patches of the surface; by chance, about half would agree",
+            "{} of {} agree ({:.2} %){mended}, read from {} of {patches} patches of the surface; by chance, about half would agree",
             verdict.bits - errors,
             verdict.bits,
             100.0 * rate,

@@ -2,7 +2,7 @@
 
 use mesh::{Similarity, Vec3};
 use registration::MatchedBy;
-use sigmark::{Compared, Mismatch, Outcome, Verdict};
+use sigmark::{Compared, Mismatch, Outcome, PayloadKind, Verdict};
 
 use super::html::Html;
 use crate::{args::Verify, claims::Claim, commands::verify::remark, report};
@@ -35,23 +35,26 @@ pub(super) fn class(verdict: &Verdict, arguments: &Verify) -> &'static str {
 
 /// What was found, in sentences.
 pub(super) fn sentences(verdict: &Verdict, arguments: &Verify, claim: &Claim) -> String {
-    let bits = verdict.bits;
+    let statement = claim.certificate.statement();
+    let (bits, all) = (verdict.bits, statement.payload.bits(statement.scheme));
     let agreeing = bits - verdict.bit_errors.unwrap_or(bits);
     match verdict.outcome {
         Outcome::Verified if !verdict.binds_original => format!(
-            "All {bits} bits of a digital signature were read back from the suspect\u{2019}s shape, and the signature is valid. But it is \
+            "All {all} bits of a digital signature were read back from the suspect\u{2019}s shape, and the signature is valid. But it is \
              over a message alone, and over no model: whoever has this model could have made such a claim. It does not say whose the \
              model is."
         ),
         Outcome::Verified if verdict.compared_with != Compared::Original => format!(
-            "The suspect carries the signature that was written into a model with the geometry of the original. All {bits} bits of it were \
+            "The suspect carries the signature that was written into a model with the geometry of the original: {} \
              read back from the suspect\u{2019}s shape. But the original that was given is not the very file that the signature is over: \
-             this informs the owner, and a claim needs that file."
+             this informs the owner, and a claim needs that file.",
+            what_was_read(verdict, all)
         ),
         Outcome::Verified => format!(
-            "The suspect carries the signature that was written into the original. All {bits} bits of it were read back from the \
-             suspect\u{2019}s shape, and they are a valid digital signature by the key named below, over this very original, mark and \
-             message."
+            "The suspect carries the signature that was written into the original: {} read back from the \
+             suspect\u{2019}s shape. It is a valid digital signature by the key named below, over this very original, mark and \
+             message.",
+            what_was_read(verdict, all)
         ),
         Outcome::Detected { .. } if arguments.dispute && !verdict.is_evidence() => format!(
             "The suspect agrees with the original\u{2019}s mark in {agreeing} of {bits} bits. That is more than chance explains, \
@@ -59,8 +62,8 @@ pub(super) fn sentences(verdict: &Verdict, arguments: &Verify, claim: &Claim) ->
              much that a claim is ruled out which somebody made up after he had seen the suspect; and this was asked."
         ),
         Outcome::Detected { .. } => format!(
-            "The suspect carries the mark of the original. {agreeing} of its {bits} bits were read back rightly: the signature is not \
-             there as a whole, but a model without this mark does not agree with it so well by chance.{}",
+            "The suspect carries the mark of the original. {agreeing} of its {bits} bits were read back rightly: too few to \
+             read the signature, but a model without this mark does not agree with it so well by chance.{}",
             match verdict.is_evidence() {
                 true => " That holds against a claim of a stranger, too.",
                 false => "",
@@ -90,6 +93,14 @@ pub(super) fn sentences(verdict: &Verdict, arguments: &Verify, claim: &Claim) ->
                 }
             ),
         },
+    }
+}
+
+/// All bits of the signature, or of what stands for it.
+fn what_was_read(verdict: &Verdict, bits: usize) -> String {
+    match verdict.payload {
+        PayloadKind::Tag => format!("all {bits} bits of a tag that stands for it alone were"),
+        _ => format!("all {bits} bits of it were"),
     }
 }
 

@@ -1,5 +1,6 @@
 use std::sync::Arc;
 
+use code::LISTS;
 use job::Job;
 use mesh::TriMesh;
 use mhb_core::LaplacianKind;
@@ -15,8 +16,15 @@ use crate::{
         ChipLayout, CoefficientDetector, Detector, MarkError, MarkLayout, MarkStage, Original, Patch,
         PatchBasis, PatchCount, Pool, Registered, Sketcher, Strength, extraction_rate,
     },
-    payload::{Curve, GeometryDigest, Scheme},
+    payload::{Curve, GeometryDigest, PayloadKind, Scheme},
 };
+
+/// Chips of a mark, where there is room and nothing else was asked for.
+const CHIPS: usize = 3072;
+
+/// Of the margin at which a payload is read, so many times as much is predicted for a model that is to hold the whole signature: attacks that a mark should outlast are worse than
+/// [the noise](super::QUOTED_NOISE) that predictions are for.
+const AMPLE: f64 = 2.0;
 
 /// Signs a message and writes the signature into the shape of meshes.
 ///
@@ -25,6 +33,7 @@ use crate::{
 pub struct Embedder {
     key: SigningKey,
     scheme: Scheme,
+    payload: Option<PayloadKind>,
     message: String,
     recipient: String,
     original_name: String,
@@ -46,6 +55,7 @@ impl Embedder {
         Self {
             key: key.clone(),
             scheme,
+            payload: None,
             message: String::new(),
             recipient: String::new(),
             original_name: String::new(),
@@ -68,6 +78,13 @@ impl Embedder {
         self
     }
 
+    /// What of the signature stands in the shape. By default the whole, or on models too small for it the [tag](PayloadKind::Tag), which a quarter of the chips carries: where there
+    /// are fewer than two chips to a bit of the signature, or the predicted margin is less than twice the one at which it is read.
+    pub fn payload(mut self, kind: Option<PayloadKind>) -> Self {
+        self.payload = kind;
+        self
+    }
+
     /// Whom this copy is for: a text that will stand in the certificate. Empty by default.
     pub fn recipient(mut self, recipient: impl Into<String>) -> Self {
         self.recipient = recipient.into();
@@ -80,7 +97,8 @@ impl Embedder {
         self
     }
 
-    /// How often each bit stands in the whole mark, where there is room; in the paper's scheme c, how often in each patch, by default 3.
+    /// How many chips there are to a bit of the payload in the whole mark, where there is room, by default as many as make 3072; in the paper's scheme c, how often each bit stands in
+    /// each patch, by default 3.
     pub fn chip_rate(mut self, rate: usize) -> Self {
         self.chip_rate = Some(rate);
         self
@@ -126,14 +144,15 @@ impl Embedder {
         original.check_borders(self.carrier().borders())?;
         let carrier = self.carrier();
         // Strengths don't depend on the order of the chips, which is known when all else is.
-        let unordered = carrier.plan(self.scheme.bits(), [0; 32])?;
+        let payload = self.payload_for(original)?;
+        let unordered = carrier.plan(self.scheme, payload, original.functions(), [0; 32])?;
         unordered.check(original.functions())?;
         let alphas = self.strength.alphas(original, &unordered)?;
-        let statement = self.statement(original, alphas.clone());
+        let statement = self.statement(original, payload, alphas.clone());
         let hash = statement.hash()?;
         let signature = self.key.sign(self.scheme, &statement.signed_bytes(&hash))?;
         let layout = MarkLayout::new(Arc::clone(original), statement.plan(hash)?, alphas)?;
-        let bits = statement.payload(hash).bits(&signature);
+        let bits = statement.coded(hash)?.bits(&signature);
         let sketcher = Sketcher::new(original);
         let opposite = |patch: &Patch, basis: &PatchBasis| sketcher.opposite(patch, basis);
         let (mut written, opposite) = layout.write_and(&bits, opposite, job)?;
@@ -165,20 +184,19 @@ impl Embedder {
     /// As [`embed`](Self::embed).
     pub fn cut(&self, mesh: &TriMesh, job: &Job) -> Result<Original, SigmarkError> {
         self.strength.checked()?;
-        let bits = self.scheme.bits();
         let original = match self.carrier() {
             Carrier::Harmonics { chip_rate } => {
                 let count = self.patches.map_or(PatchCount::Paper, PatchCount::Exactly);
-                let functions = ChipLayout::new(bits, chip_rate)?.functions();
+                let functions = ChipLayout::new(self.scheme.bits(), chip_rate)?.functions();
                 Original::cut(mesh.clone(), functions, count, job)?
             }
-            Carrier::PooledHarmonics => {
-                let pool = Pool {
-                    repetitions: self.chip_rate,
-                    patches: self.patches,
-                };
-                Original::pooled(mesh.clone(), bits, pool, job)?
-            }
+            Carrier::PooledHarmonics => match self.payload {
+                Some(kind) => self.pooled(mesh, kind, job)?,
+                None => match self.pooled(mesh, PayloadKind::Signature, job) {
+                    Err(MarkError::Room { .. }) => self.pooled(mesh, PayloadKind::Tag, job)?,
+                    cut => cut?,
+                },
+            },
         };
         Ok(original
             .with_laplacian(self.laplacian)
@@ -190,9 +208,48 @@ impl Embedder {
     /// # Errors
     /// When the strength is out of bounds, or `original` has no room for the mark.
     pub fn predict(&self, original: &Arc<Original>) -> Result<Prediction, SigmarkError> {
-        let plan = self.carrier().plan(self.scheme.bits(), [0; 32])?;
+        self.predict_for(original, self.payload_for(original)?)
+    }
+
+    fn predict_for(
+        &self,
+        original: &Arc<Original>,
+        payload: PayloadKind,
+    ) -> Result<Prediction, SigmarkError> {
+        let plan = self
+            .carrier()
+            .plan(self.scheme, payload, original.functions(), [0; 32])?;
         let layout = MarkLayout::with_strength(Arc::clone(original), plan, self.strength)?;
-        Ok(Prediction::of(&layout))
+        Ok(Prediction::of(&layout, self.scheme, payload))
+    }
+
+    /// What a mark in an original will hold.
+    fn payload_for(&self, original: &Arc<Original>) -> Result<PayloadKind, SigmarkError> {
+        if let Some(kind) = self.payload {
+            return Ok(kind);
+        }
+        if self.scheme.is_of_paper() {
+            return Ok(PayloadKind::PlainSignature);
+        }
+        let chips: usize = original.functions().iter().map(|m| 3 * m.saturating_sub(1)).sum();
+        if chips < 2 * self.scheme.bits() {
+            return Ok(PayloadKind::Tag);
+        }
+        let predicted = self.predict_for(original, PayloadKind::Signature)?;
+        Ok(match predicted.margin < AMPLE * predicted.margin_read {
+            true => PayloadKind::Tag,
+            false => PayloadKind::Signature,
+        })
+    }
+
+    /// A mesh cut for a payload whose chips are pooled.
+    fn pooled(&self, mesh: &TriMesh, payload: PayloadKind, job: &Job) -> Result<Original, MarkError> {
+        let bits = payload.bits(self.scheme);
+        let pool = Pool {
+            repetitions: self.chip_rate.or(Some(CHIPS / bits)),
+            patches: self.patches,
+        };
+        Original::pooled(mesh.clone(), bits, pool, job)
     }
 
     fn carrier(&self) -> Carrier {
@@ -204,7 +261,7 @@ impl Embedder {
         }
     }
 
-    fn statement(&self, original: &Original, alphas: Vec<f64>) -> Statement {
+    fn statement(&self, original: &Original, payload: PayloadKind, alphas: Vec<f64>) -> Statement {
         let mesh = original.mesh();
         Statement {
             public_key: self.key.public_key(),
@@ -216,12 +273,31 @@ impl Embedder {
                 triangles: mesh.triangle_count(),
             },
             scheme: self.scheme,
+            payload,
             carrier: self.carrier(),
             laplacian: original.laplacian(),
             labels: PackedLabels::pack(original.patches().labels()),
             functions: original.functions().to_vec(),
             alphas,
         }
+    }
+}
+
+/// What is read of a mark in positions that a file can hold.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct ReadBack {
+    /// ER (eq. 18), from 0 to 1.
+    pub extraction_rate: f64,
+    /// Whether the payload is read.
+    pub is_read: bool,
+}
+
+impl ReadBack {
+    /// Whether the file leaves the mark as good as whole: the payload is read, and of a hundred bits at most five are lost, so that what else happens to a copy may take most of what
+    /// a code can mend.
+    pub fn is_sound(&self) -> bool {
+        self.is_read && self.extraction_rate >= 0.95
     }
 }
 
@@ -259,20 +335,26 @@ impl Signed {
         self.layout.original()
     }
 
-    /// Extraction rate from positions in the original's frame, such as the marked ones rounded to a file's precision.
+    /// What is read from positions in the original's frame, such as the marked ones rounded to a file's precision.
     ///
     /// Positions so near the marked ones that no bit can be lost need no bases: by the Cauchy–Schwarz inequality an error
     /// field ε changes a coefficient by ‖ε‖ at most, over unit area.
     ///
     /// # Errors
     /// As [`Original::map_bases`].
-    pub fn read_back(&self, positions: &[[f64; 3]], job: &Job) -> Result<f64, SigmarkError> {
+    pub fn read_back(&self, positions: &[[f64; 3]], job: &Job) -> Result<ReadBack, SigmarkError> {
         if self.is_surely_readable(positions) {
-            return Ok(1.0);
+            return Ok(ReadBack {
+                extraction_rate: 1.0,
+                is_read: true,
+            });
         }
         let registered = Registered::by_vertices(positions.iter().copied().map(Some).collect());
         let soft = CoefficientDetector::new(&self.layout).detect(&registered, job)?;
-        Ok(extraction_rate(&self.certificate.bits(), &soft.hard()))
+        Ok(ReadBack {
+            extraction_rate: extraction_rate(&self.certificate.bits(), &soft.hard()),
+            is_read: self.certificate.is_read(&soft, &LISTS),
+        })
     }
 
     fn is_surely_readable(&self, positions: &[[f64; 3]]) -> bool {

@@ -13,7 +13,7 @@ mod verify;
 
 pub use certificate::{Certificate, CertificateError, LARGEST, PackedLabels, VERSION};
 pub use dispute::{Dispute, Precedence, Tie};
-pub use embed::{Embedder, Signed};
+pub use embed::{Embedder, ReadBack, Signed};
 pub use error::SigmarkError;
 pub use prediction::{Prediction, QUOTED_NOISE, bits_for};
 pub use statement::{Carrier, OriginalRecord, Statement};

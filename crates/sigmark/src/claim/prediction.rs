@@ -1,14 +1,20 @@
 //! What a mark survives, as far as that can be told before it is written.
 
 use super::verdict::EVIDENCE;
-use crate::mark::MarkLayout;
+use crate::{
+    mark::MarkLayout,
+    payload::{PayloadKind, Scheme},
+};
 
 /// The noise that a [margin](Prediction::margin) is quoted for: each coordinate is off by up to a thousandth of the bounding box's edge, the first of
 /// the paper's Table 4.
 pub const QUOTED_NOISE: f64 = 1e-3;
 
-/// Of a hundred marks, one has a bit that is read wrong.
+/// Of a hundred marks without a code, one has a bit that is read wrong.
 const ONE_WRONG: f64 = 0.01;
+
+/// T₀ / √k at which about one codeword of a hundred is not read, from so many chips to a bit of payload on. Words of 128 and of 512 bits agree; below two chips some code bits have none.
+const READ_AT: [(f64, f64); 5] = [(1.25, 2.05), (1.5, 1.8), (1.75, 1.7), (2.0, 1.62), (4.0, 1.49)];
 
 /// With more noise a copy is not recognised as one: too few of its vertices lie within a hundredth of the diagonal of their places.
 const RECOGNISED: f64 = 0.015;
@@ -24,15 +30,23 @@ const TRIES: f64 = 4.0;
 ///
 /// Real scans come within a tenth of it; small models, whose bits have few chips each, lost up to a third (`tests/small.rs`).
 ///
-/// T₀ = √(l · signal to noise of a bit) is what all of it follows from: P(bit wrong) = Φ(−T₀/√l), T = T₀ / √(1 + T₀²/l).
+/// T₀ = √(l · signal to noise of a bit) is what all of it follows from: T = T₀ / √(1 + T₀²/l), and a code is read above a T₀ of its own.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Prediction {
+    /// What the mark will hold.
+    pub payload: PayloadKind,
+    /// k, the bits of that.
+    pub payload_bits: usize,
+    /// How many chips carry it.
+    pub chips: usize,
     /// Root mean square displacement of the marked surface, as a fraction of the diagonal.
     pub distortion_rms: f64,
     /// T₀ under [noise of 0.1 %](QUOTED_NOISE).
     pub margin: f64,
-    /// Up to this noise, as a share of the bounding box's edges, the signature is read whole.
+    /// T₀ at which the payload is read.
+    pub margin_read: f64,
+    /// Up to this noise, as a share of the bounding box's edges, the payload is read.
     pub noise_read: f64,
     /// Up to this noise, p is [evidence](EVIDENCE) against a stranger.
     pub noise_evidence: f64,
@@ -41,14 +55,22 @@ pub struct Prediction {
 }
 
 impl Prediction {
-    /// For a mark of a layout, whatever its bits.
-    pub fn of(layout: &MarkLayout) -> Self {
+    /// For a mark of a layout with such a payload, whatever its bits.
+    pub fn of(layout: &MarkLayout, scheme: Scheme, payload: PayloadKind) -> Self {
         let (bits, margin) = (layout.bits() as f64, layout.margin(QUOTED_NOISE));
+        let margin_read = match payload {
+            PayloadKind::PlainSignature => margin_for_all(bits),
+            _ => margin_for_code(payload.bits(scheme) as f64, layout.chip_count() as f64),
+        };
         let noise_at = |needed: f64| (QUOTED_NOISE * margin / needed).min(RECOGNISED);
         Self {
+            payload,
+            payload_bits: payload.bits(scheme),
+            chips: layout.chip_count(),
             distortion_rms: layout.distortion_rms(),
             margin,
-            noise_read: noise_at(bits.sqrt() * quantile(ONE_WRONG / bits)),
+            margin_read,
+            noise_read: noise_at(margin_read),
             noise_evidence: noise_at(margin_for(EVIDENCE, bits)),
             noise_detected: noise_at(margin_for(DETECTED, bits)),
         }
@@ -60,6 +82,20 @@ pub fn bits_for(noise: f64) -> u32 {
     // Rounding to b bits is off by up to half of 2⁻ᵇ.
     let bits = (0.5 / noise).log2().ceil();
     if bits >= 0.0 { bits.min(53.0) as u32 } else { 0 }
+}
+
+/// T₀ at which all bits are right.
+fn margin_for_all(bits: f64) -> f64 {
+    bits.sqrt() * quantile(ONE_WRONG / bits)
+}
+
+/// T₀ at which a payload is read from so many chips.
+fn margin_for_code(payload: f64, chips: f64) -> f64 {
+    let rate = chips / payload;
+    match READ_AT.iter().rev().find(|(least, _)| rate >= *least) {
+        Some((_, margin)) => payload.sqrt() * margin,
+        None => margin_for_all(payload),
+    }
 }
 
 /// T₀ at which p comes to a bound.

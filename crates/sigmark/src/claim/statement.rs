@@ -26,8 +26,10 @@ pub struct Statement {
     pub recipient: String,
     /// The mesh that is signed.
     pub original: OriginalRecord,
-    /// The scheme of the signature in the shape.
+    /// The scheme of the signature.
     pub scheme: Scheme,
+    /// What of it stands in the shape.
+    pub payload: PayloadKind,
     /// How bits sit in patches.
     pub carrier: Carrier,
     /// Which Laplacian gave the harmonics.
@@ -99,16 +101,39 @@ impl Carrier {
         }
     }
 
-    /// Which bits lie where, given h.
+    /// Which bits lie where in patches with these numbers of harmonics, given h.
     ///
     /// # Errors
-    /// [`MarkError::EmptyLayout`] when the chip rate is zero.
-    pub fn plan(self, bits: usize, hash: [u8; 32]) -> Result<ChipPlan, MarkError> {
+    /// [`MarkError::EmptyLayout`] when the chip rate is zero; [`MarkError::Room`].
+    pub fn plan(
+        self,
+        scheme: Scheme,
+        payload: PayloadKind,
+        functions: &[usize],
+        hash: [u8; 32],
+    ) -> Result<ChipPlan, MarkError> {
+        let least = payload.bits(scheme);
         Ok(match self {
-            Self::Harmonics { chip_rate } => ChipPlan::EveryPatch(ChipLayout::new(bits, chip_rate)?),
-            Self::PooledHarmonics => ChipPlan::Pooled { bits, key: hash },
+            Self::Harmonics { chip_rate } => ChipPlan::EveryPatch(ChipLayout::new(least, chip_rate)?),
+            Self::PooledHarmonics => {
+                let bits = payload.mark_bits(scheme, chips_of(functions))?;
+                // Of a code's bits, a random half more than there is payload are enough to read what nothing disturbs.
+                let enough = if bits > least { least + least / 2 } else { bits };
+                let enough = enough.min(chips_of(functions));
+                ChipPlan::Pooled {
+                    bits,
+                    enough,
+                    key: hash,
+                }
+            }
         })
     }
+}
+
+/// How many chips patches with these numbers of harmonics have room for. Numbers may come from a file.
+fn chips_of(functions: &[usize]) -> usize {
+    let places = functions.iter().map(|m| m.saturating_sub(1).saturating_mul(3));
+    places.fold(0, usize::saturating_add)
 }
 
 /// h, and how many vertices each patch has.
@@ -142,25 +167,28 @@ impl Statement {
         !self.scheme.is_of_paper()
     }
 
-    /// How bits stand for the signature.
-    pub fn payload_kind(&self) -> PayloadKind {
-        PayloadKind::of(self.scheme)
-    }
-
     /// The way from the signature to the bits in the shape, given h.
-    pub(super) fn payload(&self, hash: [u8; 32]) -> Payload {
-        Payload::new(self.scheme, hash)
+    ///
+    /// # Errors
+    /// [`CertificateError::Field`] when there is no room for them.
+    pub fn coded(&self, hash: [u8; 32]) -> Result<Payload, CertificateError> {
+        Payload::new(self.payload, self.scheme, hash, chips_of(&self.functions)).map_err(wrong_patches)
     }
 
     /// Which bits lie where, given h.
     ///
     /// # Errors
-    /// [`CertificateError::Field`] when the chip rate is zero.
+    /// [`CertificateError::Field`] when the chip rate is zero, or there is no room for the bits.
     pub fn plan(&self, hash: [u8; 32]) -> Result<ChipPlan, CertificateError> {
-        let plan = self.carrier.plan(self.scheme.bits(), hash);
-        plan.map_err(|_| CertificateError::Field {
-            field: "chip_rate",
-            problem: "is 0".into(),
+        let plan = self
+            .carrier
+            .plan(self.scheme, self.payload, &self.functions, hash);
+        plan.map_err(|error| match error {
+            MarkError::EmptyLayout { .. } => CertificateError::Field {
+                field: "chip_rate",
+                problem: "is 0".into(),
+            },
+            other => wrong_patches(other),
         })
     }
 
@@ -174,8 +202,7 @@ impl Statement {
         if self.functions.is_empty() || self.functions.len() != self.alphas.len() {
             return Err(wrong("is empty".into()));
         }
-        plan.check(&self.functions)
-            .map_err(|error| wrong(format!("is wrong: {error}")))?;
+        plan.check(&self.functions).map_err(wrong_patches)?;
         let least = match plan {
             ChipPlan::EveryPatch(layout) => layout.functions(),
             ChipPlan::Pooled { .. } => 2,
@@ -216,7 +243,7 @@ impl Statement {
         field(&(self.original.vertices as u64).to_le_bytes());
         field(&(self.original.triangles as u64).to_le_bytes());
         field(self.scheme.name().as_bytes());
-        field(self.payload_kind().name().as_bytes());
+        field(self.payload.name().as_bytes());
         field(self.carrier.name().as_bytes());
         field(&(self.carrier.chip_rate().unwrap_or(0) as u64).to_le_bytes());
         field(laplacian_name(self.laplacian).as_bytes());
@@ -250,6 +277,13 @@ impl Statement {
             hash: hash.finalize().into(),
             patch_sizes,
         })
+    }
+}
+
+fn wrong_patches(error: MarkError) -> CertificateError {
+    CertificateError::Field {
+        field: "patches",
+        problem: format!("is wrong: {error}"),
     }
 }
 

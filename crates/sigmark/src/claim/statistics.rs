@@ -1,7 +1,8 @@
 //! How sure the answer is.
 //!
-//! The bits of a signature are pseudo-random and do not depend on the suspect. For any estimate x that a detector makes
-//! without looking at them, a mesh that does not carry the mark gives fair coin flips, whatever the attack was.
+//! The bits of a mark are pseudo-random and do not depend on the suspect. For any estimate x that a detector makes
+//! without looking at them, a mesh that does not carry the mark gives fair coin flips, whatever the attack was. That holds for the bits of a codeword, too, of which only some combinations
+//! are codewords: what stands in the shape is added to a stream of h, so that to everybody who has not computed h, each bit is a coin of its own.
 
 pub use crate::mark::{correlation, extraction_rate};
 
@@ -16,13 +17,8 @@ use crate::mark::Reading;
 pub fn p_value(signature: &[bool], soft: &[f64]) -> f64 {
     let t = correlation(signature, soft);
     let by_correlation = if t > 0.0 { (-0.5 * t * t).exp() } else { 1.0 };
-    let decided = signature.iter().zip(soft).filter(|(_, x)| **x != 0.0);
-    let (mut n, mut matches) = (0, 0);
-    for (&s, &x) in decided {
-        n += 1;
-        matches += usize::from(s == (x > 0.0));
-    }
-    (2.0 * by_correlation.min(binomial_tail(n, matches))).min(1.0)
+    let [read, wrong] = read_and_wrong(signature, soft);
+    (2.0 * by_correlation.min(binomial_tail(read, read - wrong))).min(1.0)
 }
 
 /// T₀ = T / √(1 − T²/l) over the l bits of which something was read: the matched filter's signal-to-noise ratio, √l Φ⁻¹(ER) where noise is Gaussian. T ends at √l, T₀
@@ -31,6 +27,14 @@ pub fn margin(signature: &[bool], soft: &[f64]) -> f64 {
     let t = correlation(signature, soft);
     let read = soft.iter().filter(|x| **x != 0.0).count().max(1) as f64;
     t / (1.0 - t * t / read).max(1e-4).sqrt()
+}
+
+/// Of how many bits something was read, and how many of those are wrong.
+pub fn read_and_wrong(signature: &[bool], soft: &[f64]) -> [usize; 2] {
+    let decided = signature.iter().zip(soft).filter(|(_, x)| **x != 0.0);
+    decided.fold([0, 0], |[read, wrong], (&s, &x)| {
+        [read + 1, wrong + usize::from(s != (x > 0.0))]
+    })
 }
 
 /// The [`p_value`] of a reading that was chosen, times the number of all that could have been (union bound), at most 1.

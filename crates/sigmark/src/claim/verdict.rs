@@ -1,15 +1,15 @@
 use mesh::Similarity;
 use registration::MatchedBy;
 
-use crate::mark::AttackModel;
+use crate::{mark::AttackModel, payload::PayloadKind};
 
 /// The answer to "is this our model?".
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Outcome {
-    /// The signature was read back from the shape, bit for bit, and checks against the public key.
+    /// The payload was read back from the shape, every bit of it: the signature, which checks against the public key, or the tag of it.
     Verified,
-    /// Not every bit could be read, but a mesh without the mark would agree this well with probability `p` at most.
+    /// The payload could not be read, but a mesh without the mark would agree this well with probability `p` at most.
     Detected {
         /// See [`p_value`](super::statistics::p_value).
         p: f64,
@@ -104,19 +104,21 @@ pub struct Verdict {
     pub binds_original: bool,
     /// What the suspect was compared with.
     pub compared_with: Compared,
-    /// ER (eq. 18), from 0 to 1; `None` if the suspect does not fit the original.
+    /// What the bits in the shape hold.
+    pub payload: PayloadKind,
+    /// ER (eq. 18), of the bits of which something was read, from 0 to 1, before the code mends any; `None` if the suspect does not fit the original.
     pub extraction_rate: Option<f64>,
     /// The probability of such agreement without the mark, an upper bound; 1 if the suspect does not fit. Where the best of several
     /// readings was taken, since the suspect could lie in several ways or was read in two, it is multiplied by their number.
     pub p_value: f64,
     /// T = Σ sₜ xₜ / √(Σ xₜ²).
     pub correlation: f64,
-    /// T₀ = T / √(1 − T²/l), the signal-to-noise ratio of the whole mark; `None` if the suspect does not fit the original. Bits that the
+    /// T₀ = T / √(1 − T²/l), the signal-to-noise ratio of the whole mark; `None` if the suspect does not fit the original. By vertices and the paper's rule, bits that the
     /// layout marks unequally spread as noise does: where all are right it says little.
     pub margin: Option<f64>,
-    /// l.
+    /// Of how many bits of the mark something was read, of l at most.
     pub bits: usize,
-    /// Bits read wrong; `None` if the suspect does not fit.
+    /// How many of those are wrong, before the code mends any; `None` if the suspect does not fit.
     pub bit_errors: Option<usize>,
     /// Of how many patches the bits were read; 0 if the suspect does not fit.
     pub patches_read: usize,

@@ -1,18 +1,19 @@
 use std::sync::Arc;
 
+use code::LISTS;
 use job::Job;
 use mesh::{Components, TriMesh, components};
 use registration::{AlignOptions, Alignment, MatchedBy, PreparedMesh};
 
 use super::{
-    Certificate, Compared, FoundPart, Mismatch, Outcome, SigmarkError, Verdict,
+    Certificate, Compared, EVIDENCE, FoundPart, Mismatch, Outcome, SigmarkError, Verdict,
     keys::PublicKey,
-    statistics::{correlation, extraction_rate, margin, p_of_chosen},
+    statistics::{correlation, margin, p_of_chosen, p_value, read_and_wrong},
 };
 use crate::{
     mark::{
         Detector, FoundParts, JointEstimator, MarkLayout, Original, Patches, Reader, Reading, ReadingMethod,
-        Recognised,
+        Recognised, SoftBits, Wanted,
     },
     payload::GeometryDigest,
 };
@@ -211,7 +212,8 @@ impl Verifier {
             return Ok(self.does_not_align(alignment));
         }
         let expected = self.certificate.bits();
-        let reading = found.read(&self.method, &expected, job)?;
+        let is_read = |soft: &SoftBits| self.is_all(&expected, soft);
+        let reading = found.read(&self.method, Wanted::until(&expected, &is_read), job)?;
         let mut verdict = self.judge(&reading, &expected);
         (verdict.poses, verdict.matched_by) = (found.poses(), found.matched_by());
         match found.alignment() {
@@ -235,7 +237,8 @@ impl Verifier {
     /// Judges parts of a suspect, each put back by itself.
     fn verify_parts(&self, found: &FoundParts, job: &Job) -> Result<Verdict, SigmarkError> {
         let expected = self.certificate.bits();
-        let read = found.read(&self.method, &expected, job)?;
+        let is_read = |soft: &SoftBits| self.is_all(&expected, soft);
+        let read = found.read(&self.method, Wanted::until(&expected, &is_read), job)?;
         let mut verdict = self.judge(&read.reading, &expected);
         verdict.matched_by = MatchedBy::Parts;
         (verdict.overlap, verdict.coverage) = (read.overlap, read.coverage);
@@ -276,11 +279,25 @@ impl Verifier {
         &self.certificate
     }
 
+    /// Whether soft bits hold the payload. Lists aren't asked where it would take luck: reading k bits takes T₀ ≥ √(2 ln 2 · k), however many chips there are (Shannon).
+    fn is_read(&self, expected: &[bool], soft: &SoftBits) -> bool {
+        let statement = self.certificate.statement();
+        let bits = statement.payload.bits(statement.scheme) as f64;
+        let least = NEARLY * (2.0 * std::f64::consts::LN_2 * bits).sqrt();
+        margin(expected, &soft.0) > least && self.certificate.is_read(soft, &LISTS)
+    }
+
+    /// Whether there is no need to look at more of a suspect: the payload is read, and is evidence, which a tag is from more chips than it takes to read it.
+    fn is_all(&self, expected: &[bool], soft: &SoftBits) -> bool {
+        MANY_TRIES * p_value(expected, &soft.0) <= EVIDENCE && self.is_read(expected, soft)
+    }
+
     /// The verdict on a reading, as if by vertices in one pose. To choose it by T gave chance as many tries as there were.
     fn judge(&self, reading: &Reading, expected: &[bool]) -> Verdict {
-        let extracted = reading.soft.hard();
+        let SoftBits(soft) = &reading.soft;
         let p = p_of_chosen(expected, reading);
-        let outcome = match (self.certificate.confirms(&extracted), p <= self.p_bound) {
+        let [bits, wrong] = read_and_wrong(expected, soft);
+        let outcome = match (self.is_read(expected, &reading.soft), p <= self.p_bound) {
             (true, _) => Outcome::Verified,
             (false, true) => Outcome::Detected { p },
             (false, false) => Outcome::NotFound { p },
@@ -290,12 +307,13 @@ impl Verifier {
             outcome,
             binds_original: self.certificate.statement().binds_original(),
             compared_with: self.compared_with(),
-            extraction_rate: Some(extraction_rate(expected, &extracted)),
+            extraction_rate: Some((bits - wrong) as f64 / bits.max(1) as f64),
             p_value: p,
-            correlation: correlation(expected, &reading.soft.0),
-            margin: Some(margin(expected, &reading.soft.0)),
-            bits: expected.len(),
-            bit_errors: Some(expected.iter().zip(&extracted).filter(|(s, e)| s != e).count()),
+            correlation: correlation(expected, soft),
+            margin: Some(margin(expected, soft)),
+            payload: self.certificate.statement().payload,
+            bits,
+            bit_errors: Some(wrong),
             patches_read: reading.patches_read,
             matched_by: MatchedBy::Connectivity,
             poses: 1,
@@ -333,7 +351,8 @@ impl Verifier {
             p_value: 1.0,
             correlation: 0.0,
             margin: None,
-            bits: self.certificate.statement().scheme.bits(),
+            payload: self.certificate.statement().payload,
+            bits: 0,
             bit_errors: None,
             patches_read: 0,
             matched_by: alignment.matched_by,
@@ -353,6 +372,12 @@ impl Verifier {
         }
     }
 }
+
+/// Noise that makes a margin smaller by more than this is not seen.
+const NEARLY: f64 = 0.9;
+
+/// More readings than a best one is ever chosen of, but of the most symmetric shapes.
+const MANY_TRIES: f64 = 1e3;
 
 /// A connected part of the original that carries the mark.
 #[derive(Clone, Debug)]

@@ -2,7 +2,7 @@ use sha2::{Digest, Sha256};
 
 use super::{MarkError, Patch};
 
-/// Where the chips of a signature of `bits` bits sit in the spectrum of a patch, each bit repeated `rate` times (eqs. 11–13).
+/// Where the chips of `bits` bits sit in the spectrum of a patch, each bit repeated `rate` times (eqs. 11–13).
 ///
 /// Chip p carries bit p mod l and moves the coefficient of frequency 1 + ⌊p/3⌋ along axis p mod 3. Frequency 0, the
 /// constant function (the lowest one where borders are fixed), is never touched. Bit t thus sits at p = t, t + l, t + 2l, …: the printed index `k+1+i/3` of
@@ -16,7 +16,7 @@ pub struct ChipLayout {
 /// The place of one chip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Chip {
-    /// The bit of the signature that it repeats, from 0.
+    /// The bit that it repeats, from 0.
     pub bit: usize,
     /// The manifold harmonic that it modulates, from 1.
     pub frequency: usize,
@@ -35,8 +35,10 @@ pub enum ChipPlan {
     /// All places of all patches are one sequence, patch after patch, in which l that follow each other carry every bit once. Patches may
     /// have any numbers of harmonics.
     Pooled {
-        /// l, the length of the signature.
+        /// l, how many bits there are.
         bits: usize,
+        /// How many chips say all that the bits hold, at most l: fewer where these are a codeword.
+        enough: usize,
         /// What the order within each repetition of the bits follows from.
         ///
         /// Where the chips of two marks with different keys meet, they belong to different bits: what another mark does to one chip of a bit
@@ -46,7 +48,13 @@ pub enum ChipPlan {
 }
 
 impl ChipPlan {
-    /// l, the length of the signature.
+    /// A pooled plan of bits of which each is needed.
+    pub fn pooled(bits: usize, key: [u8; 32]) -> Self {
+        let enough = bits;
+        Self::Pooled { bits, enough, key }
+    }
+
+    /// l, how many bits there are.
     pub fn bits(&self) -> usize {
         match self {
             Self::EveryPatch(layout) => layout.bits,
@@ -72,7 +80,7 @@ impl ChipPlan {
     }
 
     /// Whether patches with these numbers of harmonics have room for the mark (Theorem 1): 3 (m − 1) chips a patch at most, and every bit
-    /// once.
+    /// once, or enough of them.
     ///
     /// # Errors
     /// [`MarkError::Room`] if not.
@@ -84,9 +92,9 @@ impl ChipPlan {
                 functions.iter().map(places).min().unwrap_or(0),
                 layout.bits.saturating_mul(layout.rate),
             ),
-            Self::Pooled { bits, .. } => {
+            Self::Pooled { enough, .. } => {
                 let all = functions.iter().map(places);
-                (all.fold(0, usize::saturating_add), *bits)
+                (all.fold(0, usize::saturating_add), *enough)
             }
         };
         if found >= least && least > 0 {
@@ -103,7 +111,7 @@ impl ChipPlan {
         self.check(functions)?;
         Ok(match self {
             Self::EveryPatch(layout) => vec![layout.chips().collect(); functions.len()],
-            Self::Pooled { bits, key } => pooled(*bits, key, functions),
+            Self::Pooled { bits, key, .. } => pooled(*bits, key, functions),
         })
     }
 }
@@ -252,7 +260,7 @@ mod tests {
             (1, vec![2]),
             (9, vec![4, 1, 9, 2]),
         ] {
-            let chips = ChipPlan::Pooled { bits, key: [4; 32] }.chips(&functions).unwrap();
+            let chips = ChipPlan::pooled(bits, [4; 32]).chips(&functions).unwrap();
             for (chips, &m) in chips.iter().zip(&functions) {
                 let places = chips.iter().map(|chip| 3 * (chip.frequency - 1) + chip.axis);
                 assert!(places.eq(0..3 * (m - 1)));
@@ -282,10 +290,7 @@ mod tests {
     #[test]
     fn the_order_is_the_one_that_the_certificate_page_prints() {
         let (l, functions) = (11, [4, 3, 6]);
-        let plan = ChipPlan::Pooled {
-            bits: l,
-            key: [7; 32],
-        };
+        let plan = ChipPlan::pooled(l, [7; 32]);
         let chips = plan.chips(&functions).unwrap().concat();
         let hash = |of: &str, number: usize| {
             let number = (number as u64).to_le_bytes();
@@ -311,10 +316,7 @@ mod tests {
     #[test]
     fn another_key_is_another_order() {
         let of = |key| {
-            let plan = ChipPlan::Pooled {
-                bits: 512,
-                key: [key; 32],
-            };
+            let plan = ChipPlan::pooled(512, [key; 32]);
             plan.chips(&[172; 3]).unwrap().concat()
         };
         let same = of(1).iter().zip(&of(2)).filter(|(a, b)| a.bit == b.bit).count();
@@ -332,10 +334,7 @@ mod tests {
         assert_eq!(chips[0], chips[1]);
         let error = plan.check(&[layout.functions() - 1, 99]).unwrap_err();
         assert!(matches!(error, MarkError::Room { found: 12, least: 14 }));
-        let pooled = ChipPlan::Pooled {
-            bits: 7,
-            key: [0; 32],
-        };
+        let pooled = ChipPlan::pooled(7, [0; 32]);
         assert!(matches!(
             pooled.check(&[2, 2, 1]).unwrap_err(),
             MarkError::Room { found: 6, least: 7 }

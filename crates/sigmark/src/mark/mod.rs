@@ -32,7 +32,7 @@ pub use layout::{MarkLayout, Written};
 pub use original::{Borders, Original};
 pub use patches::{LARGEST_PATCH, Patch, PatchCount, Patches, VERTICES_PER_FUNCTION};
 pub use pool::Pool;
-pub use reader::{Found, FoundParts, ReadParts, Reader, Reading, ReadingMethod, Readings, Suspect};
+pub use reader::{Found, FoundParts, ReadParts, Reader, Reading, ReadingMethod, Readings, Suspect, Wanted};
 pub use registered::Registered;
 pub(crate) use sketch::Sketcher;
 pub use sketch::{Recognised, Sketch};

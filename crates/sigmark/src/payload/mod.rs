@@ -1,4 +1,4 @@
-//! Which bits a mark holds: today those of a signature, permuted so that nobody can choose one of them.
+//! Which bits a mark holds: a codeword for a signature, permuted so that nobody can choose one of its bits, or for a tag of it.
 
 mod digest;
 mod encoding;

@@ -13,7 +13,7 @@ use job::Job;
 use mesh_io::Asset;
 use quality::FacetTurn;
 use serde_json::{Value, json};
-use sigmark::{Curve, Embedder, Prediction, Scheme, Signed, SigningKey, Strength, mark::Original};
+use sigmark::{Curve, Embedder, Prediction, ReadBack, Scheme, Signed, SigningKey, Strength, mark::Original};
 
 use crate::{
     Answer,
@@ -25,7 +25,7 @@ use crate::{
     report::{self, Lines, Seconds},
 };
 
-pub(crate) use words::survival;
+pub(crate) use words::{held, survival};
 
 /// A model, and where its signed copy and the certificate go.
 struct Task {
@@ -92,7 +92,7 @@ impl Task {
         let mut prediction = embedder.predict(&original).with_context(model)?;
         announced(&prediction, false)?;
         let mut attempt = Attempt::make(&embedder, &original, &asset, &job).with_context(model)?;
-        if attempt.read_back < 1.0 && arguments.leaves_strength_open() {
+        if !attempt.read_back.is_sound() && arguments.leaves_strength_open() {
             // The file's precision is coarser than the mark.
             let stronger = embedder.strength(Strength::STRONG);
             prediction = stronger.predict(&original).with_context(model)?;
@@ -116,7 +116,7 @@ impl Task {
         })
     }
 
-    /// Writes the signed mesh and the certificate, if the whole signature can be read back from the one as the file holds it, and the files that it
+    /// Writes the signed mesh and the certificate, if the mark as the file holds it is [sound](ReadBack::is_sound), and the files that it
     /// refers to. Tells how far its facets turned.
     fn write(&self, asset: &Asset, attempt: &Attempt, force: bool) -> Result<FacetTurn> {
         let Attempt {
@@ -125,12 +125,12 @@ impl Task {
             read_back,
             ..
         } = attempt;
-        if *read_back < 1.0 {
+        if !read_back.is_sound() {
             bail!(
                 "{}: only {:.1} % of the bits survive the precision of this file; mark more strongly with --distortion, \
              or use a file with more digits",
                 self.output.display(),
-                100.0 * read_back
+                100.0 * read_back.extraction_rate
             );
         }
         let companions = self.companions(marked)?;
@@ -185,8 +185,9 @@ impl Task {
             "output": self.output,
             "certificate": self.certificate,
             "scheme": scheme,
-            "payload": statement.payload_kind().name(),
-            "bits": scheme.bits(),
+            "payload": statement.payload.name(),
+            "bits": statement.payload.bits(scheme),
+            "code_bits": signed.layout().bits(),
             "chips": signed.layout().chip_count(),
             "laplacian": arguments.laplacian.name(),
             "functions": signed.original().functions(),
@@ -195,6 +196,7 @@ impl Task {
             "alpha": signed.layout().alpha(),
             "distortion_rms": signed.layout().distortion_rms(),
             "margin_predicted": prediction.margin,
+            "margin_read": prediction.margin_read,
             "noise_read": prediction.noise_read,
             "noise_evidence": prediction.noise_evidence,
             "noise_detected": prediction.noise_detected,
@@ -227,8 +229,8 @@ struct Attempt {
     signed: Signed,
     /// As the file holds it, whose precision may be coarser than the mark.
     marked: Asset,
-    /// Share of the bits that are read back from it.
-    read_back: f64,
+    /// What is read back from it.
+    read_back: ReadBack,
 }
 
 impl Attempt {
@@ -248,6 +250,7 @@ fn embedder(arguments: &Embed, key: &SigningKey) -> Result<Embedder> {
     let mut embedder = Embedder::new(key)
         .message(&arguments.message)
         .recipient(&arguments.recipient)
+        .payload(arguments.payload.kind())
         .strength(arguments.strength())
         .laplacian(arguments.laplacian.kind());
     if let Some(rate) = arguments.chip_rate {

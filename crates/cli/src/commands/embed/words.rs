@@ -1,7 +1,7 @@
 //! What `embed` says to people.
 
 use quality::{FacetTurn, TurnSummary};
-use sigmark::{Prediction, Signed, claim::bits_for, mark::Original};
+use sigmark::{PayloadKind, Prediction, Signed, claim::bits_for, mark::Original};
 
 use super::Task;
 use crate::report::{self, Lines, Seconds};
@@ -16,6 +16,9 @@ pub(super) fn planned(task: &Task, original: &Original, prediction: &Prediction,
         report::grouped(harmonics)
     );
     lines.field("mark", mark);
+    if prediction.payload == PayloadKind::Tag {
+        lines.field("payload", held(prediction.payload, prediction.payload_bits));
+    }
     let unmarked = original.patches().unmarked_vertices();
     if unmarked > 0 {
         let vertices = report::counted(unmarked, "vertex", "vertices");
@@ -48,8 +51,21 @@ pub(crate) fn survival(lines: &mut Lines, prediction: &Prediction) {
     };
     lines.field("read up to", withstands(prediction.noise_read));
     lines.field("found up to", withstands(prediction.noise_detected));
-    let margin = format!("T0 = {:.0} under noise of 0.1 %", prediction.margin);
+    let margin = format!(
+        "T0 = {:.0} under noise of 0.1 %; {:.0} is enough to read all",
+        prediction.margin, prediction.margin_read
+    );
     lines.field("margin", margin);
+}
+
+/// What the mark holds, in words.
+pub(crate) fn held(payload: PayloadKind, bits: usize) -> String {
+    match payload {
+        PayloadKind::Tag => {
+            format!("a tag of {bits} bits, which stands for the signature where there is little room")
+        }
+        _ => format!("the whole signature of {bits} bits"),
+    }
 }
 
 /// How far facets turned, in words.
@@ -70,13 +86,15 @@ fn significant(x: f64) -> String {
 
 /// What was done, of one model.
 pub(super) fn summary(task: &Task, signed: &Signed, turn: &FacetTurn, seconds: &Seconds) -> Lines {
-    let scheme = signed.certificate().statement().scheme;
+    let statement = signed.certificate().statement();
     let model = task.model.display();
     let mut lines = Lines::new(format!("Signed {model}"));
-    let bits = scheme.bits();
-    let times = signed.layout().chip_count() as f64 / bits as f64;
-    let signature =
-        format!("{scheme}, {bits} bits, every one {times:.1} times, all read back from the file as written");
+    let bits = statement.payload.bits(statement.scheme);
+    let chips = report::counted(signed.layout().chip_count(), "chip", "chips");
+    let signature = format!(
+        "{}, {bits} bits in {chips}, read back from the file as written",
+        statement.scheme
+    );
     lines.field("signature", signature);
     let (rms, alpha) = (signed.layout().distortion_rms(), signed.layout().alpha());
     let distortion = format!("RMS {:.4} % of the diagonal (α = {alpha:.3e})", 100.0 * rms);

@@ -229,6 +229,7 @@ pub(crate) fn described(verdict: &Verdict, claim: &Claim) -> Map<String, Value> 
         "p_dispute": verdict.p_dispute(),
         "correlation": verdict.correlation,
         "margin": verdict.margin,
+        "payload": verdict.payload.name(),
         "bits": verdict.bits,
         "bit_errors": verdict.bit_errors,
         "patches_read": verdict.patches_read,

@@ -59,6 +59,10 @@ pub(super) fn summary(
     stamps.tell("existed", &mut lines);
     if let (Some(rate), Some(errors)) = (verdict.extraction_rate, verdict.bit_errors) {
         let (bits, rate) = (verdict.bits, 100.0 * rate);
+        let mended = match verdict.outcome {
+            Outcome::Verified if errors > 0 => ", which the code mends",
+            _ => "",
+        };
         let patches = claim.certificate.statement().alphas.len();
         let read = match verdict.patches_read {
             read if read < patches => format!(", read from {read} of {patches} patches"),
@@ -66,7 +70,7 @@ pub(super) fn summary(
         };
         lines.field(
             "bits",
-            format!("{} of {bits} agree ({rate:.2} %){read}", bits - errors),
+            format!("{} of {bits} agree ({rate:.2} %){mended}{read}", bits - errors),
         );
         if let Some(margin) = verdict.margin.filter(|_| errors > 0) {
             lines.field("margin", format!("T0 = {margin:.1}"));

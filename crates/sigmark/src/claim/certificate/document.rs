@@ -145,7 +145,7 @@ impl Document {
             },
             mark: MarkDocument {
                 scheme: statement.scheme,
-                payload: statement.payload_kind(),
+                payload: statement.payload,
                 signature: signature.to_hex(),
                 carrier: statement.carrier.name().into(),
                 chip_rate: statement.carrier.chip_rate(),
@@ -185,6 +185,7 @@ impl Document {
                 triangles: self.original.triangles,
             },
             scheme: mark.scheme,
+            payload: mark.payload,
             carrier: Carrier::named(&mark.carrier, mark.chip_rate).ok_or_else(|| CertificateError::Field {
                 field: "carrier",
                 problem: format!(
@@ -198,12 +199,12 @@ impl Document {
             functions: patches.iter().map(|patch| patch.functions).collect(),
             alphas: patches.iter().map(|patch| patch.alpha).collect(),
         };
-        if mark.payload != statement.payload_kind() {
+        if !mark.payload.suits(mark.scheme) {
             return Err(CertificateError::Field {
                 field: "payload",
                 problem: format!(
-                    "is not \"{}\", which belongs to {}",
-                    statement.payload_kind().name(),
+                    "is \"{}\", which marks of {} never hold",
+                    mark.payload.name(),
                     mark.scheme
                 ),
             });

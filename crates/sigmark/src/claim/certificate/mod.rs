@@ -13,13 +13,13 @@ use super::{
     statement::{Checked, Statement},
 };
 use crate::{
-    mark::Sketch,
+    mark::{Sketch, SoftBits},
     payload::{Payload, Signature},
 };
 use document::Document;
 
 /// The version of the certificate format that this library writes and reads.
-pub const VERSION: u64 = 5;
+pub const VERSION: u64 = 6;
 
 /// The longest text of a certificate, in bytes.
 pub const LARGEST: usize = 16 << 20;
@@ -30,13 +30,21 @@ pub const LARGEST: usize = 16 << 20;
 /// A JSON file, described in `docs/certificate.md`. What is signed is never its text: the signature covers the statement's hash, a seal
 /// by the same key the rest. There is no certificate without a valid signature and seal. It holds the signature that is hidden in the mesh:
 /// who has both it and the original can remove the mark. It is for the owner and the trusted third party, not for the public.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Certificate {
     contents: Contents,
     hash: [u8; 32],
+    payload: Payload,
     patch_sizes: Vec<usize>,
     seal: Signature,
     stamps: Vec<Vec<u8>>,
+}
+
+impl PartialEq for Certificate {
+    /// By all that stands in it; what else it keeps follows from that.
+    fn eq(&self, other: &Self) -> bool {
+        self.contents == other.contents && self.seal == other.seal && self.stamps == other.stamps
+    }
 }
 
 /// What is sealed.
@@ -58,6 +66,7 @@ impl Certificate {
         let Checked { hash, patch_sizes } = contents.statement.checked()?;
         let seal = key.sign(contents.statement.scheme, &contents.sealed_bytes(&hash))?;
         let certificate = Self {
+            payload: contents.statement.coded(hash)?,
             contents,
             hash,
             patch_sizes,
@@ -87,6 +96,7 @@ impl Certificate {
             });
         }
         let certificate = Self {
+            payload: contents.statement.coded(hash)?,
             contents,
             hash,
             patch_sizes,
@@ -132,7 +142,7 @@ impl Certificate {
         &self.contents.name
     }
 
-    /// The signature over the statement, whose [bits](Self::bits) are in the shape.
+    /// The signature over the statement, which the [bits](Self::bits) in the shape are made of.
     pub fn signature(&self) -> &Signature {
         &self.contents.signature
     }
@@ -142,18 +152,33 @@ impl Certificate {
         &self.hash
     }
 
-    /// The bits that stand in the shape: for all but the paper's marks F_h(r ‖ s).
+    /// The bits that stand in the shape: for all but the paper's marks a codeword.
     pub fn bits(&self) -> Vec<bool> {
-        self.payload().bits(&self.contents.signature)
+        self.payload.bits(&self.contents.signature)
     }
 
-    /// Whether bits that were read from a shape hold a valid signature over the statement.
-    pub fn confirms(&self, bits: &[bool]) -> bool {
-        let Contents { statement, .. } = &self.contents;
-        let read = self.payload().signature(bits);
+    /// What the bits in the shape hold, and how.
+    pub fn payload(&self) -> &Payload {
+        &self.payload
+    }
+
+    /// Whether a payload that was read from a shape is the mark's: it holds a valid signature over the statement, or is the tag of the one that the certificate has.
+    pub fn confirms(&self, message: &[bool]) -> bool {
+        let Contents {
+            statement, signature, ..
+        } = &self.contents;
+        if message == self.payload.message(signature) {
+            return true;
+        }
         let signed = statement.signed_bytes(&self.hash);
-        read.and_then(|read| statement.public_key.verify(&signed, &read))
-            .is_ok()
+        let read = self.payload.signature(message);
+        read.is_some_and(|read| statement.public_key.verify(&signed, &read).is_ok())
+    }
+
+    /// Whether the payload is among those which soft bits say most likely, in lists of these lengths.
+    pub fn is_read(&self, soft: &SoftBits, lists: &[usize]) -> bool {
+        let message = self.payload.message(&self.contents.signature);
+        self.payload.read(soft, lists, |read| read == message).is_some()
     }
 
     /// The highest eigenvalue of each patch's basis, at unit area.
@@ -181,7 +206,7 @@ impl Certificate {
 
     /// SHA-256 over a domain, h, the signature and the seal (r, then s, 32 bytes each): what a time stamp covers.
     pub fn digest(&self) -> [u8; 32] {
-        let mut hash = Sha256::new_with_prefix(b"sigmark certificate v5\0");
+        let mut hash = Sha256::new_with_prefix(b"sigmark certificate v6\0");
         hash.update(self.hash);
         for signature in [&self.contents.signature, &self.seal] {
             hash.update(signature.r());
@@ -199,10 +224,6 @@ impl Certificate {
     pub fn with_stamp(mut self, reply: Vec<u8>) -> Self {
         self.stamps.push(reply);
         self
-    }
-
-    pub(super) fn payload(&self) -> Payload {
-        self.contents.statement.payload(self.hash)
     }
 
     fn check(&self) -> Result<(), CertificateError> {
@@ -228,7 +249,7 @@ impl Contents {
     fn sealed_bytes(&self, hash: &[u8; 32]) -> Vec<u8> {
         let eigenvalues: Vec<[u8; 8]> = self.eigenvalues.iter().map(|value| value.to_le_bytes()).collect();
         [
-            b"sigmark seal v5\0",
+            b"sigmark seal v6\0",
             &hash[..],
             self.signature.r(),
             self.signature.s(),

@@ -9,12 +9,14 @@ mod reading;
 mod readings;
 mod suspect;
 mod tessellation;
+mod wanted;
 
 pub use method::ReadingMethod;
 pub use parts::{FoundParts, ReadParts};
 pub use reading::Reading;
 pub use readings::Readings;
 pub use suspect::Suspect;
+pub use wanted::Wanted;
 
 use std::fmt;
 
@@ -37,7 +39,7 @@ use suspect::SeenBy;
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
 /// let (mesh, job) = (shapes::bumpy_sphere(4, 1), job::Job::default());
 /// let original = Original::pooled(mesh, 24, Pool::default(), &job)?;
-/// let plan = ChipPlan::Pooled { bits: 24, key: [1; 32] };
+/// let plan = ChipPlan::pooled(24, [1; 32]);
 /// let layout = Arc::new(MarkLayout::with_strength(Arc::new(original), plan, Strength::default())?);
 /// let bits: Vec<bool> = (0..24).map(|t| t % 3 == 0).collect();
 /// let marked = layout.original().mesh().with_positions(layout.write(&bits, &job)?.positions(layout.original()))?;
@@ -179,7 +181,12 @@ impl Found {
     ///
     /// # Errors
     /// When the original's bases can't be computed or aren't those that are expected; [`MarkError::Alignment`]; [`MarkError::Job`].
-    pub fn read(&self, method: &ReadingMethod, expected: &[bool], job: &Job) -> Result<Reading, MarkError> {
-        self.readings(method, job)?.best(expected, job)
+    pub fn read<'w>(
+        &self,
+        method: &ReadingMethod,
+        wanted: impl Into<Wanted<'w>>,
+        job: &Job,
+    ) -> Result<Reading, MarkError> {
+        self.readings(method, job)?.best(wanted, job)
     }
 }

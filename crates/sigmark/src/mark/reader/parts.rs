@@ -6,7 +6,7 @@ use job::Job;
 use mesh::{Similarity, TriMesh};
 use registration::{Alignment, Correspondence, MatchedBy, Piece, PiecePlace, Placement, PreparedMesh};
 
-use super::{Found, Reader, Reading, ReadingMethod, readings::agreement};
+use super::{Found, Reader, Reading, ReadingMethod, Wanted, readings::agreement};
 use crate::mark::{MarkError, MarkLayout, MarkStage};
 
 /// Parts of a suspect that are parts of the reference, each in all the places where it may belong.
@@ -69,7 +69,12 @@ impl FoundParts {
     ///
     /// # Errors
     /// As [`Found::read`].
-    pub fn read(&self, method: &ReadingMethod, expected: &[bool], job: &Job) -> Result<ReadParts, MarkError> {
+    pub fn read(
+        &self,
+        method: &ReadingMethod,
+        wanted: Wanted<'_>,
+        job: &Job,
+    ) -> Result<ReadParts, MarkError> {
         let mut chosen: Vec<(&Piece, &PiecePlace)> = Vec::new();
         let mut choices = 1_usize;
         for piece in &self.pieces {
@@ -80,12 +85,12 @@ impl FoundParts {
                 [one] => one,
                 several => {
                     choices = choices.saturating_mul(several.len());
-                    self.best_place(piece, several, method, expected, job)?
+                    self.best_place(piece, several, method, wanted, job)?
                 }
             };
             chosen.push((piece, place));
         }
-        let mut reading = self.assembled(&chosen)?.read(method, expected, job)?;
+        let mut reading = self.assembled(&chosen)?.read(method, wanted, job)?;
         reading.tries = reading.tries.saturating_mul(choices);
         if let Some((_, largest)) = chosen.first() {
             reading.transform = largest.transform;
@@ -111,13 +116,13 @@ impl FoundParts {
         piece: &Piece,
         places: &[&'a PiecePlace],
         method: &ReadingMethod,
-        expected: &[bool],
+        wanted: Wanted<'_>,
         job: &Job,
     ) -> Result<&'a PiecePlace, MarkError> {
         let mut best = (f64::NEG_INFINITY, places[0]);
         for place in places {
-            let reading = self.assembled(&[(piece, place)])?.read(method, expected, job)?;
-            let agreement = agreement(&reading, expected);
+            let reading = self.assembled(&[(piece, place)])?.read(method, wanted, job)?;
+            let agreement = agreement(&reading, wanted);
             if agreement > best.0 {
                 best = (agreement, place);
             }

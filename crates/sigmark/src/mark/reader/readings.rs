@@ -4,7 +4,7 @@ use job::Job;
 use mesh::Similarity;
 use registration::{Correspondence, Placement};
 
-use super::{Found, Reading, ReadingMethod, Suspect, by_vertices, looks::looks, suspect::SeenBy};
+use super::{Found, Reading, ReadingMethod, Suspect, Wanted, by_vertices, looks::looks, suspect::SeenBy};
 use crate::mark::{MarkError, MarkStage, Registered, SoftBits, correlation};
 
 /// All that can be read of a suspect, whatever the bits are that are looked for: one suspect can be asked for many.
@@ -74,24 +74,24 @@ impl<'a> Readings<'a> {
         Ok(Self { found, ways })
     }
 
-    /// The reading that agrees best with the bits that are looked for; the first of equals, and the first at all that has every bit.
+    /// The reading that agrees best with the bits that are looked for; the first of equals, and the first at all in which they are read.
     ///
-    /// Looks are taken one after the other. By vertices, the best of the first readings, which are cheap, is taken if it has all bits; if not, the joint
+    /// Looks are taken one after the other. By vertices, the best of the first readings, which are cheap, is taken if the bits are read; if not, the joint
     /// estimate reads once more in its pose.
     ///
     /// # Errors
     /// As [`Found::read`].
-    pub fn best(&self, expected: &[bool], job: &Job) -> Result<Reading, MarkError> {
+    pub fn best<'w>(&self, wanted: impl Into<Wanted<'w>>, job: &Job) -> Result<Reading, MarkError> {
+        let wanted = wanted.into();
         let looks = self.ways.first().map_or(0, |way| way.looks.len());
         let mut best: Option<Reading> = None;
         for look in 0..looks {
-            let reading = self.best_of_look(look, expected, job)?;
-            let has_every_bit = reading.soft.hard() == expected;
-            let is_better = |best: &Reading| agreement(&reading, expected) > agreement(best, expected);
-            if has_every_bit || best.as_ref().is_none_or(is_better) {
+            let (reading, is_read) = self.best_of_look(look, wanted, job)?;
+            let is_better = |best: &Reading| agreement(&reading, wanted) > agreement(best, wanted);
+            if is_read || best.as_ref().is_none_or(is_better) {
                 best = Some(reading);
             }
-            if has_every_bit {
+            if is_read {
                 break;
             }
         }
@@ -105,28 +105,31 @@ impl<'a> Readings<'a> {
             .ok_or(MarkError::Alignment)
     }
 
-    fn best_of_look(&self, look: usize, expected: &[bool], job: &Job) -> Result<Reading, MarkError> {
+    /// The best reading of a look, and whether the bits are read.
+    fn best_of_look(&self, look: usize, wanted: Wanted<'_>, job: &Job) -> Result<(Reading, bool), MarkError> {
         let mut best: Option<(&Way<'a>, &Reading)> = None;
         for way in &self.ways {
             let reading = kept(&way.looks[look].first, || self.first(way, look, job))?;
-            if best.is_none_or(|(_, best)| agreement(reading, expected) > agreement(best, expected)) {
+            if best.is_none_or(|(_, best)| agreement(reading, wanted) > agreement(best, wanted)) {
                 best = Some((way, reading));
             }
         }
         let (way, first) = best.ok_or(MarkError::Alignment)?;
+        let is_read = wanted.is_read(&first.soft);
         let ReadBy::Vertices(map) = way.by else {
-            return Ok(first.clone());
+            return Ok((first.clone(), is_read));
         };
-        if first.soft.hard() == expected {
-            return Ok(first.clone());
+        if is_read {
+            return Ok((first.clone(), true));
         }
         let suspect = &self.found.suspect;
         let Look { method, again, .. } = &way.looks[look];
         let again = kept(again, || {
             by_vertices::read_again(suspect, map, &first.transform, method, job)
         })?;
-        let better = agreement(again, expected) > agreement(first, expected);
-        Ok(if better { again.clone() } else { first.clone() })
+        let is_read = wanted.is_read(&again.soft);
+        let better = is_read || agreement(again, wanted) > agreement(first, wanted);
+        Ok((if better { again.clone() } else { first.clone() }, is_read))
     }
 
     fn first(&self, way: &Way<'a>, look: usize, job: &Job) -> Result<Reading, MarkError> {
@@ -176,7 +179,7 @@ fn kept(
     }
 }
 
-pub(super) fn agreement(reading: &Reading, expected: &[bool]) -> f64 {
+pub(super) fn agreement(reading: &Reading, wanted: Wanted<'_>) -> f64 {
     let SoftBits(soft) = &reading.soft;
-    correlation(expected, soft)
+    correlation(wanted.bits, soft)
 }

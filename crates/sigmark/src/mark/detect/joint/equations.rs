@@ -4,7 +4,8 @@ use faer::{
     Accum, Mat, Par, Side,
     linalg::{
         matmul::triangular::{BlockStructure, matmul},
-        solvers::Solve,
+        solvers::{Llt, Solve},
+        triangular_inverse::invert_lower_triangular,
     },
 };
 
@@ -31,6 +32,9 @@ const BLOCK: usize = 512;
 
 /// A start for the noise, and its refinements, which converge at once.
 const ROUNDS: usize = 6;
+
+/// A noise that changes by less, relatively, is settled.
+const SETTLED: f64 = 1e-3;
 
 /// How often weights follow from residuals; they are all but settled then.
 pub(super) const REWEIGHTINGS: usize = 2;
@@ -108,25 +112,56 @@ impl NormalEquations {
 
     /// The unknowns that leave least, the noise estimated with them.
     pub(super) fn solution(&self) -> Result<Mat<f64>, MarkError> {
+        Ok(self.solved()?.solution)
+    }
+
+    /// The solution, and of each bit the variance that is left to it, with a prior variance of 1.
+    pub(super) fn posterior(&self) -> Result<(Mat<f64>, Vec<f64>), MarkError> {
+        let Solved {
+            solution,
+            factor,
+            noise,
+        } = self.solved()?;
+        let mut inverse = Mat::zeros(self.unknowns(), self.unknowns());
+        invert_lower_triangular(inverse.as_mut(), factor.L(), Par::Seq);
+        // A = L Lᵀ, so that (A⁻¹)ₜₜ is the square of column t of L⁻¹.
+        let variance = |t: usize| {
+            let column = &inverse.col_as_slice(t)[t..];
+            noise * column.iter().map(|x| x * x).sum::<f64>()
+        };
+        let variances = (0..self.bits).map(variance).collect();
+        Ok((solution, variances))
+    }
+
+    fn solved(&self) -> Result<Solved, MarkError> {
         let unknowns = self.unknowns();
         let right = Mat::from_fn(unknowns, 1, |i, _| self.entry(unknowns, i));
-        let mut solution = Mat::zeros(unknowns, 1);
-        for _ in 0..ROUNDS {
-            // σ² for the mean weight; the weights hold masses.
-            let noise = self.squares_left(&solution) / self.observations.max(1) as f64;
-            let system = Mat::from_fn(unknowns, unknowns, |i, j| {
-                let prior = if i < self.bits {
-                    self.redundancy * noise
-                } else {
-                    0.0
-                };
-                let ridge = RIDGE * self.entry(i, i) + prior + f64::MIN_POSITIVE;
-                self.entry(i, j) + if i == j { ridge } else { 0.0 }
-            });
+        // σ² for the mean weight; the weights hold masses.
+        let noise_left = |solution: &Mat<f64>| {
+            self.redundancy * self.squares_left(solution) / self.observations.max(1) as f64
+        };
+        let solve = |noise: f64| -> Result<Solved, MarkError> {
+            let mut system = self.gram.get(..unknowns, ..unknowns).to_owned();
+            for i in 0..unknowns {
+                let prior = if i < self.bits { noise } else { 0.0 };
+                system[(i, i)] += RIDGE * self.entry(i, i) + prior + f64::MIN_POSITIVE;
+            }
             let factor = system.llt(Side::Lower).map_err(|_| MarkError::Alignment)?;
-            solution = factor.solve(&right);
+            Ok(Solved {
+                solution: factor.solve(&right),
+                factor,
+                noise,
+            })
+        };
+        let mut solved = solve(noise_left(&Mat::zeros(unknowns, 1)))?;
+        for _ in 1..ROUNDS {
+            let noise = noise_left(&solved.solution);
+            if (noise - solved.noise).abs() <= SETTLED * solved.noise {
+                break;
+            }
+            solved = solve(noise)?;
         }
-        Ok(solution)
+        Ok(solved)
     }
 
     /// Σ w e² of a solution.
@@ -161,6 +196,15 @@ impl NormalEquations {
     fn unknowns(&self) -> usize {
         self.gram.nrows() - 1
     }
+}
+
+/// What solves the equations for a noise.
+struct Solved {
+    solution: Mat<f64>,
+    /// Of the matrix with the prior.
+    factor: Llt<f64>,
+    /// σ², with the redundancy of the observations.
+    noise: f64,
 }
 
 /// The equations of one patch. Large patches weigh their observations by their own residuals; small ones wait for the solution of all patches together.

@@ -14,6 +14,12 @@
 //! original are not independent: σ² is then as many times larger as there are samples to a vertex of the suspect. Vertices that
 //! were not seen take no part. The mark is noise to θ, and θ takes nothing from the bits.
 //!
+//! **Soft bits.** vₜ is the variance that is left to bₜ where it was 1 before. Without the prior the observations would say bₜ / (1 − vₜ) with the variance
+//! vₜ / (1 − vₜ), and ln P(1) / P(0) is twice the one by the other. What e does not show has a variance τ² of its own, alike for all bits: another mark on the same harmonics, for one. The mean of
+//! bₜ² would be 1 − vₜ without it, so that
+//!
+//! ln P(1) / P(0) = 2 bₜ / (vₜ + τ² (1 − vₜ)),  τ² = max(0, Σ (bₜ² − (1 − vₜ)) / Σ (1 − vₜ)²).
+//!
 //! **Smoothing.** Smoothing, decimation and subdivision move a surface towards the mean of its neighbourhood. With L x the way
 //! from each vertex to the mean of its neighbours, k steps x ← x + λ L x with any λ, of either sign, displace by a polynomial
 //! of degree k of L. So G has the fields L x, L² x, …, too: what any few steps do to the original is known but for these
@@ -70,7 +76,8 @@ pub struct JointEstimator {
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct JointEstimate {
-    /// b, one a bit; ±1 but for noise.
+    /// ln P(bit t is 1) / P(it is 0) as the observations have it, cut off at ±[`MOST_CERTAIN`](Self::MOST_CERTAIN); 0 where
+    /// none of the bit's chips was seen.
     pub bits: SoftBits,
     /// The small similarity by which the suspect is off, in the original's frame.
     pub misalignment: Similarity,
@@ -78,6 +85,11 @@ pub struct JointEstimate {
     pub noise: f64,
     /// What moved the suspect.
     pub attack_model: AttackModel,
+}
+
+impl JointEstimate {
+    /// Beyond this, a ratio says less of the bit than of how well noise is known: a few hundred that are all but certain would drown thousands that are not.
+    pub const MOST_CERTAIN: f64 = 12.0;
 }
 
 /// What moved a suspect from the original, as the joint estimate has it: of each cause, the share of the weighted squares of all
@@ -176,7 +188,7 @@ fn estimate(
     bits: usize,
     equations: &NormalEquations,
 ) -> Result<JointEstimate, MarkError> {
-    let solution = equations.solution()?;
+    let (solution, variances) = equations.posterior()?;
     let theta: [f64; SIMILARITY_FIELDS] = std::array::from_fn(|j| solution[(bits + j, 0)]);
     let (similarity, smoothing) = (
         bits + SIMILARITY_FIELDS,
@@ -193,10 +205,28 @@ fn estimate(
         noise: 0.0,
     };
     attack_model.noise = 1.0 - explained(0..bits + FIELDS);
+    let means: Vec<f64> = (0..bits).map(|t| solution[(t, 0)]).collect();
     Ok(JointEstimate {
         noise: (equations.squares_left(&solution) / weight).sqrt(),
-        bits: SoftBits((0..bits).map(|t| solution[(t, 0)]).collect()),
+        bits: SoftBits(log_likelihood_ratios(&means, &variances)),
         misalignment: design.similarity(theta),
         attack_model,
     })
+}
+
+/// Of bits with these posterior means and variances.
+fn log_likelihood_ratios(means: &[f64], variances: &[f64]) -> Vec<f64> {
+    let sum = |f: &dyn Fn(f64, f64) -> f64| -> f64 {
+        let pairs = means.iter().zip(variances);
+        pairs.map(|(&b, &v)| f(b, v)).sum()
+    };
+    let seen = sum(&|_, v| (1.0 - v).powi(2));
+    let unshown = sum(&|b, v| b * b - (1.0 - v)) / seen.max(f64::MIN_POSITIVE);
+    let unshown = unshown.max(0.0);
+    let most = JointEstimate::MOST_CERTAIN;
+    let ratio = |(&b, &v): (&f64, &f64)| {
+        let variance = v + unshown * (1.0 - v);
+        (2.0 * b / variance.max(f64::MIN_POSITIVE)).clamp(-most, most)
+    };
+    means.iter().zip(variances).map(ratio).collect()
 }
