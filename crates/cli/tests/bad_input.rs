@@ -307,7 +307,7 @@ fn meshes_that_can_carry_no_signature_are_refused_with_the_reason() {
     let table: &[(String, &[&str])] = &[
         (
             embed("triangle.obj", ""),
-            &["triangle.obj", "room for 0 chips", "512", "finer mesh"],
+            &["triangle.obj", "room for 0 chips", "128", "finer mesh"],
         ),
         (
             embed("large.ply", "--patches 1"),
@@ -319,7 +319,7 @@ fn meshes_that_can_carry_no_signature_are_refused_with_the_reason() {
             ],
         ),
         (
-            embed("model.ply", "--patches 40"),
+            embed("model.ply", "--patches 40 --payload signature"),
             &["model.ply", "chips, but the mark takes 512", "fewer patches"],
         ),
         (embed("thin.ply", "--chip-rate 1"), &["thin.ply", "area"]),
@@ -634,8 +634,8 @@ fn certificates_that_are_none_are_refused() {
     folder.write("empty.json", "");
     folder.write("cut.json", &json[..json.len() / 2]);
     folder.write("other.json", "{\"asset\": {\"version\": \"2.0\"}}");
-    folder.write("next.json", json.replace("\"version\": 5", "\"version\": 6"));
-    folder.write("before.json", json.replace("\"version\": 5", "\"version\": 2"));
+    folder.write("next.json", json.replace("\"version\": 6", "\"version\": 7"));
+    folder.write("before.json", json.replace("\"version\": 6", "\"version\": 2"));
     folder.write("extra.json", json.replacen('{', "{\"note\": \"mine\",", 1));
     folder.write("deep.json", "[".repeat(100_000));
     let remedy = ".cert.json file that `sigmark embed` wrote";
@@ -647,7 +647,7 @@ fn certificates_that_are_none_are_refused() {
         ("deep.json", &["not a Sigmark certificate", remedy]),
         (
             "next.json",
-            &["version 6", "reads version 5", "use the Sigmark that wrote it"],
+            &["version 7", "reads version 6", "use the Sigmark that wrote it"],
         ),
         (
             "before.json",

@@ -88,7 +88,7 @@ fn a_report_says_what_was_found_of_what_and_how_to_repeat_it() {
     for words in [
         "Verified",
         "found.obj.gz",
-        "All 512 bits",
+        "all 512 bits",
         "512 of 512 agree",
         "order-4711",
         "p is an upper bound",
@@ -205,7 +205,7 @@ fn a_worn_mark_is_detected_and_called_evidence_only_if_it_is() {
     );
     let html = text(&page(&folder, "worn.ply", 0));
     assert!(
-        html.contains("Detected") && html.contains("of its 512 bits were read back rightly"),
+        html.contains("Detected") && html.contains("of its 512 bits were read back rightly: too few"),
         "{html}"
     );
 }

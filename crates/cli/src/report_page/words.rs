@@ -52,7 +52,7 @@ pub(super) fn sentences(verdict: &Verdict, arguments: &Verify, claim: &Claim) ->
         ),
         Outcome::Verified => format!(
             "The suspect carries the signature that was written into the original: {} read back from the \
-             suspect\u{2019}s shape. It is a valid digital signature by the key named below, over this very original, mark and \
+             suspect\u{2019}s shape. The signature is valid, by the key named below, over this very original, mark and \
              message.",
             what_was_read(verdict, all)
         ),
@@ -99,7 +99,7 @@ pub(super) fn sentences(verdict: &Verdict, arguments: &Verify, claim: &Claim) ->
 /// All bits of the signature, or of what stands for it.
 fn what_was_read(verdict: &Verdict, bits: usize) -> String {
     match verdict.payload {
-        PayloadKind::Tag => format!("all {bits} bits of a tag that stands for it alone were"),
+        PayloadKind::Tag => format!("all {bits} bits of a tag that stands for this signature alone were"),
         _ => format!("all {bits} bits of it were"),
     }
 }

@@ -56,8 +56,8 @@ impl Folder {
             for command in [
                 "keygen -o owner.pem",
                 "keygen -o other.pem",
-                "embed model.ply -o signed.ply -k owner.pem -m order-4711 --chip-rate 1",
-                "embed model.ply -o theirs.ply -k other.pem -m order-4712 --chip-rate 1",
+                "embed model.ply -o signed.ply -k owner.pem -m order-4711 --chip-rate 1 --payload signature",
+                "embed model.ply -o theirs.ply -k other.pem -m order-4712 --chip-rate 1 --payload signature",
             ] {
                 folder.done(command);
             }

@@ -149,10 +149,14 @@ pub struct Verdict {
 impl Verdict {
     /// The probability that one of 2⁸⁰ claims that a stranger tried would have come as far, an upper bound: 2⁸⁰ p, at most 1. For marks
     /// that do not bind the original it is 1, since they can be forged without trying; so it is where the suspect was compared with another file
-    /// than the original.
+    /// than the original. For a tag it is 2⁻⁴⁸ at least: whoever looks for statements under which some tag would be read needs a signature that has it, one of 2¹²⁸.
     pub fn p_dispute(&self) -> f64 {
+        let of_one = match self.payload {
+            PayloadKind::Tag => self.p_value.max(2f64.powi(-128)),
+            _ => self.p_value,
+        };
         match self.is_bound() {
-            true => (STRANGERS_TRIES * self.p_value).min(1.0),
+            true => (STRANGERS_TRIES * of_one).min(1.0),
             false => 1.0,
         }
     }
