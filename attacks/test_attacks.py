@@ -215,6 +215,35 @@ class Moves(AttackCase):
         flat = attacked(sheet(), "quantise:7")
         self.assertTrue((flat.positions[:, 2] == 0).all())
 
+    def test_bending_keeps_what_it_should(self):
+        mesh = attacked(torus(96, 64), "similarity:1", 4)
+        centred = mesh.positions - (mesh.positions.min(axis=0) + mesh.positions.max(axis=0)) / 2
+        size = numpy.ptp(centred, axis=0)
+        axis = int(numpy.argmax(size))
+        across = [other for other in range(3) if other != axis]
+
+        stretched = attacked(mesh, "stretch:2")
+        numpy.testing.assert_allclose(numpy.ptp(stretched.positions, axis=0)[axis], 1.02 * size[axis])
+        numpy.testing.assert_allclose(stretched.positions[:, across], centred[:, across])
+
+        twisted = attacked(mesh, "twist:5")
+        numpy.testing.assert_allclose(twisted.positions[:, axis], centred[:, axis])
+        numpy.testing.assert_allclose(
+            numpy.linalg.norm(twisted.positions[:, across], axis=1), numpy.linalg.norm(centred[:, across], axis=1)
+        )
+
+        # Shears and bends along an arc keep volumes: the one up to its determinant, the other by Pappus.
+        affine = attacked(mesh, "affine:1", 3)
+        matrix = numpy.linalg.lstsq(mesh.positions, affine.positions, rcond=None)[0]
+        numpy.testing.assert_allclose(mesh.positions @ matrix, affine.positions, atol=1e-12)
+        self.assertTrue(0 < numpy.abs(matrix - numpy.eye(3)).max() <= 0.01)
+        self.assertAlmostEqual(volume(affine) / volume(mesh), numpy.linalg.det(matrix), places=9)
+        for angle in (0, 1, 10):
+            bent = attacked(mesh, f"bend:{angle}")
+            self.assert_same_faces(mesh, bent)
+            self.assertAlmostEqual(volume(bent) / volume(mesh), 1, delta=0.01)
+        self.assertGreater(numpy.abs(attacked(mesh, "bend:10").positions - centred).max(), 0.01 * size[axis])
+
 
 class Resamplings(AttackCase):
     """Attacks that change the connectivity."""

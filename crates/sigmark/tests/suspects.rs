@@ -129,7 +129,12 @@ fn the_same_surface_with_other_vertices_is_verified() {
         // Nothing happened to the surface but the mark.
         let model = verdict.attack_model.unwrap();
         assert!(model.mark > 0.99, "{model:?}");
-        let all = model.mark + model.misalignment + model.smoothing + model.tessellation_bias + model.noise;
+        let all = model.mark
+            + model.misalignment
+            + model.smoothing
+            + model.tessellation_bias
+            + model.bending
+            + model.noise;
         assert!((all - 1.0).abs() < 1e-12, "{model:?}");
     }
 }

@@ -177,6 +177,7 @@ pub(super) fn attack(verdict: &Verdict) -> Option<String> {
         ("an imperfect alignment", model.misalignment),
         ("smoothing or sharpening", model.smoothing),
         ("other triangles", model.tessellation_bias),
+        ("bending", model.bending),
         ("noise", model.noise),
     ];
     let shown = shares.iter().filter(|(_, share)| share.abs() >= 0.005);

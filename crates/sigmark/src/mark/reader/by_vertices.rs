@@ -33,12 +33,16 @@ pub(super) fn read_again(
     let mut registered = carried(map, suspect, pose);
     let estimate = method.estimator().estimate(&registered, job)?;
     let better = pose.then(&estimate.misalignment.inverse());
+    if method.detector().is_some() || estimate.bending.is_some() {
+        registered = carried(map, suspect, &better);
+    }
+    if let Some(bending) = &estimate.bending {
+        let places = registered.positions.iter_mut().flatten();
+        places.for_each(|place| *place = bending.undone(*place));
+    }
     let soft = match method.detector() {
         None => estimate.bits,
-        Some(detector) => {
-            registered = carried(map, suspect, &better);
-            detector.detect(&registered, job)?
-        }
+        Some(detector) => detector.detect(&registered, job)?,
     };
     let model = Some(estimate.attack_model);
     Ok(Reading::new(method.layout(), &registered, better, soft, model))

@@ -3,7 +3,7 @@ use mesh::{BoundingBox, Similarity, Vec3};
 use registration::{Correspondence, PreparedMesh, ResampleOptions, resample};
 
 use super::{Reading, ReadingMethod, tessellation};
-use crate::mark::{MarkError, MarkStage, Registered};
+use crate::mark::{Bending, MarkError, MarkStage, Registered};
 
 /// A suspect, looked at from the vertices of a reference in any pose (section 4.4.1).
 ///
@@ -25,6 +25,7 @@ pub struct Suspect {
 }
 
 /// What of a suspect is looked at.
+#[derive(Clone)]
 pub(super) enum SeenBy {
     /// The vertices, all of which were found again.
     Vertices(Correspondence),
@@ -38,8 +39,8 @@ const SETTLED: f64 = 5e-4;
 /// As a share of the noise.
 const NEGLIGIBLE: f64 = 0.1;
 
-/// How often a suspect is sampled at most.
-const MOST_ROUNDS: usize = 2;
+/// How often a suspect is sampled at most, and one that is bent: lines along normals meet that far from where they should at first.
+const MOST_ROUNDS: [usize; 2] = [2, 4];
 
 impl Suspect {
     pub(super) fn new(reference: PreparedMesh, mesh: PreparedMesh, seen_by: SeenBy) -> Self {
@@ -92,13 +93,20 @@ impl Suspect {
             return Ok(Reading::new(method.layout(), &registered, better, soft, model));
         }
         let (mut pose, mut again) = (*pose, None);
-        for _ in 1..MOST_ROUNDS {
+        let mut unbent: Option<Self> = None;
+        let mut rounds = 1;
+        while rounds < MOST_ROUNDS[usize::from(unbent.is_some() || estimate.bending.is_some())] {
+            rounds += 1;
             let step = self.farthest(&pose, &better);
-            if step < SETTLED && step * step < NEGLIGIBLE * estimate.noise {
+            if estimate.bending.is_none() && step < SETTLED && step * step < NEGLIGIBLE * estimate.noise {
                 break;
             }
             pose = better;
-            let registered = again.insert(self.sample_again(&pose, job)?);
+            if let Some(bending) = &estimate.bending {
+                unbent = Some(unbent.as_ref().unwrap_or(self).unbent(bending, &pose)?);
+            }
+            let seen = unbent.as_ref().unwrap_or(self);
+            let registered = again.insert(seen.sample_again(&pose, job)?);
             estimate = method.estimator().estimate(registered, job)?;
             better = pose.then(&estimate.misalignment.inverse());
         }
@@ -111,6 +119,18 @@ impl Suspect {
             estimate.bits,
             model,
         ))
+    }
+
+    /// The suspect before space was bent, that lies on the reference in a pose.
+    fn unbent(&self, bending: &Bending, pose: &Similarity) -> Result<Self, MarkError> {
+        let (mesh, back) = (self.mesh.mesh(), pose.inverse());
+        let before = |&p: &[f64; 3]| back.apply(bending.undone(pose.apply(p)));
+        let positions = mesh.positions().iter().map(before).collect();
+        Ok(Self {
+            reference: self.reference.clone(),
+            mesh: mesh.with_positions(positions)?.into(),
+            seen_by: self.seen_by.clone(),
+        })
     }
 
     fn sample_again(&self, pose: &Similarity, job: &Job) -> Result<Registered, MarkError> {

@@ -4,7 +4,11 @@ use faer::Mat;
 use mesh::{Similarity, Vec3};
 
 use super::{
-    fields::{FIELDS, SIMILARITY_FIELDS, SMOOTHING_FIELDS, similarity_fields},
+    Bending,
+    fields::{
+        BENDING_FIELDS, FIELDS, RIGID_FIELDS, SIMILARITY_FIELDS, SMOOTHING_FIELDS, bending_fields,
+        similarity_fields,
+    },
     observations::Observation,
 };
 use crate::mark::{Chip, MarkLayout, Original, Patch, PatchBasis};
@@ -53,9 +57,13 @@ impl<'a> View<'a> {
         &self.bits
     }
 
-    /// How many bits and fields there are.
-    pub(super) fn unknowns(&self) -> usize {
-        self.bits.len() + FIELDS
+    /// How many bits and fields there are without the bending ones.
+    pub(super) fn rigid_unknowns(&self) -> usize {
+        self.bits.len() + RIGID_FIELDS
+    }
+
+    fn columns(&self) -> usize {
+        self.bits.len() + FIELDS + 1
     }
 }
 
@@ -76,7 +84,7 @@ impl<'a> Design<'a> {
         let scale = basis.area().sqrt() / self.diagonal;
         let amplitude = view.amplitude.map(|amplitude| scale * amplitude);
         let bits = view.bits.len();
-        let mut rows = Mat::<f64>::zeros(block.len(), view.unknowns() + 1);
+        let mut rows = Mat::<f64>::zeros(block.len(), view.columns());
         for (chip, &column) in view.chips.iter().zip(&view.columns) {
             let harmonic = basis.spectrum().eigenfunction(chip.frequency);
             let column = rows.col_as_slice_mut(column).iter_mut();
@@ -90,11 +98,21 @@ impl<'a> Design<'a> {
             let fields = similarity_fields(place, observation.along).into_iter();
             let fields = fields.chain(smoothing.map(|field| observation.along.dot(field)));
             let fields = fields.chain(observation.tessellation_bias);
+            let fields = fields.chain(bending_fields(place, observation.along));
             for (j, value) in fields.chain([observation.displacement]).enumerate() {
                 rows[(i, bits + j)] = value;
             }
         }
         rows
+    }
+
+    /// The bending with these coefficients.
+    pub(super) fn bending(&self, coefficients: [f64; BENDING_FIELDS]) -> Bending {
+        Bending {
+            coefficients,
+            centre: self.centre,
+            diagonal: self.diagonal,
+        }
     }
 
     /// The similarity with parameters θ of that frame.

@@ -11,7 +11,7 @@ use faer::{
 
 use super::{
     design::{Design, View},
-    fields::FIELDS,
+    fields::{BENDING_FIELDS, FIELDS},
     observations::Observation,
     robust::reweight,
 };
@@ -67,6 +67,44 @@ impl NormalEquations {
         is_enough && WORTH_WEIGHING * waiting > self.observations
     }
 
+    /// The same equations for a suspect that is not bent: the coefficients of those fields will be zero.
+    pub(super) fn without_bending(mut self) -> Self {
+        let last = self.unknowns();
+        for column in last - BENDING_FIELDS..last {
+            for i in 0..=last {
+                self.gram[(i.max(column), i.min(column))] = 0.0;
+            }
+        }
+        self
+    }
+
+    /// Whether space was bent by more than the mark moves the surface: whether, all bits unknown, the bending fields explain more squares beside the other fields than the mark has.
+    pub(super) fn is_bent(&self) -> bool {
+        let fields = self.bits..self.unknowns();
+        let own = |bending: bool| {
+            let end = if bending {
+                fields.end
+            } else {
+                fields.end - BENDING_FIELDS
+            };
+            let count = end - fields.start;
+            let system = Mat::from_fn(count, count, |i, j| {
+                let entry = self.entry(fields.start + i, fields.start + j);
+                entry
+                    + if i == j {
+                        RIDGE * entry + f64::MIN_POSITIVE
+                    } else {
+                        0.0
+                    }
+            });
+            let right = Mat::from_fn(count, 1, |i, _| self.entry(self.unknowns(), fields.start + i));
+            let solution = system.llt(Side::Lower).ok()?.solve(&right);
+            Some((0..count).map(|i| solution[(i, 0)] * right[(i, 0)]).sum::<f64>())
+        };
+        let mark: f64 = (0..self.bits).map(|t| self.entry(t, t)).sum();
+        matches!((own(true), own(false)), (Some(with), Some(without)) if with - without > mark)
+    }
+
     /// Those of a patch's observations with the weights that these have.
     fn weighted(design: &Design<'_>, view: &View<'_>, observations: &[Observation], redundancy: f64) -> Self {
         let mut equations = Self::empty(view.bits().len(), redundancy);
@@ -104,7 +142,7 @@ impl NormalEquations {
         };
         for j in 0..gram.ncols() {
             for i in j..gram.nrows() {
-                self.gram[(place(i), place(j))] += gram[(i, j)];
+                self.gram[(place(i), place(j))] += patch.weight * gram[(i, j)];
             }
         }
         self.observations += observations;
@@ -214,6 +252,8 @@ pub(super) struct PatchEquations {
     equations: NormalEquations,
     /// Those that wait; none where they were weighed by the patch alone.
     observations: Option<Vec<Observation>>,
+    /// How much each of its observations counts beside those of other patches.
+    weight: f64,
 }
 
 impl PatchEquations {
@@ -225,12 +265,16 @@ impl PatchEquations {
         mut observations: Vec<Observation>,
         redundancy: f64,
     ) -> Result<Self, MarkError> {
-        let (bits, enough) = (view.bits().to_vec(), OBSERVATIONS_AN_UNKNOWN * view.unknowns());
+        let (bits, enough) = (
+            view.bits().to_vec(),
+            OBSERVATIONS_AN_UNKNOWN * view.rigid_unknowns(),
+        );
         if observations.len() < enough {
             return Ok(Self {
                 bits,
                 equations: NormalEquations::weighted(design, view, &observations, redundancy),
                 observations: Some(observations),
+                weight: 1.0,
             });
         }
         for _ in 0..REWEIGHTINGS {
@@ -238,7 +282,8 @@ impl PatchEquations {
             let stride = observations.len() / enough;
             let stride = stride + usize::from(stride.is_multiple_of(3));
             let part: Vec<Observation> = observations.iter().step_by(stride).copied().collect();
-            let solution = NormalEquations::weighted(design, view, &part, redundancy).solution()?;
+            let equations = NormalEquations::weighted(design, view, &part, redundancy);
+            let solution = equations.without_bending().solution()?;
             let residuals = residuals(design, view, &observations, &solution);
             reweight(&mut observations, &residuals);
         }
@@ -246,7 +291,32 @@ impl PatchEquations {
             bits,
             equations: NormalEquations::weighted(design, view, &observations, redundancy),
             observations: None,
+            weight: 1.0,
         })
+    }
+
+    /// The mean square of the noise that a solution of all patches leaves in this one.
+    pub(super) fn noise(&self, solution: &Mat<f64>) -> f64 {
+        let left = self.equations.squares_left(&self.own(solution));
+        left / self.equations.observations.max(1) as f64
+    }
+
+    /// Makes each observation of the patch count so many times.
+    pub(super) fn weigh(&mut self, weight: f64) {
+        self.weight = weight;
+    }
+
+    /// What a solution of all patches says of the patch's own unknowns.
+    fn own(&self, solution: &Mat<f64>) -> Mat<f64> {
+        let fields = solution.nrows() - FIELDS..solution.nrows();
+        let own: Vec<f64> = self
+            .bits
+            .iter()
+            .copied()
+            .chain(fields)
+            .map(|i| solution[(i, 0)])
+            .collect();
+        Mat::from_fn(own.len(), 1, |i, _| own[i])
     }
 
     /// How many observations wait for weights.
@@ -268,22 +338,16 @@ impl PatchEquations {
                 bits,
                 equations: self.equations.clone(),
                 observations: None,
+                weight: self.weight,
             };
         };
-        let fields = solution.nrows() - FIELDS..solution.nrows();
-        let own: Vec<f64> = bits
-            .iter()
-            .copied()
-            .chain(fields)
-            .map(|i| solution[(i, 0)])
-            .collect();
-        let own = Mat::from_fn(own.len(), 1, |i, _| own[i]);
-        let residuals = residuals(design, view, &observations, &own);
+        let residuals = residuals(design, view, &observations, &self.own(solution));
         reweight(&mut observations, &residuals);
         Self {
             bits,
             equations: NormalEquations::weighted(design, view, &observations, redundancy),
             observations: Some(observations),
+            weight: self.weight,
         }
     }
 }

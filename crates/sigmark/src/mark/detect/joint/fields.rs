@@ -11,8 +11,14 @@ pub(super) const SMOOTHING_FIELDS: usize = 8;
 /// What flat triangles do, and what harmonics that carry chips hold of it.
 pub(super) const TESSELLATION_FIELDS: usize = 2;
 
+/// Stretches and shears that are no similarity, and all vector fields of degree 2 and 3.
+pub(super) const BENDING_FIELDS: usize = 5 + 3 * (6 + 10);
+
+/// All fields but the bending ones, in this order.
+pub(super) const RIGID_FIELDS: usize = SIMILARITY_FIELDS + SMOOTHING_FIELDS + TESSELLATION_FIELDS;
+
 /// All fields, in this order.
-pub(super) const FIELDS: usize = SIMILARITY_FIELDS + SMOOTHING_FIELDS + TESSELLATION_FIELDS;
+pub(super) const FIELDS: usize = RIGID_FIELDS + BENDING_FIELDS;
 
 /// u·p, u·(eᵢ × p) and u·eᵢ: how a point p moves along u with each parameter of a small similarity.
 pub(super) fn similarity_fields(Vec3([x, y, z]): Vec3, Vec3([u, v, w]): Vec3) -> [f64; SIMILARITY_FIELDS] {
@@ -25,6 +31,39 @@ pub(super) fn similarity_fields(Vec3([x, y, z]): Vec3, Vec3([u, v, w]): Vec3) ->
         v,
         w,
     ]
+}
+
+/// u·f(p) for the fields f of a mild bending of space.
+pub(super) fn bending_fields(p: Vec3, u: Vec3) -> [f64; BENDING_FIELDS] {
+    let Vec3([x, y, z]) = p;
+    let Vec3([a, b, c]) = u;
+    let linear = [
+        a * x - b * y,
+        a * x + b * y - 2.0 * c * z,
+        a * y + b * x,
+        a * z + c * x,
+        b * z + c * y,
+    ];
+    let squares = [x * x, y * y, z * z, x * y, y * z, z * x];
+    let cubes = [
+        x * x * x,
+        y * y * y,
+        z * z * z,
+        x * x * y,
+        y * y * z,
+        z * z * x,
+        x * y * y,
+        y * z * z,
+        z * x * x,
+        x * y * z,
+    ];
+    let mut fields = [0.0; BENDING_FIELDS];
+    fields[..5].copy_from_slice(&linear);
+    let monomials = squares.into_iter().chain(cubes);
+    for (field, monomial) in fields[5..].chunks_exact_mut(3).zip(monomials) {
+        field.copy_from_slice(&[a * monomial, b * monomial, c * monomial]);
+    }
+    fields
 }
 
 /// L x, L² x, … at each vertex, in diagonals: #V by [`SMOOTHING_FIELDS`].

@@ -25,6 +25,9 @@
 //! of degree k of L. So G has the fields L x, L² x, …, too: what any few steps do to the original is known but for these
 //! coefficients, and is taken out. Without them a change of scale would have to account for it.
 //!
+//! **Bending.** Stretches, shears and all polynomials of degree 2 and 3 of a place are fields, too: affine maps, bends and twists by some degrees are close to that. They are left out unless they explain more than the
+//! mark would, since on a small model they have much in common with its lowest harmonics.
+//!
 //! **Tessellation bias.** A coarser suspect's flat triangles cut the corners of the original. What that does to each sample is known
 //! for vertices on the original ([`Registered::tessellation_bias`]), and is a field, too. Its coefficient is 1 for re-meshed suspects.
 //! Decimation by quadrics puts vertices outside, so that the bias cancels in the mean: what harmonics hold of the field, which is
@@ -37,6 +40,8 @@
 //! axis to axis. Noise is therefore taken for Student's t distribution, of the degrees of freedom ν and scale s that the residuals
 //! of each kind of observations in a patch make likeliest: w ∝ mass · (ν + 1) / (ν s² + e²) (Lange, Little and Taylor 1989).
 //! Residuals are of a first estimate from the patch alone, or, where it has too few observations for one, from all patches together.
+//! Within a patch weights have the mean 1, so that none loses its bits to a smooth place in it; in the end each patch counts by the noise that an estimate from all of them leaves in it: decimation
+//! leaves more where the surface is rough.
 
 mod design;
 mod equations;
@@ -57,8 +62,14 @@ use super::Detector;
 use crate::mark::{MarkError, MarkLayout, Patch, PatchBasis, Registered, SoftBits};
 use design::{Design, View};
 use equations::{NormalEquations, PatchEquations, REWEIGHTINGS};
-use fields::{FIELDS, SIMILARITY_FIELDS, SMOOTHING_FIELDS, smoothing_fields};
+use fields::{
+    BENDING_FIELDS, FIELDS, RIGID_FIELDS, SIMILARITY_FIELDS, SMOOTHING_FIELDS, bending_fields,
+    smoothing_fields,
+};
 use observations::observations;
+
+/// Beside the noisiest patch none counts as less noisy than this: one without noise would be all that counts.
+const LEAST_NOISE: f64 = 1e-6;
 
 /// Estimates the bits together with a misalignment, smoothing and tessellation bias, by robust least squares over what was seen.
 ///
@@ -81,6 +92,8 @@ pub struct JointEstimate {
     pub bits: SoftBits,
     /// The small similarity by which the suspect is off, in the original's frame.
     pub misalignment: Similarity,
+    /// How space was bent besides; none where that explains less than the mark does.
+    pub bending: Option<Bending>,
     /// The root mean square of e, in diagonals.
     pub noise: f64,
     /// What moved the suspect.
@@ -90,6 +103,26 @@ pub struct JointEstimate {
 impl JointEstimate {
     /// Beyond this, a ratio says less of the bit than of how well noise is known: a few hundred that are all but certain would drown thousands that are not.
     pub const MOST_CERTAIN: f64 = 12.0;
+}
+
+/// A mild bending of space: p moves by a polynomial of degree 3 of its place.
+#[derive(Clone, Debug)]
+pub struct Bending {
+    coefficients: [f64; BENDING_FIELDS],
+    centre: Vec3,
+    diagonal: f64,
+}
+
+impl Bending {
+    /// Where a point of the original's frame was before, to first order.
+    pub fn undone(&self, p: [f64; 3]) -> [f64; 3] {
+        let place = (Vec3(p) - self.centre) / self.diagonal;
+        let moved = [Vec3::X, Vec3::Y, Vec3::Z].map(|axis| {
+            let fields = bending_fields(place, axis);
+            fields.iter().zip(&self.coefficients).map(|(f, c)| f * c).sum()
+        });
+        (Vec3(p) - Vec3(moved) * self.diagonal).into()
+    }
 }
 
 /// What moved a suspect from the original, as the joint estimate has it: of each cause, the share of the weighted squares of all
@@ -105,6 +138,8 @@ pub struct AttackModel {
     pub smoothing: f64,
     /// Flat triangles that are not the original's.
     pub tessellation_bias: f64,
+    /// A stretch, a shear, a bend or a twist of space, as far as polynomials of degree 3 follow it.
+    pub bending: f64,
     /// Nothing of these.
     pub noise: f64,
 }
@@ -154,7 +189,10 @@ impl JointEstimator {
         let sum = |patches: &BTreeMap<usize, PatchEquations>| {
             let mut equations = NormalEquations::empty(layout.bits(), redundancy);
             patches.values().for_each(|patch| equations.add(patch));
-            equations
+            match equations.is_bent() {
+                true => equations,
+                false => equations.without_bending(),
+            }
         };
         let mut equations = sum(&patches);
         let waiting: usize = patches.values().map(PatchEquations::waiting).sum();
@@ -173,6 +211,15 @@ impl JointEstimator {
                 equations = sum(&patches);
             }
         }
+        if patches.len() > 1 {
+            let solution = equations.solution()?;
+            let noises: Vec<f64> = patches.values().map(|patch| patch.noise(&solution)).collect();
+            let largest = noises.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
+            for (patch, noise) in patches.values_mut().zip(noises) {
+                patch.weigh(1.0 / (noise / largest).max(LEAST_NOISE));
+            }
+            equations = sum(&patches);
+        }
         estimate(&design, layout.bits(), &equations)
     }
 }
@@ -190,10 +237,12 @@ fn estimate(
 ) -> Result<JointEstimate, MarkError> {
     let (solution, variances) = equations.posterior()?;
     let theta: [f64; SIMILARITY_FIELDS] = std::array::from_fn(|j| solution[(bits + j, 0)]);
-    let (similarity, smoothing) = (
+    let (similarity, smoothing, rigid) = (
         bits + SIMILARITY_FIELDS,
         bits + SIMILARITY_FIELDS + SMOOTHING_FIELDS,
+        bits + RIGID_FIELDS,
     );
+    let bending: [f64; BENDING_FIELDS] = std::array::from_fn(|j| solution[(rigid + j, 0)]);
     // The fields of translation are the components of u, which has length 1 or little more.
     let weight: f64 = (similarity - 3..similarity).map(|j| equations.entry(j, j)).sum();
     let explained = |unknowns| equations.explained(&solution, unknowns);
@@ -201,7 +250,8 @@ fn estimate(
         mark: explained(0..bits),
         misalignment: explained(bits..similarity),
         smoothing: explained(similarity..smoothing),
-        tessellation_bias: explained(smoothing..bits + FIELDS),
+        tessellation_bias: explained(smoothing..rigid),
+        bending: explained(rigid..bits + FIELDS),
         noise: 0.0,
     };
     attack_model.noise = 1.0 - explained(0..bits + FIELDS);
@@ -210,6 +260,7 @@ fn estimate(
         noise: (equations.squares_left(&solution) / weight).sqrt(),
         bits: SoftBits(log_likelihood_ratios(&means, &variances)),
         misalignment: design.similarity(theta),
+        bending: bending.iter().any(|&c| c != 0.0).then(|| design.bending(bending)),
         attack_model,
     })
 }
