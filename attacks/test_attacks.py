@@ -435,7 +435,7 @@ class Command(AttackCase):
         numpy.testing.assert_array_equal(again.faces, torus().faces)
 
     def test_every_attack_gives_the_same_bytes_again(self):
-        random = {"crop", "noise", "noise-liris", "similarity"}
+        random = {"affine", "crop", "noise", "noise-liris", "similarity"}
         for name in [*chain.ATTACKS, "crop-simplify-loop"]:
             for out, seed in [("a.ply", "5"), ("b.ply", "5"), ("c.ply", "6")]:
                 done = self.call("in.ply", out, name, "--seed", seed)

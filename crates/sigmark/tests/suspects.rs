@@ -397,6 +397,52 @@ fn steps_of_smoothing_are_taken_out_whatever_their_strength() {
     }
 }
 
+/// A stretch by 2 % along x, a twist by 5° about it, a bend by 10°: no vertex lies where a similarity would have it.
+fn bent(mesh: &TriMesh) -> [TriMesh; 3] {
+    let bounds = mesh.bounding_box();
+    let (centre, length) = (bounds.centre(), bounds.size()[0]);
+    let of = |f: &dyn Fn([f64; 3]) -> [f64; 3]| {
+        let positions = mesh.positions().iter();
+        let positions = positions.map(|p| f(std::array::from_fn(|axis| p[axis] - centre[axis])));
+        mesh.with_positions(positions.collect()).unwrap()
+    };
+    let (twist, bend) = (5f64.to_radians(), 10f64.to_radians());
+    let radius = length / bend;
+    [
+        of(&|[x, y, z]| [1.02 * x, y, z]),
+        of(&|[x, y, z]| {
+            let (sin, cos) = (twist * x / length).sin_cos();
+            [x, cos * y - sin * z, sin * y + cos * z]
+        }),
+        of(&|[x, y, z]| {
+            let (sin, cos) = (x / radius).sin_cos();
+            [sin * (radius - y), radius - cos * (radius - y), z]
+        }),
+    ]
+}
+
+#[test]
+fn stretched_twisted_and_bent_copies_are_verified_with_vertices_and_without() {
+    let (mesh, signed) = (original(), signed());
+    for suspect in bent(signed.mesh()) {
+        let verdict = judge(&mesh, signed, &shapes::moved(&suspect, &away()));
+        assert_eq!(
+            (verdict.outcome, verdict.matched_by),
+            (Outcome::Verified, MatchedBy::Connectivity),
+            "{verdict:?}"
+        );
+        assert!(verdict.attack_model.unwrap().bending > 0.1, "{verdict:?}");
+    }
+    let [stretched, twisted, _] = bent(signed.mesh());
+    for suspect in [stretched, twisted] {
+        let verdict = judge(&mesh, signed, &shapes::moved(&divided(&suspect), &away()));
+        assert_eq!(verdict.outcome, Outcome::Verified, "{verdict:?}");
+    }
+    // Nothing is taken for bent that is not: a small model's lowest harmonics would pay for it.
+    let verdict = judge(&mesh, signed, &shapes::moved(&divided(signed.mesh()), &away()));
+    assert_eq!(verdict.attack_model.unwrap().bending, 0.0);
+}
+
 #[test]
 fn tessellation_bias_is_what_flat_triangles_alone_do() {
     let original = shapes::icosphere(5);

@@ -84,7 +84,9 @@ impl Suspect {
         job: &Job,
     ) -> Result<Reading, MarkError> {
         job.begin(MarkStage::Detection)?;
-        let mut estimate = method.estimator().estimate(sampled, job)?;
+        // Where space is bent, lines along normals meet the suspect elsewhere than they should, and a first look tells the coarsest of it.
+        let coarsest = 0..=Bending::OF_DEGREE_2;
+        let mut estimate = method.estimator().estimate_with(sampled, &coarsest, job)?;
         let mut better = pose.then(&estimate.misalignment.inverse());
         if let Some(detector) = method.detector() {
             let registered = self.sample_again(&better, job)?;
@@ -97,8 +99,12 @@ impl Suspect {
         let mut rounds = 1;
         while rounds < MOST_ROUNDS[usize::from(unbent.is_some() || estimate.bending.is_some())] {
             rounds += 1;
-            let step = self.farthest(&pose, &better);
-            if estimate.bending.is_none() && step < SETTLED && step * step < NEGLIGIBLE * estimate.noise {
+            let bent = estimate
+                .bending
+                .as_ref()
+                .map_or(0.0, |bending| self.bent(bending));
+            let step = self.farthest(&pose, &better) + bent;
+            if step < SETTLED && step * step < NEGLIGIBLE * estimate.noise {
                 break;
             }
             pose = better;
@@ -107,7 +113,9 @@ impl Suspect {
             }
             let seen = unbent.as_ref().unwrap_or(self);
             let registered = again.insert(seen.sample_again(&pose, job)?);
-            estimate = method.estimator().estimate(registered, job)?;
+            let estimator = method.estimator();
+            let bending = estimate.bending.as_ref().map_or(0, Bending::fields);
+            estimate = estimator.estimate_with(registered, &(bending..=Bending::MOST), job)?;
             better = pose.then(&estimate.misalignment.inverse());
         }
         let registered = again.as_ref().unwrap_or(sampled);
@@ -140,12 +148,17 @@ impl Suspect {
         Ok(registered)
     }
 
+    /// How far a bending moves the corners of the reference's bounding box at most, in its diagonals.
+    fn bent(&self, bending: &Bending) -> f64 {
+        let bounds = self.reference.mesh().bounding_box();
+        let moved = corners(&bounds).map(|p| (Vec3(bending.undone(p.into())) - p).norm());
+        moved.into_iter().fold(0.0, f64::max) / bounds.diagonal()
+    }
+
     /// How far two poses lay the suspect apart, in diagonals of the reference.
     fn farthest(&self, a: &Similarity, b: &Similarity) -> f64 {
-        let BoundingBox { min, max } = self.mesh.mesh().bounding_box();
-        let corners = (0..8).map(|i| Vec3(std::array::from_fn(|axis| [min, max][i >> axis & 1][axis])));
-        let apart = corners.map(|p| (a.apply(p) - b.apply(p)).norm());
-        let farthest = apart.fold(0.0, f64::max);
+        let apart = corners(&self.mesh.mesh().bounding_box()).map(|p| (a.apply(p) - b.apply(p)).norm());
+        let farthest = apart.into_iter().fold(0.0, f64::max);
         farthest / self.reference.mesh().bounding_box().diagonal()
     }
 
@@ -178,6 +191,10 @@ impl Suspect {
         }
         Ok(registered)
     }
+}
+
+fn corners(BoundingBox { min, max }: &BoundingBox) -> [Vec3; 8] {
+    std::array::from_fn(|i| Vec3(std::array::from_fn(|axis| [min, max][i >> axis & 1][axis])))
 }
 
 /// A suspect whose vertices correspond to the reference's by a map, under a pose.

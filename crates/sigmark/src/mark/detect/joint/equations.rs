@@ -1,5 +1,7 @@
 //! The normal equations, and what solves them.
 
+use std::ops::RangeInclusive;
+
 use faer::{
     Accum, Mat, Par, Side,
     linalg::{
@@ -11,7 +13,7 @@ use faer::{
 
 use super::{
     design::{Design, View},
-    fields::{BENDING_FIELDS, FIELDS},
+    fields::{BENDING_DEGREES, BENDING_FIELDS, FIELDS},
     observations::Observation,
     robust::reweight,
 };
@@ -48,6 +50,9 @@ const WORTH_WEIGHING: usize = 10;
 /// Added to the diagonal, relative to it: what the observations do not determine, such as a turn of a sphere, stays zero.
 const RIDGE: f64 = 1e-12;
 
+/// The same for bending, so that what a similarity explains as well is one: on a sphere a cubic field can be a scale.
+const BENDING_RIDGE: f64 = 1e-6;
+
 impl NormalEquations {
     /// Those of no observations.
     pub(super) fn empty(bits: usize, redundancy: f64) -> Self {
@@ -67,10 +72,10 @@ impl NormalEquations {
         is_enough && WORTH_WEIGHING * waiting > self.observations
     }
 
-    /// The same equations for a suspect that is not bent: the coefficients of those fields will be zero.
-    pub(super) fn without_bending(mut self) -> Self {
+    /// The same equations with so many bending fields; the coefficients of the others will be zero.
+    pub(super) fn with_bending(mut self, count: usize) -> Self {
         let last = self.unknowns();
-        for column in last - BENDING_FIELDS..last {
+        for column in last - BENDING_FIELDS + count..last {
             for i in 0..=last {
                 self.gram[(i.max(column), i.min(column))] = 0.0;
             }
@@ -78,18 +83,13 @@ impl NormalEquations {
         self
     }
 
-    /// Whether space was bent by more than the mark moves the surface: whether, all bits unknown, the bending fields explain more squares beside the other fields than the mark has.
-    pub(super) fn is_bent(&self) -> bool {
-        let fields = self.bits..self.unknowns();
-        let own = |bending: bool| {
-            let end = if bending {
-                fields.end
-            } else {
-                fields.end - BENDING_FIELDS
-            };
-            let count = end - fields.start;
+    /// How many bending fields there are to be, from at least to at most so many: a higher degree is taken where, all bits unknown, it explains more squares beside the other fields than the mark has.
+    pub(super) fn bending(&self, bounds: &RangeInclusive<usize>) -> usize {
+        let first = self.bits;
+        let explained = |bending: usize| {
+            let count = self.unknowns() - BENDING_FIELDS + bending - first;
             let system = Mat::from_fn(count, count, |i, j| {
-                let entry = self.entry(fields.start + i, fields.start + j);
+                let entry = self.entry(first + i, first + j);
                 entry
                     + if i == j {
                         RIDGE * entry + f64::MIN_POSITIVE
@@ -97,12 +97,19 @@ impl NormalEquations {
                         0.0
                     }
             });
-            let right = Mat::from_fn(count, 1, |i, _| self.entry(self.unknowns(), fields.start + i));
+            let right = Mat::from_fn(count, 1, |i, _| self.entry(self.unknowns(), first + i));
             let solution = system.llt(Side::Lower).ok()?.solve(&right);
             Some((0..count).map(|i| solution[(i, 0)] * right[(i, 0)]).sum::<f64>())
         };
         let mark: f64 = (0..self.bits).map(|t| self.entry(t, t)).sum();
-        matches!((own(true), own(false)), (Some(with), Some(without)) if with - without > mark)
+        let is_worth = |degree: usize, than: usize| matches!((explained(degree), explained(than)), (Some(more), Some(less)) if more - less > mark);
+        let mut taken = *bounds.start();
+        for degree in BENDING_DEGREES {
+            if degree > taken && degree <= *bounds.end() && is_worth(degree, taken) {
+                taken = degree;
+            }
+        }
+        taken
     }
 
     /// Those of a patch's observations with the weights that these have.
@@ -148,30 +155,8 @@ impl NormalEquations {
         self.observations += observations;
     }
 
-    /// The unknowns that leave least, the noise estimated with them.
-    pub(super) fn solution(&self) -> Result<Mat<f64>, MarkError> {
-        Ok(self.solved()?.solution)
-    }
-
-    /// The solution, and of each bit the variance that is left to it, with a prior variance of 1.
-    pub(super) fn posterior(&self) -> Result<(Mat<f64>, Vec<f64>), MarkError> {
-        let Solved {
-            solution,
-            factor,
-            noise,
-        } = self.solved()?;
-        let mut inverse = Mat::zeros(self.unknowns(), self.unknowns());
-        invert_lower_triangular(inverse.as_mut(), factor.L(), Par::Seq);
-        // A = L Lᵀ, so that (A⁻¹)ₜₜ is the square of column t of L⁻¹.
-        let variance = |t: usize| {
-            let column = &inverse.col_as_slice(t)[t..];
-            noise * column.iter().map(|x| x * x).sum::<f64>()
-        };
-        let variances = (0..self.bits).map(variance).collect();
-        Ok((solution, variances))
-    }
-
-    fn solved(&self) -> Result<Solved, MarkError> {
+    /// The unknowns that leave least, and the noise that is estimated with them, from a guess of it.
+    pub(super) fn solved(&self, guess: Option<f64>) -> Result<Solved, MarkError> {
         let unknowns = self.unknowns();
         let right = Mat::from_fn(unknowns, 1, |i, _| self.entry(unknowns, i));
         // σ² for the mean weight; the weights hold masses.
@@ -182,7 +167,9 @@ impl NormalEquations {
             let mut system = self.gram.get(..unknowns, ..unknowns).to_owned();
             for i in 0..unknowns {
                 let prior = if i < self.bits { noise } else { 0.0 };
-                system[(i, i)] += RIDGE * self.entry(i, i) + prior + f64::MIN_POSITIVE;
+                let bending = i >= unknowns - BENDING_FIELDS;
+                let ridge = if bending { BENDING_RIDGE } else { RIDGE };
+                system[(i, i)] += ridge * self.entry(i, i) + prior + f64::MIN_POSITIVE;
             }
             let factor = system.llt(Side::Lower).map_err(|_| MarkError::Alignment)?;
             Ok(Solved {
@@ -191,7 +178,7 @@ impl NormalEquations {
                 noise,
             })
         };
-        let mut solved = solve(noise_left(&Mat::zeros(unknowns, 1)))?;
+        let mut solved = solve(guess.unwrap_or_else(|| noise_left(&Mat::zeros(unknowns, 1))))?;
         for _ in 1..ROUNDS {
             let noise = noise_left(&solved.solution);
             if (noise - solved.noise).abs() <= SETTLED * solved.noise {
@@ -208,10 +195,12 @@ impl NormalEquations {
         let fitted: f64 = (0..unknowns)
             .map(|i| solution[(i, 0)] * self.entry(unknowns, i))
             .sum();
+        let theta = &solution.col_as_slice(0)[..unknowns];
         let quadratic: f64 = (0..unknowns)
-            .map(|i| {
-                let row: f64 = (0..unknowns).map(|j| self.entry(i, j) * solution[(j, 0)]).sum();
-                solution[(i, 0)] * row
+            .map(|j| {
+                let below = self.gram.col_as_slice(j)[j..unknowns].iter().zip(&theta[j..]);
+                let sum: f64 = below.map(|(entry, x)| entry * x).sum();
+                theta[j] * (2.0 * sum - self.entry(j, j) * theta[j])
             })
             .sum();
         (self.entry(unknowns, unknowns) - 2.0 * fitted + quadratic).max(0.0)
@@ -236,18 +225,33 @@ impl NormalEquations {
     }
 }
 
-/// What solves the equations for a noise.
-struct Solved {
-    solution: Mat<f64>,
+/// What solves the equations.
+pub(super) struct Solved {
+    pub(super) solution: Mat<f64>,
+    /// σ², with the redundancy of the observations.
+    pub(super) noise: f64,
     /// Of the matrix with the prior.
     factor: Llt<f64>,
-    /// σ², with the redundancy of the observations.
-    noise: f64,
+}
+
+impl Solved {
+    /// The variances that are left to the first unknowns, the bits, whose prior variance is 1.
+    pub(super) fn variances(&self, bits: usize) -> Vec<f64> {
+        let unknowns = self.solution.nrows();
+        let mut inverse = Mat::zeros(unknowns, unknowns);
+        invert_lower_triangular(inverse.as_mut(), self.factor.L(), Par::Seq);
+        // A = L Lᵀ, so that (A⁻¹)ₜₜ is the square of column t of L⁻¹.
+        let variance = |t: usize| {
+            let column = &inverse.col_as_slice(t)[t..];
+            self.noise * column.iter().map(|x| x * x).sum::<f64>()
+        };
+        (0..bits).map(variance).collect()
+    }
 }
 
 /// The equations of one patch. Large patches weigh their observations by their own residuals; small ones wait for the solution of all patches together.
 pub(super) struct PatchEquations {
-    /// The bits that the patch carries, ascending: the first unknowns of its equations.
+    /// The bits that the patch carries, ascending: the first unknowns of its equations. Numbered among all, or [among those that are seen](Self::number_among).
     bits: Vec<usize>,
     equations: NormalEquations,
     /// Those that wait; none where they were weighed by the patch alone.
@@ -283,8 +287,8 @@ impl PatchEquations {
             let stride = stride + usize::from(stride.is_multiple_of(3));
             let part: Vec<Observation> = observations.iter().step_by(stride).copied().collect();
             let equations = NormalEquations::weighted(design, view, &part, redundancy);
-            let solution = equations.without_bending().solution()?;
-            let residuals = residuals(design, view, &observations, &solution);
+            let solved = equations.with_bending(0).solved(None)?;
+            let residuals = residuals(design, view, &observations, &solved.solution);
             reweight(&mut observations, &residuals);
         }
         Ok(Self {
@@ -293,6 +297,18 @@ impl PatchEquations {
             observations: None,
             weight: 1.0,
         })
+    }
+
+    /// The bits that the patch carries.
+    pub(super) fn bits(&self) -> &[usize] {
+        &self.bits
+    }
+
+    /// Numbers the bits by their places among those that are seen, which are ascending.
+    pub(super) fn number_among(&mut self, seen: &[usize]) {
+        for bit in &mut self.bits {
+            *bit = seen.partition_point(|seen| seen < bit);
+        }
     }
 
     /// The mean square of the noise that a solution of all patches leaves in this one.

@@ -12,7 +12,10 @@ pub(super) const SMOOTHING_FIELDS: usize = 8;
 pub(super) const TESSELLATION_FIELDS: usize = 2;
 
 /// Stretches and shears that are no similarity, and all vector fields of degree 2 and 3.
-pub(super) const BENDING_FIELDS: usize = 5 + 3 * (6 + 10);
+pub(super) const BENDING_FIELDS: usize = BENDING_DEGREES[1];
+
+/// How many of those there are up to degree 2, and up to 3.
+pub(super) const BENDING_DEGREES: [usize; 2] = [5 + 3 * 6, 5 + 3 * (6 + 10)];
 
 /// All fields but the bending ones, in this order.
 pub(super) const RIGID_FIELDS: usize = SIMILARITY_FIELDS + SMOOTHING_FIELDS + TESSELLATION_FIELDS;

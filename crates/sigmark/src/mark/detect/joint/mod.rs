@@ -25,8 +25,8 @@
 //! of degree k of L. So G has the fields L x, L² x, …, too: what any few steps do to the original is known but for these
 //! coefficients, and is taken out. Without them a change of scale would have to account for it.
 //!
-//! **Bending.** Stretches, shears and all polynomials of degree 2 and 3 of a place are fields, too: affine maps, bends and twists by some degrees are close to that. They are left out unless they explain more than the
-//! mark would, since on a small model they have much in common with its lowest harmonics.
+//! **Bending.** Stretches, shears and all polynomials of degree 2 and 3 of a place are fields, too: affine maps, bends and twists by some degrees are close to that. A degree is left out unless it explains more than the
+//! mark would, since on a small model it has much in common with the lowest harmonics, and on a round one with a similarity.
 //!
 //! **Tessellation bias.** A coarser suspect's flat triangles cut the corners of the original. What that does to each sample is known
 //! for vertices on the original ([`Registered::tessellation_bias`]), and is a field, too. Its coefficient is 1 for re-meshed suspects.
@@ -51,6 +51,7 @@ mod robust;
 
 use std::{
     collections::BTreeMap,
+    ops::RangeInclusive,
     sync::{Arc, OnceLock},
 };
 
@@ -63,8 +64,8 @@ use crate::mark::{MarkError, MarkLayout, Patch, PatchBasis, Registered, SoftBits
 use design::{Design, View};
 use equations::{NormalEquations, PatchEquations, REWEIGHTINGS};
 use fields::{
-    BENDING_FIELDS, FIELDS, RIGID_FIELDS, SIMILARITY_FIELDS, SMOOTHING_FIELDS, bending_fields,
-    smoothing_fields,
+    BENDING_DEGREES, BENDING_FIELDS, FIELDS, RIGID_FIELDS, SIMILARITY_FIELDS, SMOOTHING_FIELDS,
+    bending_fields, smoothing_fields,
 };
 use observations::observations;
 
@@ -114,6 +115,18 @@ pub struct Bending {
 }
 
 impl Bending {
+    /// So many fields of degree 2 there are at most.
+    pub(crate) const OF_DEGREE_2: usize = BENDING_DEGREES[0];
+
+    /// So many fields there are at most.
+    pub(crate) const MOST: usize = BENDING_FIELDS;
+
+    /// How many fields it has.
+    pub(crate) fn fields(&self) -> usize {
+        let last = self.coefficients.iter().rposition(|&c| c != 0.0);
+        last.map_or(0, |last| last + 1)
+    }
+
     /// Where a point of the original's frame was before, to first order.
     pub fn undone(&self, p: [f64; 3]) -> [f64; 3] {
         let place = (Vec3(p) - self.centre) / self.diagonal;
@@ -172,6 +185,16 @@ impl JointEstimator {
     /// When there is not one observation a vertex of the original, its bases can't be computed, or its coordinates not be squared;
     /// [`MarkError::Job`].
     pub fn estimate(&self, suspect: &Registered, job: &Job) -> Result<JointEstimate, MarkError> {
+        self.estimate_with(suspect, &(0..=BENDING_FIELDS), job)
+    }
+
+    /// As [`estimate`](Self::estimate), with at least so many bending fields, however little they explain, and at most so many.
+    pub(crate) fn estimate_with(
+        &self,
+        suspect: &Registered,
+        bending: &RangeInclusive<usize>,
+        job: &Job,
+    ) -> Result<JointEstimate, MarkError> {
         let layout = &*self.layout;
         let original = layout.original();
         suspect.check(original.mesh().vertex_count())?;
@@ -186,22 +209,29 @@ impl JointEstimator {
         let patches = layout.map_seen(&suspect.positions, of_patch, job)?;
         let mut patches: BTreeMap<usize, PatchEquations> =
             patches.into_iter().collect::<Result<_, MarkError>>()?;
+        let mut seen: Vec<usize> = patches
+            .values()
+            .flat_map(|patch| patch.bits().iter().copied())
+            .collect();
+        seen.sort_unstable();
+        seen.dedup();
+        patches.values_mut().for_each(|patch| patch.number_among(&seen));
         let sum = |patches: &BTreeMap<usize, PatchEquations>| {
-            let mut equations = NormalEquations::empty(layout.bits(), redundancy);
+            let mut equations = NormalEquations::empty(seen.len(), redundancy);
             patches.values().for_each(|patch| equations.add(patch));
-            match equations.is_bent() {
-                true => equations,
-                false => equations.without_bending(),
-            }
+            let bending = equations.bending(bending);
+            equations.with_bending(bending)
         };
         let mut equations = sum(&patches);
+        let mut noise = None;
         let waiting: usize = patches.values().map(PatchEquations::waiting).sum();
         if equations.can_weigh(waiting) {
             for _ in 0..REWEIGHTINGS {
-                let solution = equations.solution()?;
+                let solved = equations.solved(noise)?;
+                noise = Some(solved.noise);
                 let of_patch = |index: usize, patch: &Patch, basis: &PatchBasis| {
                     let view = View::new(layout, index, patch, basis);
-                    let weighed = patches[&index].weighed_by(&design, &view, &solution, redundancy);
+                    let weighed = patches[&index].weighed_by(&design, &view, &solved.solution, redundancy);
                     (index, weighed)
                 };
                 patches = layout
@@ -212,15 +242,22 @@ impl JointEstimator {
             }
         }
         if patches.len() > 1 {
-            let solution = equations.solution()?;
+            let solution = equations.solved(noise)?.solution;
             let noises: Vec<f64> = patches.values().map(|patch| patch.noise(&solution)).collect();
             let largest = noises.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
+            noise = Some(redundancy * largest);
             for (patch, noise) in patches.values_mut().zip(noises) {
                 patch.weigh(1.0 / (noise / largest).max(LEAST_NOISE));
             }
             equations = sum(&patches);
         }
-        estimate(&design, layout.bits(), &equations)
+        let mut estimate = estimate(&design, seen.len(), &equations, noise)?;
+        let mut all = vec![0.0; layout.bits()];
+        for (&bit, ratio) in seen.iter().zip(estimate.bits.0) {
+            all[bit] = ratio;
+        }
+        estimate.bits = SoftBits(all);
+        Ok(estimate)
     }
 }
 
@@ -230,12 +267,15 @@ impl Detector for JointEstimator {
     }
 }
 
+/// What the equations of all patches say, with the bits that are seen for bits.
 fn estimate(
     design: &Design<'_>,
     bits: usize,
     equations: &NormalEquations,
+    noise: Option<f64>,
 ) -> Result<JointEstimate, MarkError> {
-    let (solution, variances) = equations.posterior()?;
+    let solved = equations.solved(noise)?;
+    let (solution, variances) = (&solved.solution, solved.variances(bits));
     let theta: [f64; SIMILARITY_FIELDS] = std::array::from_fn(|j| solution[(bits + j, 0)]);
     let (similarity, smoothing, rigid) = (
         bits + SIMILARITY_FIELDS,
@@ -245,7 +285,7 @@ fn estimate(
     let bending: [f64; BENDING_FIELDS] = std::array::from_fn(|j| solution[(rigid + j, 0)]);
     // The fields of translation are the components of u, which has length 1 or little more.
     let weight: f64 = (similarity - 3..similarity).map(|j| equations.entry(j, j)).sum();
-    let explained = |unknowns| equations.explained(&solution, unknowns);
+    let explained = |unknowns| equations.explained(solution, unknowns);
     let mut attack_model = AttackModel {
         mark: explained(0..bits),
         misalignment: explained(bits..similarity),
@@ -257,7 +297,7 @@ fn estimate(
     attack_model.noise = 1.0 - explained(0..bits + FIELDS);
     let means: Vec<f64> = (0..bits).map(|t| solution[(t, 0)]).collect();
     Ok(JointEstimate {
-        noise: (equations.squares_left(&solution) / weight).sqrt(),
+        noise: (equations.squares_left(solution) / weight).sqrt(),
         bits: SoftBits(log_likelihood_ratios(&means, &variances)),
         misalignment: design.similarity(theta),
         bending: bending.iter().any(|&c| c != 0.0).then(|| design.bending(bending)),
