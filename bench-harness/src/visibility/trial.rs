@@ -152,7 +152,7 @@ fn read(
         let suspect = attacked(attacks, marked, &name, spec, 0)?;
         let found = reader.find(&suspect, job)?;
         let soft = found.read(&method, bits, job)?.soft;
-        let t = correlation(bits, &soft.0);
+        let t = correlation(bits, &soft.weights());
         Ok(Read {
             rate: extraction_rate(bits, &soft.hard()),
             // Where all are exact it is infinite, which JSON can't say.

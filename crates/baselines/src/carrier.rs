@@ -111,7 +111,7 @@ impl Prepared for PreparedCarriers {
         for carrier in &self.carriers {
             carrier.read(&difference, &mut sums);
         }
-        Ok(SoftBits(sums))
+        Ok(SoftBits::new(sums))
     }
 }
 

@@ -275,7 +275,7 @@ fn rates(signed: &Signed, registered: &Registered) -> [f64; 2] {
     let (paper, joint) = detectors(signed);
     [&paper as &dyn Detector, &joint].map(|detector| {
         let soft = detector.detect(registered, &Job::default()).unwrap();
-        let [read, wrong] = read_and_wrong(&signed.certificate().bits(), &soft.0);
+        let [read, wrong] = read_and_wrong(&signed.certificate().bits(), &soft.weights());
         1.0 - wrong as f64 / read as f64
     })
 }
@@ -285,7 +285,7 @@ fn margins(signed: &Signed, registered: &Registered) -> [f64; 2] {
     let (paper, joint) = detectors(signed);
     [&paper as &dyn Detector, &joint].map(|detector| {
         let soft = detector.detect(registered, &Job::default()).unwrap();
-        margin(&signed.certificate().bits(), &soft.0)
+        margin(&signed.certificate().bits(), &soft.weights())
     })
 }
 
@@ -346,7 +346,7 @@ fn with_every_vertex_known_least_squares_and_the_paper_rule_agree() {
     let signed = signed();
     let registered = Registered::by_vertices(signed.positions().iter().copied().map(Some).collect());
     let soft = detectors(signed).1.detect(&registered, &Job::default()).unwrap();
-    for (&x, bit) in soft.0.iter().zip(signed.certificate().bits()) {
+    for (&x, bit) in soft.values().iter().zip(signed.certificate().bits()) {
         let certain = JointEstimate::MOST_CERTAIN;
         // Some bits have no chip.
         assert!(x == 0.0 || x == if bit { certain } else { -certain }, "{x}");
@@ -537,7 +537,7 @@ fn nothing_seen_is_nothing_read() {
     let (mesh, signed) = (original(), signed());
     let registered = Registered::by_vertices(vec![None; mesh.vertex_count()]);
     let soft = detectors(signed).1.detect(&registered, &Job::default()).unwrap();
-    assert!(soft.0.iter().all(|&x| x == 0.0));
+    assert!(soft.values().iter().all(|&x| x == 0.0));
     assert_eq!(registered.missing(), 1.0);
 }
 

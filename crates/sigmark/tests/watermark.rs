@@ -171,7 +171,7 @@ proptest! {
             }
         }
         let tolerance = 1e-10 * mesh.bounding_box().diagonal();
-        for (q, e) in soft.0.iter().zip(&expected) {
+        for (q, e) in soft.values().iter().zip(&expected) {
             prop_assert!((q - e).abs() <= tolerance, "{q} {e}");
         }
     }

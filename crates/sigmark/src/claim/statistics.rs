@@ -39,7 +39,7 @@ pub fn read_and_wrong(signature: &[bool], soft: &[f64]) -> [usize; 2] {
 
 /// The [`p_value`] of a reading that was chosen, times the number of all that could have been (union bound), at most 1.
 pub fn p_of_chosen(signature: &[bool], reading: &Reading) -> f64 {
-    (p_value(signature, &reading.soft.0) * reading.tries as f64).min(1.0)
+    (p_value(signature, &reading.soft.weights()) * reading.tries as f64).min(1.0)
 }
 
 /// P(X ≥ k) for X ~ Binomial(n, ½), to about 12 digits.

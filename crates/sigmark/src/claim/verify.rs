@@ -284,17 +284,17 @@ impl Verifier {
         let statement = self.certificate.statement();
         let bits = statement.payload.bits(statement.scheme) as f64;
         let least = NEARLY * (2.0 * std::f64::consts::LN_2 * bits).sqrt();
-        margin(expected, &soft.0) > least && self.certificate.is_read(soft, &LISTS)
+        margin(expected, &soft.weights()) > least && self.certificate.is_read(soft, &LISTS)
     }
 
     /// Whether there is no need to look at more of a suspect: the payload is read, and is evidence, which a tag is from more chips than it takes to read it.
     fn is_all(&self, expected: &[bool], soft: &SoftBits) -> bool {
-        MANY_TRIES * p_value(expected, &soft.0) <= EVIDENCE && self.is_read(expected, soft)
+        MANY_TRIES * p_value(expected, &soft.weights()) <= EVIDENCE && self.is_read(expected, soft)
     }
 
     /// The verdict on a reading, as if by vertices in one pose. To choose it by T gave chance as many tries as there were.
     fn judge(&self, reading: &Reading, expected: &[bool]) -> Verdict {
-        let SoftBits(soft) = &reading.soft;
+        let soft = &reading.soft.weights();
         let p = p_of_chosen(expected, reading);
         let [bits, wrong] = read_and_wrong(expected, soft);
         let outcome = match (self.is_read(expected, &reading.soft), p <= self.p_bound) {

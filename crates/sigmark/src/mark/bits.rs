@@ -1,11 +1,41 @@
-/// An estimate of every bit of a signature: positive for 1, negative for 0, the larger the surer. The unit is the detector's.
+/// An estimate of every bit of a mark: positive for 1, negative for 0, 0 where nothing is known, the larger the surer.
 #[derive(Clone, Debug, PartialEq)]
-pub struct SoftBits(pub Vec<f64>);
+pub struct SoftBits {
+    values: Vec<f64>,
+    are_ratios: bool,
+}
 
 impl SoftBits {
+    /// Estimates in a unit of the detector's own.
+    pub fn new(values: Vec<f64>) -> Self {
+        Self {
+            values,
+            are_ratios: false,
+        }
+    }
+
+    /// Log-likelihood ratios, ln P(1) / P(0).
+    pub fn ratios(values: Vec<f64>) -> Self {
+        Self {
+            values,
+            are_ratios: true,
+        }
+    }
+
+    /// The estimates, one a bit.
+    pub fn values(&self) -> &[f64] {
+        &self.values
+    }
+
+    /// What each bit is to count by in a [correlation]: where ratios r are known tanh(r/2), the expected value of ±1, so that none counts for more than a bit that is certain; else the estimates.
+    pub fn weights(&self) -> Vec<f64> {
+        let weight = |&x: &f64| if self.are_ratios { (x / 2.0).tanh() } else { x };
+        self.values.iter().map(weight).collect()
+    }
+
     /// The bits themselves: 1 where the estimate is not negative (eq. 17).
     pub fn hard(&self) -> Vec<bool> {
-        self.0.iter().map(|&q| q >= 0.0).collect()
+        self.values.iter().map(|&q| q >= 0.0).collect()
     }
 }
 

@@ -162,7 +162,7 @@ impl Payload {
         };
         // A code's ratios are positive for 0, soft bits for 1.
         let ratios: Vec<f64> = soft
-            .0
+            .values()
             .iter()
             .zip(self.stream())
             .map(|(&x, z)| if z { x } else { -x })
@@ -207,7 +207,7 @@ mod tests {
     }
 
     fn soft(bits: &[bool]) -> SoftBits {
-        SoftBits(bits.iter().map(|&bit| if bit { 1.0 } else { -1.0 }).collect())
+        SoftBits::new(bits.iter().map(|&bit| if bit { 1.0 } else { -1.0 }).collect())
     }
 
     proptest! {
@@ -272,7 +272,7 @@ mod tests {
             (PayloadKind::Tag, 1, 4),
         ] {
             let payload = Payload::new(kind, Scheme::default(), [5; 32], 3072).unwrap();
-            let SoftBits(mut received) = soft(&payload.bits(&signature));
+            let mut received = soft(&payload.bits(&signature)).values().to_vec();
             for x in &mut received {
                 *x = match (one_of(seen), one_of(wrong)) {
                     (true, false) => *x,
@@ -281,7 +281,7 @@ mod tests {
                 };
             }
             let expected = payload.message(&signature);
-            let read = payload.read(&SoftBits(received), &LISTS, |message| message == expected);
+            let read = payload.read(&SoftBits::new(received), &LISTS, |message| message == expected);
             assert!(read.is_some(), "{kind:?} {seen} {wrong}");
         }
     }

@@ -44,7 +44,7 @@ impl Detector for CoefficientDetector {
         };
         let sums = layout.map_seen(&suspect.positions, sums_of_patch, job)?;
         let bits = 0..layout.bits();
-        Ok(SoftBits(
+        Ok(SoftBits::new(
             bits.map(|bit| sums.iter().map(|sums| sums[bit]).sum()).collect(),
         ))
     }

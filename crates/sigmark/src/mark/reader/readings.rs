@@ -5,7 +5,7 @@ use mesh::Similarity;
 use registration::{Correspondence, Placement};
 
 use super::{Found, Reading, ReadingMethod, Suspect, Wanted, by_vertices, looks::looks, suspect::SeenBy};
-use crate::mark::{MarkError, MarkStage, Registered, SoftBits, correlation};
+use crate::mark::{MarkError, MarkStage, Registered, correlation};
 
 /// All that can be read of a suspect, whatever the bits are that are looked for: one suspect can be asked for many.
 ///
@@ -180,6 +180,5 @@ fn kept(
 }
 
 pub(super) fn agreement(reading: &Reading, wanted: Wanted<'_>) -> f64 {
-    let SoftBits(soft) = &reading.soft;
-    correlation(wanted.bits, soft)
+    correlation(wanted.bits, &reading.soft.weights())
 }

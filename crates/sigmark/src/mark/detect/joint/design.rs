@@ -9,6 +9,7 @@ use super::{
         BENDING_FIELDS, FIELDS, RIGID_FIELDS, SIMILARITY_FIELDS, SMOOTHING_FIELDS, bending_fields,
         similarity_fields,
     },
+    gains::BANDS,
     observations::Observation,
 };
 use crate::mark::{Chip, MarkLayout, Original, Patch, PatchBasis};
@@ -55,6 +56,19 @@ impl<'a> View<'a> {
 
     pub(super) fn bits(&self) -> &[usize] {
         &self.bits
+    }
+
+    /// The band of the frequencies of each bit's chip; none where a bit has several chips.
+    pub(super) fn bands(&self) -> Option<Vec<usize>> {
+        if self.bits.len() < self.chips.len() {
+            return None;
+        }
+        let highest = self.chips.iter().map(|chip| chip.frequency).max()?;
+        let mut bands = vec![0; self.bits.len()];
+        for (chip, &column) in self.chips.iter().zip(&self.columns) {
+            bands[column] = BANDS * (chip.frequency - 1) / highest;
+        }
+        Some(bands)
     }
 
     /// How many bits and fields there are without the bending ones.

@@ -13,7 +13,8 @@ use faer::{
 
 use super::{
     design::{Design, View},
-    fields::{BENDING_DEGREES, BENDING_FIELDS, FIELDS},
+    fields::{BENDING_DEGREES, BENDING_FIELDS, FIELDS, RIGID_FIELDS},
+    gains::Gains,
     observations::Observation,
     robust::reweight,
 };
@@ -147,9 +148,11 @@ impl NormalEquations {
             Some(&bit) => bit,
             None => self.bits + i - patch.bits.len(),
         };
+        let gain = |i: usize| patch.gains.get(i).copied().unwrap_or(1.0);
         for j in 0..gram.ncols() {
+            let weight = patch.weight * gain(j);
             for i in j..gram.nrows() {
-                self.gram[(place(i), place(j))] += patch.weight * gram[(i, j)];
+                self.gram[(place(i), place(j))] += weight * gain(i) * gram[(i, j)];
             }
         }
         self.observations += observations;
@@ -258,6 +261,10 @@ pub(super) struct PatchEquations {
     observations: Option<Vec<Observation>>,
     /// How much each of its observations counts beside those of other patches.
     weight: f64,
+    /// The band of each bit's chip, if it has one.
+    bands: Option<Vec<usize>>,
+    /// What of each bit's column is left.
+    gains: Vec<f64>,
 }
 
 impl PatchEquations {
@@ -273,12 +280,18 @@ impl PatchEquations {
             view.bits().to_vec(),
             OBSERVATIONS_AN_UNKNOWN * view.rigid_unknowns(),
         );
+        let of = |observations: &[Observation]| Self {
+            gains: vec![1.0; bits.len()],
+            bits,
+            equations: NormalEquations::weighted(design, view, observations, redundancy),
+            observations: None,
+            weight: 1.0,
+            bands: view.bands(),
+        };
         if observations.len() < enough {
             return Ok(Self {
-                bits,
-                equations: NormalEquations::weighted(design, view, &observations, redundancy),
-                observations: Some(observations),
-                weight: 1.0,
+                observations: Some(observations.clone()),
+                ..of(&observations)
             });
         }
         for _ in 0..REWEIGHTINGS {
@@ -291,12 +304,7 @@ impl PatchEquations {
             let residuals = residuals(design, view, &observations, &solved.solution);
             reweight(&mut observations, &residuals);
         }
-        Ok(Self {
-            bits,
-            equations: NormalEquations::weighted(design, view, &observations, redundancy),
-            observations: None,
-            weight: 1.0,
-        })
+        Ok(of(&observations))
     }
 
     /// The bits that the patch carries.
@@ -317,6 +325,45 @@ impl PatchEquations {
         left / self.equations.observations.max(1) as f64
     }
 
+    /// What is expected of the square of each chip's coefficient, with its band, from the patch alone with noise of this mean square.
+    pub(super) fn squares(&self, noise: f64, gains: &Gains) -> Vec<(usize, f64)> {
+        let Some(bands) = &self.bands else {
+            return Vec::new();
+        };
+        let count = bands.len();
+        let unknowns = count + RIGID_FIELDS;
+        let gram = &self.equations.gram;
+        let mut system = gram.get(..unknowns, ..unknowns).to_owned();
+        for i in 0..unknowns {
+            let prior = bands
+                .get(i)
+                .map_or(0.0, |&band| noise / gains.of_band(band).powi(2));
+            system[(i, i)] += RIDGE * gram[(i, i)] + prior + f64::MIN_POSITIVE;
+        }
+        let last = self.equations.unknowns();
+        let right = Mat::from_fn(unknowns, 1, |i, _| gram[(last, i)]);
+        let Ok(factor) = system.llt(Side::Lower) else {
+            return Vec::new();
+        };
+        let solved = Solved {
+            solution: factor.solve(&right),
+            noise,
+            factor,
+        };
+        let variances = solved.variances(count).into_iter();
+        let squares = variances
+            .enumerate()
+            .map(|(i, v)| solved.solution[(i, 0)].powi(2) + v);
+        bands.iter().copied().zip(squares).collect()
+    }
+
+    /// Expects of each chip what the gain of its band leaves.
+    pub(super) fn weaken(&mut self, gains: &Gains) {
+        if let Some(bands) = &self.bands {
+            self.gains = bands.iter().map(|&band| gains.of_band(band)).collect();
+        }
+    }
+
     /// Makes each observation of the patch count so many times.
     pub(super) fn weigh(&mut self, weight: f64) {
         self.weight = weight;
@@ -325,13 +372,12 @@ impl PatchEquations {
     /// What a solution of all patches says of the patch's own unknowns.
     fn own(&self, solution: &Mat<f64>) -> Mat<f64> {
         let fields = solution.nrows() - FIELDS..solution.nrows();
-        let own: Vec<f64> = self
+        let bits = self
             .bits
             .iter()
-            .copied()
-            .chain(fields)
-            .map(|i| solution[(i, 0)])
-            .collect();
+            .zip(&self.gains)
+            .map(|(&i, gain)| gain * solution[(i, 0)]);
+        let own: Vec<f64> = bits.chain(fields.map(|i| solution[(i, 0)])).collect();
         Mat::from_fn(own.len(), 1, |i, _| own[i])
     }
 
@@ -348,22 +394,23 @@ impl PatchEquations {
         solution: &Mat<f64>,
         redundancy: f64,
     ) -> Self {
-        let bits = self.bits.clone();
+        let own = || Self {
+            bits: self.bits.clone(),
+            equations: self.equations.clone(),
+            observations: None,
+            weight: self.weight,
+            bands: self.bands.clone(),
+            gains: self.gains.clone(),
+        };
         let Some(mut observations) = self.observations.clone() else {
-            return Self {
-                bits,
-                equations: self.equations.clone(),
-                observations: None,
-                weight: self.weight,
-            };
+            return own();
         };
         let residuals = residuals(design, view, &observations, &self.own(solution));
         reweight(&mut observations, &residuals);
         Self {
-            bits,
             equations: NormalEquations::weighted(design, view, &observations, redundancy),
             observations: Some(observations),
-            weight: self.weight,
+            ..own()
         }
     }
 }

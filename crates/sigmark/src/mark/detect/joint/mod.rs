@@ -28,6 +28,8 @@
 //! **Bending.** Stretches, shears and all polynomials of degree 2 and 3 of a place are fields, too: affine maps, bends and twists by some degrees are close to that. A degree is left out unless it explains more than the
 //! mark would, since on a small model it has much in common with the lowest harmonics, and on a round one with a similarity.
 //!
+//! **Gains.** What is left of the mark in each band of frequencies is estimated first (`gains.rs`), and is the amplitude that the equations expect.
+//!
 //! **Tessellation bias.** A coarser suspect's flat triangles cut the corners of the original. What that does to each sample is known
 //! for vertices on the original ([`Registered::tessellation_bias`]), and is a field, too. Its coefficient is 1 for re-meshed suspects.
 //! Decimation by quadrics puts vertices outside, so that the bias cancels in the mean: what harmonics hold of the field, which is
@@ -46,6 +48,7 @@
 mod design;
 mod equations;
 mod fields;
+mod gains;
 mod observations;
 mod robust;
 
@@ -67,6 +70,7 @@ use fields::{
     BENDING_DEGREES, BENDING_FIELDS, FIELDS, RIGID_FIELDS, SIMILARITY_FIELDS, SMOOTHING_FIELDS,
     bending_fields, smoothing_fields,
 };
+use gains::Gains;
 use observations::observations;
 
 /// Beside the noisiest patch none counts as less noisy than this: one without noise would be all that counts.
@@ -241,22 +245,29 @@ impl JointEstimator {
                 equations = sum(&patches);
             }
         }
-        if patches.len() > 1 {
-            let solution = equations.solved(noise)?.solution;
-            let noises: Vec<f64> = patches.values().map(|patch| patch.noise(&solution)).collect();
-            let largest = noises.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
-            noise = Some(redundancy * largest);
-            for (patch, noise) in patches.values_mut().zip(noises) {
-                patch.weigh(1.0 / (noise / largest).max(LEAST_NOISE));
-            }
-            equations = sum(&patches);
+        let solution = equations.solved(noise)?.solution;
+        let mut noises: Vec<f64> = patches.values().map(|patch| patch.noise(&solution)).collect();
+        let largest = noises.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
+        noises
+            .iter_mut()
+            .for_each(|noise| *noise = noise.max(LEAST_NOISE * largest));
+        let gains = Gains::of(
+            patches
+                .values()
+                .zip(noises.iter().map(|noise| redundancy * noise)),
+        );
+        for (patch, noise) in patches.values_mut().zip(&noises) {
+            patch.weigh(largest / noise);
+            patch.weaken(&gains);
         }
+        equations = sum(&patches);
+        let noise = Some(redundancy * largest);
         let mut estimate = estimate(&design, seen.len(), &equations, noise)?;
         let mut all = vec![0.0; layout.bits()];
-        for (&bit, ratio) in seen.iter().zip(estimate.bits.0) {
+        for (&bit, &ratio) in seen.iter().zip(estimate.bits.values()) {
             all[bit] = ratio;
         }
-        estimate.bits = SoftBits(all);
+        estimate.bits = SoftBits::ratios(all);
         Ok(estimate)
     }
 }
@@ -298,7 +309,7 @@ fn estimate(
     let means: Vec<f64> = (0..bits).map(|t| solution[(t, 0)]).collect();
     Ok(JointEstimate {
         noise: (equations.squares_left(solution) / weight).sqrt(),
-        bits: SoftBits(log_likelihood_ratios(&means, &variances)),
+        bits: SoftBits::ratios(log_likelihood_ratios(&means, &variances)),
         misalignment: design.similarity(theta),
         bending: bending.iter().any(|&c| c != 0.0).then(|| design.bending(bending)),
         attack_model,
