@@ -39,6 +39,10 @@ const ROUNDS: usize = 6;
 /// A noise that changes by less, relatively, is settled.
 const SETTLED: f64 = 1e-3;
 
+/// How often noise grows at most until the squares of bits are as expected, and by how little these may be off.
+const NOISE_STEPS: usize = 4;
+const NOISE_SETTLED: f64 = 0.02;
+
 /// How often weights follow from residuals; they are all but settled then.
 pub(super) const REWEIGHTINGS: usize = 2;
 
@@ -160,36 +164,60 @@ impl NormalEquations {
 
     /// The unknowns that leave least, and the noise that is estimated with them, from a guess of it.
     pub(super) fn solved(&self, guess: Option<f64>) -> Result<Solved, MarkError> {
-        let unknowns = self.unknowns();
-        let right = Mat::from_fn(unknowns, 1, |i, _| self.entry(unknowns, i));
         // σ² for the mean weight; the weights hold masses.
         let noise_left = |solution: &Mat<f64>| {
             self.redundancy * self.squares_left(solution) / self.observations.max(1) as f64
         };
-        let solve = |noise: f64| -> Result<Solved, MarkError> {
-            let mut system = self.gram.get(..unknowns, ..unknowns).to_owned();
-            for i in 0..unknowns {
-                let prior = if i < self.bits { noise } else { 0.0 };
-                let bending = i >= unknowns - BENDING_FIELDS;
-                let ridge = if bending { BENDING_RIDGE } else { RIDGE };
-                system[(i, i)] += ridge * self.entry(i, i) + prior + f64::MIN_POSITIVE;
-            }
-            let factor = system.llt(Side::Lower).map_err(|_| MarkError::Alignment)?;
-            Ok(Solved {
-                solution: factor.solve(&right),
-                factor,
-                noise,
-            })
-        };
-        let mut solved = solve(guess.unwrap_or_else(|| noise_left(&Mat::zeros(unknowns, 1))))?;
+        let nothing = Mat::zeros(self.unknowns(), 1);
+        let mut solved = self.solved_for(guess.unwrap_or_else(|| noise_left(&nothing)))?;
         for _ in 1..ROUNDS {
             let noise = noise_left(&solved.solution);
             if (noise - solved.noise).abs() <= SETTLED * solved.noise {
                 break;
             }
-            solved = solve(noise)?;
+            solved = self.solved_for(noise)?;
         }
         Ok(solved)
+    }
+
+    /// The unknowns that leave least, with so much noise.
+    fn solved_for(&self, noise: f64) -> Result<Solved, MarkError> {
+        let unknowns = self.unknowns();
+        let right = Mat::from_fn(unknowns, 1, |i, _| self.entry(unknowns, i));
+        let mut system = self.gram.get(..unknowns, ..unknowns).to_owned();
+        for i in 0..unknowns {
+            let prior = if i < self.bits { noise } else { 0.0 };
+            let bending = i >= unknowns - BENDING_FIELDS;
+            let ridge = if bending { BENDING_RIDGE } else { RIDGE };
+            system[(i, i)] += ridge * self.entry(i, i) + prior + f64::MIN_POSITIVE;
+        }
+        let factor = system.llt(Side::Lower).map_err(|_| MarkError::Alignment)?;
+        Ok(Solved {
+            solution: factor.solve(&right),
+            factor,
+            noise,
+        })
+    }
+
+    /// The solution with the variances that are left to bits, whose prior variance is 1, and as much noise as their squares ask for: the mean of b² is that of 1 − v.
+    ///
+    /// With information A of each bit and true noise σ², Σ b² / Σ (1 − v) is (A + σ²) / (A + N) where N is assumed, and v is N / (A + N).
+    pub(super) fn posterior(&self, guess: Option<f64>) -> Result<(Solved, Vec<f64>), MarkError> {
+        let mut solved = self.solved(guess)?;
+        let mut variances = solved.variances(self.bits);
+        for _ in 0..NOISE_STEPS {
+            let left = variances.iter().sum::<f64>();
+            let known = (self.bits as f64 - left).max(f64::MIN_POSITIVE);
+            let squares: f64 = (0..self.bits).map(|t| solved.solution[(t, 0)].powi(2)).sum();
+            let excess = squares / known - 1.0;
+            let growth = 1.0 + excess * self.bits as f64 / left.max(f64::MIN_POSITIVE);
+            if excess < NOISE_SETTLED || !growth.is_finite() {
+                break;
+            }
+            solved = self.solved_for(solved.noise * growth)?;
+            variances = solved.variances(self.bits);
+        }
+        Ok((solved, variances))
     }
 
     /// Σ w e² of a solution.

@@ -15,10 +15,8 @@
 //! were not seen take no part. The mark is noise to θ, and θ takes nothing from the bits.
 //!
 //! **Soft bits.** vₜ is the variance that is left to bₜ where it was 1 before. Without the prior the observations would say bₜ / (1 − vₜ) with the variance
-//! vₜ / (1 − vₜ), and ln P(1) / P(0) is twice the one by the other. What e does not show has a variance τ² of its own, alike for all bits: another mark on the same harmonics, for one. The mean of
-//! bₜ² would be 1 − vₜ without it, so that
-//!
-//! ln P(1) / P(0) = 2 bₜ / (vₜ + τ² (1 − vₜ)),  τ² = max(0, Σ (bₜ² − (1 − vₜ)) / Σ (1 − vₜ)²).
+//! vₜ / (1 − vₜ), and ln P(1) / P(0) is twice the one by the other, 2 bₜ / vₜ. Noise is not all in e: neighbouring samples err alike, and another mark may lie on the same harmonics. But the mean of bₜ² would be 1 − vₜ, so σ² grows until
+//! it is.
 //!
 //! **Smoothing.** Smoothing, decimation and subdivision move a surface towards the mean of its neighbourhood. With L x the way
 //! from each vertex to the mean of its neighbours, k steps x ← x + λ L x with any λ, of either sign, displace by a polynomial
@@ -285,8 +283,8 @@ fn estimate(
     equations: &NormalEquations,
     noise: Option<f64>,
 ) -> Result<JointEstimate, MarkError> {
-    let solved = equations.solved(noise)?;
-    let (solution, variances) = (&solved.solution, solved.variances(bits));
+    let (solved, variances) = equations.posterior(noise)?;
+    let solution = &solved.solution;
     let theta: [f64; SIMILARITY_FIELDS] = std::array::from_fn(|j| solution[(bits + j, 0)]);
     let (similarity, smoothing, rigid) = (
         bits + SIMILARITY_FIELDS,
@@ -306,10 +304,10 @@ fn estimate(
         noise: 0.0,
     };
     attack_model.noise = 1.0 - explained(0..bits + FIELDS);
-    let means: Vec<f64> = (0..bits).map(|t| solution[(t, 0)]).collect();
+    let means = (0..bits).map(|t| solution[(t, 0)]);
     Ok(JointEstimate {
         noise: (equations.squares_left(solution) / weight).sqrt(),
-        bits: SoftBits::ratios(log_likelihood_ratios(&means, &variances)),
+        bits: SoftBits::ratios(log_likelihood_ratios(means, &variances)),
         misalignment: design.similarity(theta),
         bending: bending.iter().any(|&c| c != 0.0).then(|| design.bending(bending)),
         attack_model,
@@ -317,18 +315,8 @@ fn estimate(
 }
 
 /// Of bits with these posterior means and variances.
-fn log_likelihood_ratios(means: &[f64], variances: &[f64]) -> Vec<f64> {
-    let sum = |f: &dyn Fn(f64, f64) -> f64| -> f64 {
-        let pairs = means.iter().zip(variances);
-        pairs.map(|(&b, &v)| f(b, v)).sum()
-    };
-    let seen = sum(&|_, v| (1.0 - v).powi(2));
-    let unshown = sum(&|b, v| b * b - (1.0 - v)) / seen.max(f64::MIN_POSITIVE);
-    let unshown = unshown.max(0.0);
+fn log_likelihood_ratios(means: impl Iterator<Item = f64>, variances: &[f64]) -> Vec<f64> {
     let most = JointEstimate::MOST_CERTAIN;
-    let ratio = |(&b, &v): (&f64, &f64)| {
-        let variance = v + unshown * (1.0 - v);
-        (2.0 * b / variance.max(f64::MIN_POSITIVE)).clamp(-most, most)
-    };
-    means.iter().zip(variances).map(ratio).collect()
+    let ratio = |(b, &v): (f64, &f64)| (2.0 * b / v.max(f64::MIN_POSITIVE)).clamp(-most, most);
+    means.zip(variances).map(ratio).collect()
 }
