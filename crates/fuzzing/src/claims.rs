@@ -28,7 +28,7 @@ fn check_fixpoint(certificate: &Certificate) {
     assert_eq!(again, *certificate);
     assert_eq!(again.to_json().expect("as before"), written);
     assert!(
-        certificate.confirms(&certificate.bits()),
+        certificate.confirms(&certificate.payload().message(certificate.signature())),
         "its signature was checked"
     );
     let hash = certificate.statement().hash();

@@ -155,7 +155,7 @@ fn what_noise_leaves_was_foretold() {
             let seen = noisy.positions().iter().copied().map(Some).collect();
             let detector = JointEstimator::new(signed.layout());
             let soft = detector.detect(&Registered::by_vertices(seen), &Job::default());
-            read += margin(&signed.certificate().bits(), &soft.unwrap().weights()) / 4.0;
+            read += margin(&signed.certificate().bits(), soft.unwrap().values()) / 4.0;
         }
         let ratio = read / (foretold.margin * 1e-3 / noise);
         assert!((0.5..1.2).contains(&ratio), "{ratio}");
