@@ -41,7 +41,7 @@ use mesh::TriMesh;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Decimator {
-    /// The cheapest edge first, as MeshLab's quadric edge collapse does it: planes weigh as the squares of their triangles' areas, borders are held
+    /// The cheapest edge first, as MeshLab's quadric edge collapse does it: planes weigh as their triangles' areas, borders are held
     /// by planes across them, and a collapse that makes thin triangles counts as dearer.
     Queue,
     /// All edges below a threshold in the order of the triangles, then below a higher one, as in Forstmann's fast quadric mesh simplification, which

@@ -1,4 +1,4 @@
-use std::ops::{Add, AddAssign};
+use std::ops::{Add, AddAssign, Mul};
 
 use mesh::Vec3;
 
@@ -40,6 +40,40 @@ impl Quadric {
         }
     }
 
+    /// w |x − p|².
+    pub fn of_point(point: Vec3, weight: f64) -> Self {
+        Self {
+            a: [weight, 0.0, 0.0, weight, 0.0, weight],
+            b: point * weight,
+            c: weight * point.squared(),
+        }
+    }
+
+    /// The trace of A: the sum of the planes' weights.
+    pub fn weight(&self) -> f64 {
+        self.a[0] + self.a[3] + self.a[5]
+    }
+
+    /// Half of Q's gradient, A x − b.
+    fn half_gradient(&self, point: Vec3) -> Vec3 {
+        let Vec3([x, y, z]) = point;
+        let [xx, xy, xz, yy, yz, zz] = self.a;
+        let product = [
+            xx * x + xy * y + xz * z,
+            xy * x + yy * y + yz * z,
+            xz * x + yz * y + zz * z,
+        ];
+        Vec3(product) - self.b
+    }
+
+    /// The s for which Q(x + s u) is least; none where none is.
+    pub fn way_along(&self, point: Vec3, direction: Vec3) -> Option<f64> {
+        let without_planes = Self { b: Vec3::ZERO, ..*self };
+        let curvature = direction.dot(without_planes.half_gradient(direction));
+        let way = -direction.dot(self.half_gradient(point)) / curvature;
+        way.is_finite().then_some(way)
+    }
+
     /// Q(x).
     #[inline]
     pub fn at(&self, point: Vec3) -> f64 {
@@ -69,6 +103,19 @@ impl Add for Quadric {
     fn add(mut self, other: Self) -> Self {
         self += other;
         self
+    }
+}
+
+impl Mul<f64> for Quadric {
+    type Output = Self;
+
+    #[inline]
+    fn mul(self, weight: f64) -> Self {
+        Self {
+            a: self.a.map(|entry| entry * weight),
+            b: self.b * weight,
+            c: self.c * weight,
+        }
     }
 }
 

@@ -1,7 +1,7 @@
 //! The cheapest edge first.
 //!
 //! A collapse costs its quadric where it leads, divided by the worst shape 2 area / (longest side)² of the triangles that it moves, or by [`GOOD_SHAPE`] where all are
-//! better. Planes weigh as the squares of their triangles' doubled areas, and so do planes through the sides at borders, across the triangle, with half of its normal.
+//! better. Planes weigh as their triangles' doubled areas; planes through the sides at borders, across the triangle, weigh ¼ however large it is.
 //! After a collapse, the edges of the triangles around it are weighed anew; edges that lead on from there wait until a neighbour's collapse does.
 
 use std::{cmp::Ordering, collections::BinaryHeap};
@@ -14,7 +14,7 @@ use crate::{Quadric, collapsing::Collapsing};
 /// Shapes from here on are all good; a triangle with equal sides has √3 / 2.
 const GOOD_SHAPE: f64 = 0.3;
 
-/// Of a plane across a border, relative to the triangle's own; for normals, so weights are its square.
+/// Length of the normal of a plane across a border; its square is the weight.
 const BORDER: f64 = 0.5;
 
 /// Quadrics below say that a place is exact, in the sixth power of the model's unit for places and in units of the diagonal (times 10⁸) for costs.

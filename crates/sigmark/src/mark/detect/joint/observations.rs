@@ -14,8 +14,10 @@ pub(super) struct Observation {
     pub(super) along: Vec3,
     /// u·d, in diagonals.
     pub(super) displacement: f64,
-    /// What flat triangles alone do to u·d, and what harmonics hold of that, in diagonals.
+    /// What flat triangles alone do to u·d, what harmonics hold of that, and what they do where quadrics put their corners, in diagonals.
     pub(super) tessellation_bias: [f64; TESSELLATION_FIELDS],
+    /// How little the latter is to be trusted, in diagonals.
+    pub(super) misfit: f64,
     pub(super) kind: ObservationKind,
     /// The area that it stands for.
     pub(super) mass: f64,
@@ -58,13 +60,15 @@ pub(super) fn observations(
             continue;
         };
         let displacement = Vec3(seen) - patch.mesh().point(vertex);
-        let tessellation_bias = [bias[vertex], held[vertex]].map(|bias| bias / diagonal);
+        let [alike, by_area] = suspect.quadric_bias[v as usize];
+        let tessellation_bias = [bias[vertex], held[vertex], alike, by_area].map(|bias| bias / diagonal);
         let mut observe = |kind, along: Vec3, mass| {
             all.push(Observation {
                 vertex,
                 along,
                 displacement: along.dot(displacement) / diagonal,
                 tessellation_bias,
+                misfit: suspect.misfit[v as usize] / diagonal,
                 kind,
                 mass,
                 robust_weight: 1.0,
