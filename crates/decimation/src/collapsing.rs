@@ -66,7 +66,8 @@ impl Collapsing {
     /// The triangles at v but not at w, which stay when the two become one.
     #[inline]
     pub(crate) fn staying(&self, v: u32, w: u32) -> impl Iterator<Item = (u32, [u32; 3])> + '_ {
-        self.star(v).filter(move |(_, [_, next, last])| *next != w && *last != w)
+        self.star(v)
+            .filter(move |(_, [_, next, last])| *next != w && *last != w)
     }
 
     /// Whether triangles are left when v and w become one.

@@ -58,12 +58,7 @@ impl Decimator {
 ///
 /// # Errors
 /// [`JobError::Cancelled`].
-pub fn decimate(
-    mesh: &TriMesh,
-    target: usize,
-    decimator: Decimator,
-    job: &Job,
-) -> Result<TriMesh, JobError> {
+pub fn decimate(mesh: &TriMesh, target: usize, decimator: Decimator, job: &Job) -> Result<TriMesh, JobError> {
     match decimator {
         Decimator::Queue => queue::decimate(mesh, target, job),
         Decimator::Threshold => threshold::decimate(mesh, target, job),

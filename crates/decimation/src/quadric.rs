@@ -68,7 +68,10 @@ impl Quadric {
 
     /// The s for which Q(x + s u) is least; none where none is.
     pub fn way_along(&self, point: Vec3, direction: Vec3) -> Option<f64> {
-        let without_planes = Self { b: Vec3::ZERO, ..*self };
+        let without_planes = Self {
+            b: Vec3::ZERO,
+            ..*self
+        };
         let curvature = direction.dot(without_planes.half_gradient(direction));
         let way = -direction.dot(self.half_gradient(point)) / curvature;
         way.is_finite().then_some(way)

@@ -142,7 +142,9 @@ impl Queue {
         let to = self.place(ends);
         let shape = |next: u32, last: u32| shape([to, self.left.point(next), self.left.point(last)]);
         let moved = self.left.staying(v, w).chain(self.left.staying(w, v));
-        let worst = moved.fold(GOOD_SHAPE, |worst, (_, [_, next, last])| worst.min(shape(next, last)));
+        let worst = moved.fold(GOOD_SHAPE, |worst, (_, [_, next, last])| {
+            worst.min(shape(next, last))
+        });
         let quadric = self.quadrics[v as usize] + self.quadrics[w as usize];
         let mut cost = self.scale * quadric.at(to);
         if cost <= EXACT {

@@ -146,6 +146,8 @@ impl Thresholds {
         let (p, q) = (self.left.point(v), self.left.point(w));
         let middle = (p + q) / 2.0;
         let costs = [middle, q, p].map(|point| (quadric.at(point), point));
-        costs.into_iter().fold(costs[0], |best, cost| if cost.0 < best.0 { cost } else { best })
+        costs
+            .into_iter()
+            .fold(costs[0], |best, cost| if cost.0 < best.0 { cost } else { best })
     }
 }

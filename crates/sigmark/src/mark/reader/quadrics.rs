@@ -46,7 +46,9 @@ pub(super) fn foretell(
     // In a frame around the original squares are exact to more digits.
     let diagonal = original.bounding_box().diagonal();
     let centre = Vec3(original.bounding_box().centre());
-    let lying = suspect.mesh().with_positions(pose.apply_all(suspect.mesh().positions()))?;
+    let lying = suspect
+        .mesh()
+        .with_positions(pose.apply_all(suspect.mesh().positions()))?;
     let place = |v: usize| -> Option<Place> {
         registered.along[v]?;
         let (t, seen) = (sampled.triangles[v]?, Vec3(registered.positions[v]?));
@@ -96,7 +98,11 @@ pub(super) fn foretell(
 
 /// Whether the suspect has clearly fewer triangles than the original has where it was seen.
 fn is_coarser(original: &TriMesh, suspect: &TriMesh, registered: &Registered) -> bool {
-    let is_seen = |corners: &&[u32; 3]| corners.iter().any(|&v| registered.positions[v as usize].is_some());
+    let is_seen = |corners: &&[u32; 3]| {
+        corners
+            .iter()
+            .any(|&v| registered.positions[v as usize].is_some())
+    };
     let seen = original.triangles().iter().filter(is_seen).count();
     (suspect.triangle_count() as f64) < COARSER * seen as f64
 }

@@ -159,7 +159,9 @@ fn likeness(place: [Vec3; 3], corners: [Vec3; 3]) -> f64 {
     let size = (place[1] - place[0]).cross(place[2] - place[0]).norm();
     let distance = (own - of_place).squared() / (NEAR * size);
     let sides = corners.into_iter().zip(place);
-    let cosines: f64 = sides.map(|(p, q)| (p - own).unit().dot((q - of_place).unit())).sum();
+    let cosines: f64 = sides
+        .map(|(p, q)| (p - own).unit().dot((q - of_place).unit()))
+        .sum();
     WORTH - DISTANCE * distance.ln_1p() - TURN * (1.0 - cosines / 3.0)
 }
 

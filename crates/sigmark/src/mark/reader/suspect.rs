@@ -175,14 +175,7 @@ impl Suspect {
         if registered.along.iter().any(Option::is_some) {
             registered.tessellation_bias =
                 tessellation::bias(&self.reference, suspect, &registered, &sampled, pose, job)?;
-            quadrics::foretell(
-                &self.reference,
-                &self.mesh,
-                pose,
-                &sampled,
-                &mut registered,
-                job,
-            )?;
+            quadrics::foretell(&self.reference, &self.mesh, pose, &sampled, &mut registered, job)?;
         }
         Ok(registered)
     }

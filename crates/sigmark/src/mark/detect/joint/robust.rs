@@ -57,14 +57,18 @@ impl Noise {
         let all: f64 = residuals.iter().map(|&(mass, ..)| mass).sum();
         let likelihood = |bearable: f64| -> f64 {
             let narrowed = narrowed(bearable);
-            let wide = residuals.iter().map(|&(mass, _, misfit)| mass * widening(misfit, bearable).ln());
+            let wide = residuals
+                .iter()
+                .map(|&(mass, _, misfit)| mass * widening(misfit, bearable).ln());
             StudentT::with_freedom(JUDGE, &narrowed).1 - wide.sum::<f64>() / all
         };
         let likeliest = BEARABLE.map(|bearable| (likelihood(bearable), bearable));
         // Not a number, where nothing is left: then it is plain.
-        let best = likeliest.into_iter().fold((f64::NEG_INFINITY, f64::INFINITY), |best, next| {
-            if next.0 > best.0 { next } else { best }
-        });
+        let best = likeliest
+            .into_iter()
+            .fold((f64::NEG_INFINITY, f64::INFINITY), |best, next| {
+                if next.0 > best.0 { next } else { best }
+            });
         match best.1.is_finite() {
             true => Self {
                 student: StudentT::of(&narrowed(best.1)),
@@ -79,6 +83,11 @@ impl Noise {
         let widening = widening(misfit, self.bearable);
         self.student.weight(residual / widening) / widening.powi(2)
     }
+}
+
+/// What an observation weighs beside a misfit before residuals are known: as after most decimations.
+pub(super) fn first_weight(misfit: f64) -> f64 {
+    widening(misfit, BEARABLE[3]).powi(-2)
 }
 
 /// √(1 + (misfit / bearable)²).
