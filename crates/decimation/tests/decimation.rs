@@ -17,7 +17,10 @@ fn a_closed_sphere_is_decimated_to_the_size_that_was_asked_for_and_stays_one() {
             let coarse = decimated(&ball, target, decimator);
             let report = TopologyReport::of(&coarse);
             assert_eq!(coarse.triangle_count(), target, "{decimator:?}");
-            assert!(report.closed && report.euler_characteristic == 2, "{decimator:?} {target}");
+            assert!(
+                report.closed && report.euler_characteristic == 2,
+                "{decimator:?} {target}"
+            );
             assert!((coarse.signed_volume() / ball.signed_volume() - 1.0).abs() < 0.02);
         }
     }
@@ -50,7 +53,9 @@ fn what_is_left_keeps_its_order() {
         // The first triangles are cut off the list: those that nothing touched are the same in both.
         let coarse = decimated(&original, 2_300, decimator);
         let corners = |mesh: &TriMesh, t: usize| mesh.corners(t).map(|p| p.map(|x| (x * 1e9).round()));
-        let all: Vec<_> = (0..original.triangle_count()).map(|t| corners(&original, t)).collect();
+        let all: Vec<_> = (0..original.triangle_count())
+            .map(|t| corners(&original, t))
+            .collect();
         let place = |t: usize| all.iter().position(|c| *c == corners(&coarse, t));
         let places: Vec<usize> = (0..coarse.triangle_count()).filter_map(place).collect();
         assert!(places.len() > 100 && places.is_sorted(), "{decimator:?}");
@@ -78,7 +83,8 @@ fn hard() -> impl Strategy<Value = TriMesh> {
     prop_oneof![
         seed.clone().prop_map(|seed| shapes::soup(30, seed)),
         seed.clone().prop_map(|seed| shapes::bumpy_block(2, 2, seed)),
-        seed.clone().prop_map(|seed| shapes::shuffled(&shapes::bumpy_torus(9, 7, seed), seed)),
+        seed.clone()
+            .prop_map(|seed| shapes::shuffled(&shapes::bumpy_torus(9, 7, seed), seed)),
         (3..9_u32).prop_map(shapes::book),
         (4..30_u32).prop_map(shapes::moebius_strip),
         (1..20_u32).prop_map(|n| shapes::book_of_slivers(n, 1e-4)),

@@ -5,7 +5,7 @@
 //! heaviest increasing subsequence of candidates that lie where they should, by dynamic programming. The corners of those are seeds, and a vertex between them
 //! belongs to the nearest. Where the order was changed, a vertex belongs to the corner of the suspect that weighs most at its place.
 
-use std::{cmp::Reverse, collections::BinaryHeap};
+use std::{cmp::Reverse, collections::BinaryHeap, num::NonZeroU32};
 
 use job::Job;
 use mesh::{TriMesh, Vec3};
@@ -78,35 +78,33 @@ fn survivors(
     places: &[Option<Place>],
     job: &Job,
 ) -> Result<Vec<Option<u32>>, MarkError> {
-    let candidates = candidates(original, suspect, places);
+    let candidates = candidates(original, suspect, places, job)?;
     let mut lightest = LightestBefore::new(original.triangle_count());
     let mut links: Vec<Link> = Vec::new();
+    let mut costs: Vec<f64> = Vec::new();
     for (s, candidates) in candidates.iter().enumerate() {
         if s.is_multiple_of(CHUNK) {
             job.go_on()?;
         }
-        let place = suspect.corners(s);
-        let of_triangle = links.len();
-        for &t in candidates {
-            let gain = likeness(place, original.corners(t as usize));
-            if gain > 0.0 {
-                let (cost, before) = lightest.before(t);
-                links.push(Link {
-                    suspects: s as u32,
-                    originals: t,
-                    cost: cost - gain,
-                    before,
-                });
-            }
+        costs.clear();
+        for &(t, gain) in candidates {
+            let (cost, before) = lightest.before(t);
+            costs.push(cost - f64::from(gain));
+            links.push(Link {
+                pair: [s as u32, t],
+                before,
+            });
         }
-        for link in of_triangle..links.len() {
-            lightest.put(links[link].originals, links[link].cost, link);
+        let first = links.len() - costs.len();
+        for ((&(t, _), &cost), link) in candidates.iter().zip(&costs).zip(first..) {
+            lightest.put(t, cost, link);
         }
     }
     let mut survivors = vec![None; suspect.triangle_count()];
     let (_, mut last) = lightest.before(original.triangle_count() as u32);
-    while let Some(link) = last.map(|link| &links[link]) {
-        survivors[link.suspects as usize] = Some(link.originals);
+    while let Some(link) = last.map(|link| &links[link.get() as usize - 1]) {
+        let [s, t] = link.pair;
+        survivors[s as usize] = Some(t);
         last = link.before;
     }
     Ok(survivors)
@@ -114,19 +112,25 @@ fn survivors(
 
 /// A pair of triangles at the end of a subsequence.
 struct Link {
-    suspects: u32,
-    originals: u32,
-    /// Minus the likeness of all pairs up to here.
-    cost: f64,
-    before: Option<usize>,
+    /// The suspect's and the original's.
+    pair: [u32; 2],
+    before: Option<NonZeroU32>,
 }
 
-/// For each triangle of the suspect, those of the original that are seen at it or at one that it touches, ascending.
-fn candidates(original: &TriMesh, suspect: &TriMesh, places: &[Option<Place>]) -> Vec<Vec<u32>> {
+/// For each triangle of the suspect, those of the original that are seen at it or at one that it touches and fit there, ascending, and how well each fits.
+fn candidates(
+    original: &TriMesh,
+    suspect: &TriMesh,
+    places: &[Option<Place>],
+    job: &Job,
+) -> Result<Vec<Vec<(u32, f32)>>, MarkError> {
     let stars = suspect.vertex_triangles();
     let mut candidates = vec![Vec::new(); suspect.triangle_count()];
     let mut near: Vec<u32> = Vec::new();
     for (t, corners) in original.triangles().iter().enumerate() {
+        if t.is_multiple_of(CHUNK) {
+            job.go_on()?;
+        }
         near.clear();
         for (s, _) in corners.iter().filter_map(|&v| places[v as usize]) {
             for &w in &suspect.triangles()[s as usize] {
@@ -136,13 +140,19 @@ fn candidates(original: &TriMesh, suspect: &TriMesh, places: &[Option<Place>]) -
         near.sort_unstable();
         near.dedup();
         for &s in &near {
-            candidates[s as usize].push(t as u32);
+            let likeness = likeness(suspect.corners(s as usize), original.corners(t));
+            if likeness > LEAST {
+                candidates[s as usize].push((t as u32, likeness as f32));
+            }
         }
     }
-    candidates
+    Ok(candidates)
 }
 
-/// What a pair is worth that fits exactly; about what fits worse than nothing at all does, at a distance of two sizes of the triangle.
+/// What fits less is not tried: four in five of what is near.
+const LEAST: f64 = 1.0;
+
+/// What a pair is worth that fits exactly. With less, fewer of the survivors are found; with more, no more are.
 const WORTH: f64 = 8.0;
 
 /// What half of the survivors lie within, as a share of a triangle's doubled area, for the square of the distance from its middle.
@@ -166,14 +176,15 @@ fn likeness(place: [Vec3; 3], corners: [Vec3; 3]) -> f64 {
 }
 
 /// The lightest of what was put at smaller indices (Fenwick's tree): its cost, and which it is.
-struct LightestBefore(Vec<(f64, Option<usize>)>);
+struct LightestBefore(Vec<(f64, Option<NonZeroU32>)>);
 
 impl LightestBefore {
     fn new(count: usize) -> Self {
         Self(vec![(0.0, None); count + 1])
     }
 
-    fn before(&self, index: u32) -> (f64, Option<usize>) {
+    /// Its cost, and one more than its number.
+    fn before(&self, index: u32) -> (f64, Option<NonZeroU32>) {
         let (mut i, mut lightest) = (index as usize, (0.0, None));
         while i > 0 {
             if self.0[i].0 < lightest.0 {
@@ -188,7 +199,7 @@ impl LightestBefore {
         let mut i = index as usize + 1;
         while i < self.0.len() {
             if cost < self.0[i].0 {
-                self.0[i] = (cost, Some(link));
+                self.0[i] = (cost, NonZeroU32::new(link as u32 + 1));
             }
             i += i & i.wrapping_neg();
         }
