@@ -1,5 +1,7 @@
 //! What holds of every decimated mesh, and of quadrics.
 
+#![allow(clippy::unwrap_used)] // in the helpers of tests, too
+
 use decimation::{Decimator, Quadric, decimate};
 use job::{Job, JobError, Observer};
 use mesh::{TopologyReport, TriMesh, Vec3, shapes};
