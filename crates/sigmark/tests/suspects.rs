@@ -4,6 +4,7 @@
 
 use std::sync::{Arc, OnceLock};
 
+use decimation::{Decimator, decimate};
 use job::{Job, JobError, Observer};
 use mesh::{Edges, Similarity, TriMesh, Welded, shapes};
 use rand_chacha::{
@@ -441,6 +442,28 @@ fn stretched_twisted_and_bent_copies_are_verified_with_vertices_and_without() {
     // Nothing is taken for bent that is not: a small model's lowest harmonics would pay for it.
     let verdict = judge(&mesh, signed, &shapes::moved(&divided(signed.mesh()), &away()));
     assert_eq!(verdict.attack_model.unwrap().bending, 0.0);
+}
+
+#[test]
+fn where_collapses_of_edges_put_vertices_is_foretold() {
+    let mesh = shapes::bumped(&shapes::jittered(&shapes::icosphere(5), 0.3, 4), 0.3, 4);
+    let (signed, job) = (sign(&mesh, 1), Job::default());
+    let (bits, estimator) = (signed.certificate().bits(), detectors(&signed).1);
+    for decimator in Decimator::ALL {
+        let suspect = decimate(signed.mesh(), mesh.triangle_count() / 5, decimator, &job).unwrap();
+        let told = sampled(&mesh, &suspect, &Similarity::IDENTITY);
+        let untold = Registered {
+            quadric_bias: vec![[0.0; 2]; mesh.vertex_count()],
+            misfit: vec![0.0; mesh.vertex_count()],
+            ..told.clone()
+        };
+        let [with, without] =
+            [&told, &untold].map(|seen| margin(&bits, &estimator.estimate(seen, &job).unwrap().bits.0));
+        assert!(with > 1.2 * without, "{decimator:?}: {with} {without}");
+    }
+    // What is as fine as the original was not decimated.
+    let seen = sampled(&mesh, signed.mesh(), &Similarity::IDENTITY);
+    assert!(seen.quadric_bias.iter().all(|bias| *bias == [0.0; 2]));
 }
 
 #[test]

@@ -11,6 +11,12 @@ pub struct Registered {
     /// What u·δ would be if the suspect's vertices lay on the original: flat triangles cut the corners of a curved surface (#V). Zero
     /// where the vertex itself was found again.
     pub tessellation_bias: Vec<f64>,
+    /// The same if the suspect's vertices lay where collapses of edges would have put them: by quadrics of planes that weigh alike, and by area (#V). Zero where
+    /// the vertex itself was found again, and where the suspect is no coarser than the original.
+    pub quadric_bias: Vec<[f64; 2]>,
+    /// By how much the suspect's vertices around are off from there along the surface, in the original's unit: how little that bias is to be trusted (#V).
+    /// Zero where it is.
+    pub misfit: Vec<f64>,
     /// How many vertices the suspect has: no more samples than that are independent.
     pub suspect_vertices: usize,
 }
@@ -21,6 +27,8 @@ impl Registered {
         Self {
             along: vec![None; positions.len()],
             tessellation_bias: vec![0.0; positions.len()],
+            quadric_bias: vec![[0.0; 2]; positions.len()],
+            misfit: vec![0.0; positions.len()],
             suspect_vertices: positions.len(),
             positions,
         }
@@ -41,6 +49,8 @@ impl Registered {
             self.positions.len(),
             self.along.len(),
             self.tessellation_bias.len(),
+            self.quadric_bias.len(),
+            self.misfit.len(),
         ];
         match fields.into_iter().find(|&given| given != vertices) {
             Some(given) => Err(MarkError::Vertices { given, vertices }),

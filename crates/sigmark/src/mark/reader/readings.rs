@@ -37,7 +37,7 @@ enum ReadBy<'a> {
     Surface {
         suspect: Box<Suspect>,
         pose: Similarity,
-        sampled: Registered,
+        sampled: Box<Registered>,
     },
 }
 
@@ -64,7 +64,7 @@ impl<'a> Readings<'a> {
                         by: ReadBy::Surface {
                             suspect: Box::new(suspect),
                             pose,
-                            sampled,
+                            sampled: Box::new(sampled),
                         },
                     })
                 };

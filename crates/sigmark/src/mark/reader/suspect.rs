@@ -2,7 +2,7 @@ use job::Job;
 use mesh::{BoundingBox, Similarity, Vec3};
 use registration::{Correspondence, PreparedMesh, ResampleOptions, resample};
 
-use super::{Reading, ReadingMethod, tessellation};
+use super::{Reading, ReadingMethod, quadrics, tessellation};
 use crate::mark::{Bending, MarkError, MarkStage, Registered};
 
 /// A suspect, looked at from the vertices of a reference in any pose (section 4.4.1).
@@ -188,6 +188,7 @@ impl Suspect {
         if registered.along.iter().any(Option::is_some) {
             registered.tessellation_bias =
                 tessellation::bias(&self.reference, suspect, &registered, &sampled, pose, job)?;
+            quadrics::foretell(&self.reference, &self.mesh, pose, &sampled, &mut registered, job)?;
         }
         Ok(registered)
     }

@@ -39,7 +39,7 @@ pub(super) fn normal(mesh: &TriMesh, triangle: usize) -> Vec3 {
 }
 
 /// Weights of a triangle's corners, with sum 1, for a point of its plane; a third each where it has no area.
-fn barycentric([a, b, c]: [Vec3; 3], p: Vec3) -> [f64; 3] {
+pub(super) fn barycentric([a, b, c]: [Vec3; 3], p: Vec3) -> [f64; 3] {
     let normal = (b - a).cross(c - a);
     let square = normal.squared();
     if square == 0.0 {

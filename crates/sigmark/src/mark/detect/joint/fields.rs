@@ -8,8 +8,8 @@ pub(super) const SIMILARITY_FIELDS: usize = 7;
 /// Degree of the polynomial of L. Ten steps of Laplacian smoothing are known well with 8, and no better with 10.
 pub(super) const SMOOTHING_FIELDS: usize = 8;
 
-/// What flat triangles do, and what harmonics that carry chips hold of it.
-pub(super) const TESSELLATION_FIELDS: usize = 2;
+/// What flat triangles do, and what harmonics that carry chips hold of it; what they do where quadrics put their corners, by two kinds of these.
+pub(super) const TESSELLATION_FIELDS: usize = 4;
 
 /// Stretches and shears that are no similarity, and all vector fields of degree 2 and 3.
 pub(super) const BENDING_FIELDS: usize = BENDING_DEGREES[1];

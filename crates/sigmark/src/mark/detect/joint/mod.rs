@@ -33,12 +33,16 @@
 //! Decimation by quadrics puts vertices outside, so that the bias cancels in the mean: what harmonics hold of the field, which is
 //! where the bits are, has a coefficient of its own.
 //!
+//! **Quadric bias.** Where decimation puts vertices follows from which of the original's went into them ([`Registered::quadric_bias`]), as well as that is known:
+//! two more fields, for planes that weigh alike and by area. What a vertex is off from there along the surface, its misfit, says how well it is known.
+//!
 //! **Robust weights.** w is the area that an observation stands for, times a weight for its residual. A sample of a surface stands
 //! for the mass of its vertex, since errors of samples that are near each other are alike. A vertex that was found again has an error
 //! of its own, however little surface there is around it: each stands for the mean mass. Where a surface was decimated or re-meshed,
 //! most samples are good and a few, at edges and tips, are far off; and noise or rounding that follows the bounding box differs from
 //! axis to axis. Noise is therefore taken for Student's t distribution, of the degrees of freedom ν and scale s that the residuals
-//! of each kind of observations in a patch make likeliest: w ∝ mass · (ν + 1) / (ν s² + e²) (Lange, Little and Taylor 1989).
+//! of each kind of observations in a patch make likeliest: w ∝ mass · (ν + 1) / (ν s² + e²) (Lange, Little and Taylor 1989). Beside a misfit m,
+//! s is √(1 + m²/m₀²) times as large, with the likeliest m₀.
 //! Residuals are of a first estimate from the patch alone, or, where it has too few observations for one, from all patches together.
 //! Within a patch weights have the mean 1, so that none loses its bits to a smooth place in it; in the end each patch counts by the noise that an estimate from all of them leaves in it: decimation
 //! leaves more where the surface is rough.

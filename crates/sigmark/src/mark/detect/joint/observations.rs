@@ -2,7 +2,7 @@
 
 use mesh::Vec3;
 
-use super::fields::TESSELLATION_FIELDS;
+use super::{fields::TESSELLATION_FIELDS, robust::first_weight};
 use crate::mark::{Patch, PatchBasis, Registered};
 
 /// One observation at a vertex of a patch: how far the suspect lies from it along a unit vector u, or one little longer.
@@ -14,12 +14,14 @@ pub(super) struct Observation {
     pub(super) along: Vec3,
     /// u·d, in diagonals.
     pub(super) displacement: f64,
-    /// What flat triangles alone do to u·d, and what harmonics hold of that, in diagonals.
+    /// What flat triangles alone do to u·d, what harmonics hold of that, and what they do where quadrics put their corners, in diagonals.
     pub(super) tessellation_bias: [f64; TESSELLATION_FIELDS],
+    /// How little the latter is to be trusted, in diagonals.
+    pub(super) misfit: f64,
     pub(super) kind: ObservationKind,
     /// The area that it stands for.
     pub(super) mass: f64,
-    /// 1 until the residuals are known; see [`reweight`](super::robust::reweight).
+    /// What its misfit says until the residuals are known; see [`reweight`](super::robust::reweight).
     pub(super) robust_weight: f64,
 }
 
@@ -58,16 +60,19 @@ pub(super) fn observations(
             continue;
         };
         let displacement = Vec3(seen) - patch.mesh().point(vertex);
-        let tessellation_bias = [bias[vertex], held[vertex]].map(|bias| bias / diagonal);
+        let [alike, by_area] = suspect.quadric_bias[v as usize];
+        let tessellation_bias = [bias[vertex], held[vertex], alike, by_area].map(|bias| bias / diagonal);
+        let misfit = suspect.misfit[v as usize] / diagonal;
         let mut observe = |kind, along: Vec3, mass| {
             all.push(Observation {
                 vertex,
                 along,
                 displacement: along.dot(displacement) / diagonal,
                 tessellation_bias,
+                misfit,
                 kind,
                 mass,
-                robust_weight: 1.0,
+                robust_weight: first_weight(misfit),
             });
         };
         match suspect.along[v as usize] {

@@ -1,0 +1,161 @@
+//! A mesh whose edges are being collapsed.
+
+use mesh::{TriMesh, Vec3};
+
+/// What is left of a mesh. Vertices and triangles keep their numbers to the end.
+pub(crate) struct Collapsing {
+    /// The middle of the original's box, which is the origin here: differences of squares are exact to more digits.
+    centre: Vec3,
+    points: Vec<Vec3>,
+    triangles: Vec<[u32; 3]>,
+    /// The triangles at each vertex, with some that went.
+    stars: Vec<Vec<u32>>,
+    left: usize,
+}
+
+/// In place of a triangle that went.
+const GONE: [u32; 3] = [u32::MAX; 3];
+
+impl Collapsing {
+    pub(crate) fn of(mesh: &TriMesh) -> Self {
+        let centre = Vec3(mesh.bounding_box().centre());
+        let stars = mesh.vertex_triangles();
+        Self {
+            centre,
+            points: mesh.positions().iter().map(|&p| Vec3(p) - centre).collect(),
+            triangles: mesh.triangles().to_vec(),
+            stars: (0..mesh.vertex_count()).map(|v| stars.of(v).to_vec()).collect(),
+            left: mesh.triangle_count(),
+        }
+    }
+
+    /// How many triangles are left.
+    pub(crate) fn left(&self) -> usize {
+        self.left
+    }
+
+    /// The corners of a triangle; none if it went.
+    #[inline]
+    pub(crate) fn triangle(&self, t: usize) -> Option<[u32; 3]> {
+        let corners = self.triangles[t];
+        (corners != GONE).then_some(corners)
+    }
+
+    #[inline]
+    pub(crate) fn point(&self, v: u32) -> Vec3 {
+        self.points[v as usize]
+    }
+
+    /// The triangles at a vertex: the number of each, and its corners with the vertex first, turned.
+    #[inline]
+    pub(crate) fn star(&self, v: u32) -> impl Iterator<Item = (u32, [u32; 3])> + '_ {
+        self.stars[v as usize].iter().filter_map(move |&t| {
+            let [a, b, c] = self.triangles[t as usize];
+            if a == v {
+                Some((t, [a, b, c]))
+            } else if b == v {
+                Some((t, [b, c, a]))
+            } else if c == v {
+                Some((t, [c, a, b]))
+            } else {
+                None
+            }
+        })
+    }
+
+    /// The triangles at v but not at w, which stay when the two become one.
+    #[inline]
+    pub(crate) fn staying(&self, v: u32, w: u32) -> impl Iterator<Item = (u32, [u32; 3])> + '_ {
+        self.star(v)
+            .filter(move |(_, [_, next, last])| *next != w && *last != w)
+    }
+
+    /// Whether triangles are left when v and w become one.
+    pub(crate) fn leaves_some(&self, v: u32, w: u32) -> bool {
+        self.left > self.star(v).count() - self.staying(v, w).count()
+    }
+
+    /// Makes w part of v, which goes to a point; triangles with both go.
+    pub(crate) fn collapse(&mut self, v: u32, w: u32, to: Vec3) {
+        let of_w = std::mem::take(&mut self.stars[w as usize]);
+        let mut star = std::mem::take(&mut self.stars[v as usize]);
+        let triangles = &mut self.triangles;
+        star.retain(|&t| {
+            let corners = triangles[t as usize];
+            if corners == GONE {
+                return false;
+            }
+            if corners.contains(&w) {
+                triangles[t as usize] = GONE;
+                self.left -= 1;
+                return false;
+            }
+            true
+        });
+        for t in of_w {
+            let corners = &mut triangles[t as usize];
+            if *corners == GONE {
+                continue;
+            }
+            for corner in corners.iter_mut().filter(|corner| **corner == w) {
+                *corner = v;
+            }
+            star.push(t);
+        }
+        self.stars[v as usize] = star;
+        self.points[v as usize] = to;
+    }
+
+    /// The mesh that is left; `original` if nothing changed.
+    pub(crate) fn into_mesh(self, original: &TriMesh) -> TriMesh {
+        if self.left == original.triangle_count() {
+            return original.clone();
+        }
+        let mut triangles: Vec<[u32; 3]> = self.triangles;
+        triangles.retain(|corners| *corners != GONE);
+        let mut numbers = vec![u32::MAX; self.points.len()];
+        for &v in triangles.as_flattened() {
+            numbers[v as usize] = 0;
+        }
+        let mut positions = Vec::new();
+        for (number, &point) in numbers.iter_mut().zip(&self.points) {
+            if *number == 0 {
+                *number = positions.len() as u32;
+                positions.push((point + self.centre).0);
+            }
+        }
+        for corner in triangles.as_flattened_mut() {
+            *corner = numbers[*corner as usize];
+        }
+        // Points are finite, and no collapse leaves a corner twice in a triangle or takes the last one.
+        TriMesh::new(positions, triangles).unwrap_or_else(|_| original.clone())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mesh::shapes;
+
+    #[test]
+    fn a_collapse_takes_the_triangles_of_its_edge_and_moves_the_others() {
+        let square = shapes::rectangle(2, 2, 2.0, 2.0);
+        let mut left = Collapsing::of(&square);
+        let before: Vec<_> = left.star(4).collect();
+        assert_eq!(before.len(), 6);
+        left.collapse(4, 0, Vec3::ZERO);
+        assert_eq!(left.left(), 6);
+        assert!(left.star(0).next().is_none());
+        assert!(left.star(4).all(|(_, [v, ..])| v == 4));
+        let mesh = left.into_mesh(&square);
+        assert_eq!((mesh.vertex_count(), mesh.triangle_count()), (8, 6));
+        assert_eq!(mesh.area(), 3.5 - 0.5);
+    }
+
+    #[test]
+    fn the_last_triangles_are_not_left_out() {
+        let left = Collapsing::of(&shapes::rectangle(1, 1, 1.0, 1.0));
+        assert!(!left.leaves_some(0, 3));
+        assert!(left.leaves_some(0, 1));
+    }
+}

@@ -1,0 +1,161 @@
+//! Quadric bias: where decimation puts a vertex.
+//!
+//! Collapses of edges put a vertex where the quadrics of all that went into it are least (Garland and Heckbert 1997): off the surface, on its outer side, by more than a
+//! mark. Where that is on the original follows from the vertex's [region](super::regions): so the bias of the suspect's flat triangles is known
+//! better than from the original's surface alone. Planes weigh alike in some programs and by area in others; both are fields of the joint estimate.
+//!
+//! A vertex whose region is right lies, but for the mark, on the valley of its quadric, in its lowest point. How far off it is along the valley
+//! tells how much its region is to be trusted, and hardly depends on the mark, which moves it across.
+
+use decimation::Quadric;
+use job::Job;
+use mesh::{Similarity, TriMesh, Vec3};
+use registration::{PreparedMesh, Resampled};
+
+use super::{
+    regions::{Place, regions},
+    tessellation::barycentric,
+};
+use crate::mark::{MarkError, Registered};
+
+/// Suspects with more triangles than this share of those that the original has there have hardly been decimated.
+const COARSER: f64 = 0.6;
+
+/// Of the weight of a quadric, with which a vertex is held in its place along the surface: where that is flat, the quadric says nothing of it.
+const HOLD: f64 = 0.02;
+
+/// The same, for telling how far off a vertex is.
+const WEAK_HOLD: f64 = 1e-4;
+
+/// In diagonals: the misfit of what has no region.
+const UNKNOWN: f64 = 1.0;
+
+/// Sets [`Registered::quadric_bias`] and [`Registered::misfit`], if the suspect is clearly coarser than the original. Its tessellation bias is known.
+pub(super) fn foretell(
+    reference: &PreparedMesh,
+    suspect: &PreparedMesh,
+    pose: &Similarity,
+    sampled: &Resampled,
+    registered: &mut Registered,
+    job: &Job,
+) -> Result<(), MarkError> {
+    let original = reference.mesh();
+    if !is_coarser(original, suspect.mesh(), registered) {
+        return Ok(());
+    }
+    // In a frame around the original squares are exact to more digits.
+    let diagonal = original.bounding_box().diagonal();
+    let centre = Vec3(original.bounding_box().centre());
+    let lying = suspect
+        .mesh()
+        .with_positions(pose.apply_all(suspect.mesh().positions()))?;
+    let place = |v: usize| -> Option<Place> {
+        registered.along[v]?;
+        let (t, seen) = (sampled.triangles[v]?, Vec3(registered.positions[v]?));
+        Some((t, barycentric(lying.corners(t as usize), seen)))
+    };
+    let places: Vec<Option<Place>> = (0..original.vertex_count()).map(place).collect();
+    let regions = regions(original, &lying, &places, job)?;
+    let normals = suspect.vertex_normals().iter();
+    let normals: Vec<Vec3> = normals
+        .map(|&n| Vec3(pose.rotation.map(|row| Vec3(row).dot(Vec3(n)))))
+        .collect();
+    let settled = Weights::ALL.map(|weights| {
+        let mut sums = vec![Quadric::ZERO; lying.vertex_count()];
+        for (region, quadric) in regions.iter().zip(weights.quadrics(original, centre)) {
+            if let Some(w) = region {
+                sums[*w as usize] += quadric;
+            }
+        }
+        let at = |(w, sum): (usize, &Quadric)| Settled::of(sum, lying.point(w) - centre, normals[w]);
+        sums.iter().enumerate().map(at).collect::<Vec<Option<Settled>>>()
+    });
+    for (v, place) in places.iter().enumerate() {
+        let (Some((t, weights)), Some(along)) = (place, registered.along[v]) else {
+            continue;
+        };
+        let offset = sampled.offsets[v].unwrap_or(0.0);
+        let corners = lying.triangles()[*t as usize];
+        let mut misfits = [UNKNOWN * diagonal; 2];
+        for (i, settled) in settled.iter().enumerate() {
+            registered.quadric_bias[v][i] = registered.tessellation_bias[v];
+            let corners = corners.map(|w| settled[w as usize]);
+            if let [Some(a), Some(b), Some(c)] = corners {
+                let mean = |f: &dyn Fn(&Settled) -> Vec3| {
+                    let [x, y, z] = *weights;
+                    f(&a) * x + f(&b) * y + f(&c) * z
+                };
+                registered.quadric_bias[v][i] = offset + Vec3(along).dot(mean(&|corner| corner.way));
+                let squares = [a, b, c].map(|corner| corner.misfit.powi(2));
+                let square: f64 = (0..3).map(|k| weights[k].clamp(0.0, 1.0) * squares[k]).sum();
+                misfits[i] = square.sqrt();
+            }
+        }
+        registered.misfit[v] = misfits[0].min(misfits[1]);
+    }
+    Ok(())
+}
+
+/// Whether the suspect has clearly fewer triangles than the original has where it was seen.
+fn is_coarser(original: &TriMesh, suspect: &TriMesh, registered: &Registered) -> bool {
+    let is_seen = |corners: &&[u32; 3]| {
+        corners
+            .iter()
+            .any(|&v| registered.positions[v as usize].is_some())
+    };
+    let seen = original.triangles().iter().filter(is_seen).count();
+    (suspect.triangle_count() as f64) < COARSER * seen as f64
+}
+
+/// How much the plane of a triangle weighs.
+#[derive(Clone, Copy)]
+enum Weights {
+    Alike,
+    ByArea,
+}
+
+impl Weights {
+    const ALL: [Self; 2] = [Self::Alike, Self::ByArea];
+
+    /// Of each vertex of a mesh: those of its triangles' planes.
+    fn quadrics(self, mesh: &TriMesh, centre: Vec3) -> Vec<Quadric> {
+        let mut quadrics = vec![Quadric::ZERO; mesh.vertex_count()];
+        for (t, corners) in mesh.triangles().iter().enumerate() {
+            let [a, b, c] = mesh.corners(t).map(|p| p - centre);
+            let normal = (b - a).cross(c - a);
+            let normal = match self {
+                Self::Alike => normal.unit(),
+                Self::ByArea => normal.unit() * normal.norm().sqrt(),
+            };
+            let quadric = Quadric::of_plane(normal, normal.dot(a));
+            corners.iter().for_each(|&v| quadrics[v as usize] += quadric);
+        }
+        quadrics
+    }
+}
+
+/// Where a vertex of the suspect would be on the original.
+#[derive(Clone, Copy)]
+struct Settled {
+    /// The way from where it is.
+    way: Vec3,
+    /// How far it is from the lowest point of its quadric, apart from its way along its normal: the root of what that costs to the quadric's weight.
+    misfit: f64,
+}
+
+impl Settled {
+    /// None where the quadric doesn't tell.
+    fn of(quadric: &Quadric, place: Vec3, normal: Vec3) -> Option<Self> {
+        let weight = quadric.weight();
+        let across = Quadric::of_plane(normal, normal.dot(place));
+        let held = |share: f64| *quadric + (Quadric::of_point(place, 1.0) + across * -1.0) * (share * weight);
+        let way = held(HOLD).minimum()? - place;
+        let weak = held(WEAK_HOLD);
+        let in_valley = place + normal * quadric.way_along(place, normal)?;
+        let cost = (quadric.at(in_valley) - weak.at(weak.minimum()?)).max(0.0);
+        Some(Self {
+            way,
+            misfit: (cost / weight).sqrt(),
+        })
+    }
+}

@@ -1,0 +1,257 @@
+//! Regions: which vertices of an original went into which vertex of a decimated suspect.
+//!
+//! A triangle that outlives the collapse of edges is one of the original's, whose corners went into three different vertices. Programs write what is left in
+//! the order in which they read it: the suspect's triangles are a subsequence of the original's, corner by corner. Which one it is, is the
+//! heaviest increasing subsequence of candidates that lie where they should, by dynamic programming. The corners of those are seeds, and a vertex between them
+//! belongs to the nearest. Where the order was changed, a vertex belongs to the corner of the suspect that weighs most at its place.
+
+use std::{cmp::Reverse, collections::BinaryHeap, num::NonZeroU32};
+
+use job::Job;
+use mesh::{TriMesh, Vec3};
+
+use crate::mark::MarkError;
+
+/// Where a vertex of the original was seen: a triangle of the suspect, and the weights of its corners there.
+pub(super) type Place = (u32, [f64; 3]);
+
+/// For each vertex of the original, the suspect's vertex into which it went (#V); none where nothing was seen. The suspect lies on the original.
+pub(super) fn regions(
+    original: &TriMesh,
+    suspect: &TriMesh,
+    places: &[Option<Place>],
+    job: &Job,
+) -> Result<Vec<Option<u32>>, MarkError> {
+    let survivors = survivors(original, suspect, places, job)?;
+    let found = survivors.iter().flatten().count();
+    if 2 * found < survivors.len() {
+        let heaviest = |&(t, weights): &Place| {
+            let greater = |i: usize, j: usize| if weights[j] > weights[i] { j } else { i };
+            suspect.triangles()[t as usize][greater(greater(0, 1), 2)]
+        };
+        return Ok(places.iter().map(|place| place.as_ref().map(heaviest)).collect());
+    }
+    Ok(grown(original, suspect, &survivors, places))
+}
+
+/// Regions from the corners of triangles that survived: each vertex joins the seed that is nearest along the edges.
+fn grown(
+    original: &TriMesh,
+    suspect: &TriMesh,
+    survivors: &[Option<u32>],
+    places: &[Option<Place>],
+) -> Vec<Option<u32>> {
+    let mut queue = BinaryHeap::new();
+    for (corners, survivor) in suspect.triangles().iter().zip(survivors) {
+        if let Some(t) = survivor {
+            let seeds = original.triangles()[*t as usize].into_iter().zip(*corners);
+            queue.extend(seeds.map(|(v, region)| Reverse((0, v, region))));
+        }
+    }
+    let neighbours = original.neighbours();
+    let mut regions = vec![None; places.len()];
+    while let Some(Reverse((distance, v, region))) = queue.pop() {
+        let here = v as usize;
+        if regions[here].is_some() || places[here].is_none() {
+            continue;
+        }
+        regions[here] = Some(region);
+        for &next in neighbours.of(here) {
+            if regions[next as usize].is_none() {
+                let step = (original.point(here) - original.point(next as usize)).norm();
+                // The bits of numbers that are not negative have their order.
+                let distance = f64::from_bits(distance) + step;
+                queue.push(Reverse((distance.to_bits(), next, region)));
+            }
+        }
+    }
+    regions
+}
+
+/// Triangles between two questions to the job.
+const CHUNK: usize = 1024;
+
+/// For each triangle of the suspect, the original's that it was (#F); none where no one fits into the order.
+fn survivors(
+    original: &TriMesh,
+    suspect: &TriMesh,
+    places: &[Option<Place>],
+    job: &Job,
+) -> Result<Vec<Option<u32>>, MarkError> {
+    let candidates = candidates(original, suspect, places, job)?;
+    let mut lightest = LightestBefore::new(original.triangle_count());
+    let mut links: Vec<Link> = Vec::new();
+    let mut costs: Vec<f64> = Vec::new();
+    for (s, candidates) in candidates.iter().enumerate() {
+        if s.is_multiple_of(CHUNK) {
+            job.go_on()?;
+        }
+        costs.clear();
+        for &(t, gain) in candidates {
+            let (cost, before) = lightest.before(t);
+            costs.push(cost - f64::from(gain));
+            links.push(Link {
+                pair: [s as u32, t],
+                before,
+            });
+        }
+        let first = links.len() - costs.len();
+        for ((&(t, _), &cost), link) in candidates.iter().zip(&costs).zip(first..) {
+            lightest.put(t, cost, link);
+        }
+    }
+    let mut survivors = vec![None; suspect.triangle_count()];
+    let (_, mut last) = lightest.before(original.triangle_count() as u32);
+    while let Some(link) = last.map(|link| &links[link.get() as usize - 1]) {
+        let [s, t] = link.pair;
+        survivors[s as usize] = Some(t);
+        last = link.before;
+    }
+    Ok(survivors)
+}
+
+/// A pair of triangles at the end of a subsequence.
+struct Link {
+    /// The suspect's and the original's.
+    pair: [u32; 2],
+    before: Option<NonZeroU32>,
+}
+
+/// For each triangle of the suspect, those of the original that are seen at it or at one that it touches and fit there, ascending, and how well each fits.
+fn candidates(
+    original: &TriMesh,
+    suspect: &TriMesh,
+    places: &[Option<Place>],
+    job: &Job,
+) -> Result<Vec<Vec<(u32, f32)>>, MarkError> {
+    let stars = suspect.vertex_triangles();
+    let mut candidates = vec![Vec::new(); suspect.triangle_count()];
+    let mut near: Vec<u32> = Vec::new();
+    for (t, corners) in original.triangles().iter().enumerate() {
+        if t.is_multiple_of(CHUNK) {
+            job.go_on()?;
+        }
+        near.clear();
+        for (s, _) in corners.iter().filter_map(|&v| places[v as usize]) {
+            for &w in &suspect.triangles()[s as usize] {
+                near.extend(stars.of(w as usize));
+            }
+        }
+        near.sort_unstable();
+        near.dedup();
+        for &s in &near {
+            let likeness = likeness(suspect.corners(s as usize), original.corners(t));
+            if likeness > LEAST {
+                candidates[s as usize].push((t as u32, likeness as f32));
+            }
+        }
+    }
+    Ok(candidates)
+}
+
+/// What fits less is not tried: four in five of what is near.
+const LEAST: f64 = 1.0;
+
+/// What a pair is worth that fits exactly. With less, fewer of the survivors are found; with more, no more are.
+const WORTH: f64 = 8.0;
+
+/// What half of the survivors lie within, as a share of a triangle's doubled area, for the square of the distance from its middle.
+const NEAR: f64 = 0.09;
+
+/// How dear distance is, and a turn within the plane: roughly logarithms of how often survivors of both decimators lie so.
+const DISTANCE: f64 = 1.5;
+const TURN: f64 = 3.0;
+
+/// How well an original's triangle fits into the place of a suspect's: it lies near the middle, and its corners lie to the same sides.
+fn likeness(place: [Vec3; 3], corners: [Vec3; 3]) -> f64 {
+    let middle = |[a, b, c]: [Vec3; 3]| (a + b + c) / 3.0;
+    let (of_place, own) = (middle(place), middle(corners));
+    let size = (place[1] - place[0]).cross(place[2] - place[0]).norm();
+    let distance = (own - of_place).squared() / (NEAR * size);
+    let sides = corners.into_iter().zip(place);
+    let cosines: f64 = sides
+        .map(|(p, q)| (p - own).unit().dot((q - of_place).unit()))
+        .sum();
+    WORTH - DISTANCE * distance.ln_1p() - TURN * (1.0 - cosines / 3.0)
+}
+
+/// The lightest of what was put at smaller indices (Fenwick's tree): its cost, and which it is.
+struct LightestBefore(Vec<(f64, Option<NonZeroU32>)>);
+
+impl LightestBefore {
+    fn new(count: usize) -> Self {
+        Self(vec![(0.0, None); count + 1])
+    }
+
+    /// Its cost, and one more than its number.
+    fn before(&self, index: u32) -> (f64, Option<NonZeroU32>) {
+        let (mut i, mut lightest) = (index as usize, (0.0, None));
+        while i > 0 {
+            if self.0[i].0 < lightest.0 {
+                lightest = self.0[i];
+            }
+            i &= i - 1;
+        }
+        lightest
+    }
+
+    fn put(&mut self, index: u32, cost: f64, link: usize) {
+        let mut i = index as usize + 1;
+        while i < self.0.len() {
+            if cost < self.0[i].0 {
+                self.0[i] = (cost, NonZeroU32::new(link as u32 + 1));
+            }
+            i += i & i.wrapping_neg();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use decimation::{Decimator, decimate};
+    use mesh::shapes;
+
+    use super::super::tessellation::barycentric;
+
+    fn places_of(original: &TriMesh, suspect: &TriMesh) -> Vec<Option<Place>> {
+        let surface = mesh::Surface::new(suspect);
+        let nearest = |&p: &[f64; 3]| {
+            let t = surface.nearest(p).triangle;
+            let weights = barycentric(suspect.corners(t as usize), Vec3(p));
+            Some((t, weights))
+        };
+        original.positions().iter().map(nearest).collect()
+    }
+
+    #[test]
+    fn what_two_decimators_leave_is_found_in_the_order_of_the_original() {
+        let original = shapes::bumpy_sphere(5, 3);
+        for decimator in Decimator::ALL {
+            let job = Job::default();
+            let suspect = decimate(&original, 4000, decimator, &job).unwrap();
+            let places = places_of(&original, &suspect);
+            let found = survivors(&original, &suspect, &places, &job).unwrap();
+            let ascending: Vec<u32> = found.iter().copied().flatten().collect();
+            assert!(ascending.is_sorted());
+            assert!(ascending.len() * 10 > 9 * found.len(), "{}", ascending.len());
+
+            let shuffled = shapes::shuffled(&suspect, 1);
+            let places = places_of(&original, &shuffled);
+            let lost = survivors(&original, &shuffled, &places, &job).unwrap();
+            assert!(2 * lost.iter().flatten().count() < lost.len());
+        }
+    }
+
+    #[test]
+    fn a_vertex_belongs_to_its_nearest_seed() {
+        let original = shapes::rectangle(8, 8, 1.0, 1.0);
+        let suspect = shapes::rectangle(1, 1, 1.0, 1.0);
+        let places = places_of(&original, &suspect);
+        let regions = regions(&original, &suspect, &places, &Job::default()).unwrap();
+        assert!(regions.iter().all(Option::is_some));
+        for (corner, w) in [(0, 0), (8, 1), (72, 2), (80, 3)] {
+            assert_eq!(regions[corner], Some(w));
+        }
+    }
+}
