@@ -8,6 +8,7 @@ use bench_harness::{
     partition::{LoneDivision, PartitionBench},
     quality::QualityBench,
     registration::RegistrationBench,
+    robustness::RobustnessBench,
     seconds::SecondsBench,
     security::SecurityBench,
     visibility::VisibilityBench,
@@ -35,6 +36,11 @@ pub(crate) enum Bench {
     ///
     /// Makes a Python environment in bench-harness/.venv. What peers finished is kept in .cache/bench/quality.
     Quality(QualityBench),
+    /// Robustness: what is read of signed models after every attack of the list
+    ///
+    /// Makes a Python environment in attacks/.venv. Some minutes for each model. Finished models are kept in .cache/bench/robustness by the digest
+    /// of the code that made them, so that a run that was interrupted goes on.
+    Robustness(RobustnessBench),
     /// Security: marks that were drowned, overwritten, averaged and extracted anew, and p-values where there is no mark
     ///
     /// Makes a Python environment in attacks/.venv. Some minutes for each model. Finished models are kept in .cache/bench/security by the digest
@@ -75,6 +81,7 @@ impl Bench {
             Self::Eigen(bench) => bench.run(),
             Self::Registration(bench) => bench.run(),
             Self::Quality(bench) => bench.run(),
+            Self::Robustness(bench) => bench.run(),
             Self::Security(bench) => bench.run(),
             Self::Visibility(bench) => bench.run(),
             Self::Seconds(bench) => bench.run(),

@@ -62,6 +62,8 @@ pub struct Tables {
     pub meshlab: Vec<Attack>,
     /// What the paper has none of.
     pub beyond: Vec<Attack>,
+    /// What models meet in the wild.
+    pub wild: Vec<Attack>,
     /// The benchmark of the registration.
     pub registration: Vec<Attack>,
 }
@@ -146,9 +148,10 @@ mod tests {
             table5,
             meshlab,
             beyond,
+            wild,
             registration,
         } = tables();
-        [table4, table5, meshlab, beyond, registration]
+        [table4, table5, meshlab, beyond, wild, registration]
             .into_iter()
             .flatten()
     }

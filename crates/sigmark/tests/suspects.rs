@@ -457,8 +457,8 @@ fn where_collapses_of_edges_put_vertices_is_foretold() {
             misfit: vec![0.0; mesh.vertex_count()],
             ..told.clone()
         };
-        let [with, without] =
-            [&told, &untold].map(|seen| margin(&bits, &estimator.estimate(seen, &job).unwrap().bits.0));
+        let [with, without] = [&told, &untold]
+            .map(|seen| margin(&bits, &estimator.estimate(seen, &job).unwrap().bits.weights()));
         assert!(with > 1.2 * without, "{decimator:?}: {with} {without}");
     }
     // What is as fine as the original was not decimated.
