@@ -34,16 +34,16 @@ pub(super) fn write(removals: &[Removal], pairs: &[NullPair], attacks: &Python, 
 }
 
 fn removal_words() -> String {
-    let left = |copies: f64| (512.0 * 3.0 / (copies + 2.0)).sqrt();
+    let left = |copies: f64| (2048.0 * 1.5 / (copies + 0.5)).sqrt();
     let (two, three, five, ten) = (left(2.0), left(3.0), left(5.0), left(10.0));
     format!(
-        "## Removal\n\nEach model is marked as `sigmark embed` does it by default (P-256, 512 bits, each six times where there is room), attacked, and read by the code of `sigmark verify` (ours: the joint estimate), and by the \
+        "## Removal\n\nEach model is marked as `sigmark embed` does it by default (P-256, 512 bits as a codeword of 2048, in 3072 chips where there is room), attacked, and read by the code of `sigmark verify` (ours: the joint estimate), and by the \
          paper's rule in the same pose. p counts all readings that the best was taken of; evidence is p ≤ 2⁻¹²⁰ = {EVIDENCE:.1e}. *Moved* is by how much the attack moved vertices beside the mark (root mean square, per cent of the diagonal). \
          *Random chips* change every coefficient of the mark by a multiple of its energy, with random signs and in the owner's own basis, which nobody else has. *Overwritten* is by strangers' marks on \
          the published model, each with a key of its own, at multiples of the mark's amplitude. *Averages* are of copies for as many recipients, and one is looked for. *Distance field* is a new surface \
          from MeshLab's signed distances by marching cubes, with so many cells along the longest edge of the bounding box.\n\n\
-         In an average of n copies the other marks are noise of n − 1 times the energy of the one that is looked for. Each has an order of chips of its own, so that in the sum of a bit's k chips they add up like noise, and T is about √(512 k / (k + n − 1)): \
-         {two:.1}, {three:.1}, {five:.1} and {ten:.1} for n = 2, 3, 5, 10 with the three chips that a bit has below 30 000 vertices, and more with more. Evidence takes 12.96.\n"
+         In an average of n copies the other marks are noise of n − 1 times the energy of the one that is looked for. Each has an order of chips of its own, so that in the sum of a bit's k chips they add up like noise, and T is about √(l k / (k + n − 1)): \
+         {two:.1}, {three:.1}, {five:.1} and {ten:.1} for n = 2, 3, 5, 10 with l = 2048 code bits of 1.5 chips each. Evidence takes 12.96.\n"
     )
 }
 
@@ -80,7 +80,7 @@ fn shown(p: f64) -> String {
 }
 
 fn removal_table(removals: &[Removal]) -> Table {
-    let header = "model | attack | moved (%) | T | p | asked | right of 512 | verdict | evidence | paper's rule: T | p | right | verdict | evidence";
+    let header = "model | attack | moved (%) | T | p | asked | right (%) | verdict | evidence | paper's rule: T | p | right | verdict | evidence";
     let mut table = Table::new("Marks that were attacked", header.split(" | "));
     for removal in removals {
         let first = [
@@ -102,7 +102,7 @@ fn entries(read: &ReadMark) -> [String; 5] {
     [
         format!("{:.1}", read.correlation),
         shown(read.p),
-        read.right_bits.to_string(),
+        format!("{:.1}", 100.0 * read.right),
         read.outcome.clone(),
         if read.is_evidence { "yes" } else { "no" }.into(),
     ]
@@ -112,7 +112,7 @@ fn null_words(pairs: &[NullPair]) -> String {
     let trials: usize = pairs.iter().map(|pair| pair.trials).sum();
     let read = pairs.iter().filter(|pair| pair.tries.is_some()).count();
     format!(
-        "## Where there is no mark\n\n{trials} random strings of 512 bits were looked for in {} pairs of an original and a suspect that was never marked for it, each moved at random; in {read} pairs the suspect \
+        "## Where there is no mark\n\n{trials} random strings of as many bits as the mark has were looked for in {} pairs of an original and a suspect that was never marked for it, each moved at random; in {read} pairs the suspect \
          was read, in the others it does not lie on the original, and p is 1. p is computed as `sigmark verify` does. The signature is the only thing that chance draws in the claim of the p-value, so it is \
          what trials draw. Sphere and block lie on themselves in many ways. The upper bound is Clopper's and Pearson's, at {:.1} %. The claim *holds* where the bound is below a, is *not contradicted* where chance would give \
          so many with a probability of at least {:.1} %, and is *broken* otherwise.\n",

@@ -47,7 +47,8 @@ pub(super) struct Removal {
 pub(super) struct ReadMark {
     pub(super) correlation: f64,
     pub(super) p: f64,
-    pub(super) right_bits: usize,
+    /// The share of the bits, of which something was read, that are right.
+    pub(super) right: f64,
     pub(super) outcome: String,
     pub(super) is_evidence: bool,
 }
@@ -57,7 +58,7 @@ impl ReadMark {
         Self {
             correlation: verdict.correlation,
             p: verdict.p_value,
-            right_bits: verdict.bits - verdict.bit_errors.unwrap_or(verdict.bits),
+            right: verdict.extraction_rate.unwrap_or(0.0),
             outcome: verdict.outcome.name().replace('_', " "),
             is_evidence: verdict.is_evidence(),
         }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use registration::MatchedBy;
-use sigmark::{Compared, Mismatch, Outcome, Verdict};
+use sigmark::{Compared, Mismatch, Outcome, PayloadKind, Verdict};
 
 use crate::{
     args::Verify,
@@ -136,6 +136,13 @@ fn tell_who(lines: &mut Lines, verdict: &Verdict, claim: &Claim) {
     };
     lines.field(whose, key);
     lines.field("signature", format!("{}, {signed}", statement.scheme));
+    if statement.payload == PayloadKind::Tag {
+        let bits = statement.payload.bits(statement.scheme);
+        lines.field(
+            "in the shape",
+            format!("a tag of {bits} bits that stands for this signature alone"),
+        );
+    }
     for (name, text) in [
         ("message", &statement.message),
         ("recipient", &statement.recipient),
