@@ -5,6 +5,7 @@ mod dispute;
 mod embed;
 mod error;
 pub mod keys;
+mod marked_part;
 mod prediction;
 mod statement;
 pub mod statistics;

@@ -2,12 +2,13 @@ use std::sync::Arc;
 
 use code::LISTS;
 use job::Job;
-use mesh::{Components, TriMesh, components};
+use mesh::{TriMesh, components};
 use registration::{AlignOptions, Alignment, MatchedBy, PreparedMesh};
 
 use super::{
-    Certificate, Compared, EVIDENCE, FoundPart, Mismatch, Outcome, SigmarkError, Verdict,
+    Certificate, Compared, EVIDENCE, Mismatch, Outcome, SigmarkError, Verdict,
     keys::PublicKey,
+    marked_part::MarkedPart,
     statistics::{correlation, margin, p_of_chosen, p_value, read_and_wrong},
 };
 use crate::{
@@ -378,51 +379,6 @@ const NEARLY: f64 = 0.9;
 
 /// More readings than a best one is ever chosen of, but of the most symmetric shapes.
 const MANY_TRIES: f64 = 1e3;
-
-/// A connected part of the original that carries the mark.
-#[derive(Clone, Debug)]
-struct MarkedPart {
-    number: usize,
-    /// Its first vertex.
-    vertex: usize,
-    vertices: Vec<u32>,
-}
-
-impl MarkedPart {
-    /// The largest first.
-    fn all_of(original: &Original) -> Vec<Self> {
-        let Components { count, of_vertex, .. } = components(original.mesh());
-        let mut parts: Vec<Self> = (0..count)
-            .map(|number| Self {
-                number,
-                vertex: 0,
-                vertices: Vec::new(),
-            })
-            .collect();
-        for (v, &part) in of_vertex.iter().enumerate() {
-            parts[part as usize].vertices.push(v as u32);
-        }
-        let labels = original.patches().labels();
-        parts.retain(|part| part.vertices.iter().any(|&v| labels[v as usize] > 0));
-        parts.sort_by_key(|part| std::cmp::Reverse(part.vertices.len()));
-        for part in &mut parts {
-            part.vertex = part.vertices[0] as usize;
-        }
-        parts
-    }
-
-    /// What is to be said of it if at least half of it was seen.
-    fn found(&self, seen: &[bool]) -> Option<FoundPart> {
-        let count = self.vertices.iter().filter(|&&v| seen[v as usize]).count();
-        let share = count as f64 / self.vertices.len() as f64;
-        (share >= 0.5).then_some(FoundPart {
-            part: self.number,
-            vertex: self.vertex,
-            seen: share,
-            transform: None,
-        })
-    }
-}
 
 fn check_key(certificate: &Certificate, given: &PublicKey) -> Result<(), SigmarkError> {
     if certificate.public_key() == given {

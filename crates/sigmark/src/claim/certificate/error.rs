@@ -62,7 +62,8 @@ pub enum CertificateError {
 
 fn why_outdated(version: u64) -> &'static str {
     match version {
-        4.. => "this program knows more of the original by its certificate",
+        5.. => "this program writes the signature as a codeword",
+        4 => "this program knows more of the original by its certificate",
         3 => "this program lays marks out otherwise",
         _ => {
             "a rival could forge such ones, since their signatures do not cover the public key, the patches and the strengths"

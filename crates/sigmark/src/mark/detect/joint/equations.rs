@@ -13,25 +13,24 @@ use faer::{
 
 use super::{
     design::{Design, View},
-    fields::{BENDING_DEGREES, BENDING_FIELDS, FIELDS, RIGID_FIELDS},
-    gains::Gains,
+    fields::{BENDING_DEGREES, BENDING_FIELDS, FIELDS},
     observations::Observation,
-    robust::reweight,
+    patch::PatchEquations,
 };
 use crate::mark::MarkError;
 
 /// The Gram matrix of all columns X, G and d, by its lower triangle.
 #[derive(Clone)]
 pub(super) struct NormalEquations {
-    bits: usize,
-    gram: Mat<f64>,
-    observations: usize,
+    pub(super) bits: usize,
+    pub(super) gram: Mat<f64>,
+    pub(super) observations: usize,
     /// Observations to an independent one.
     redundancy: f64,
 }
 
 /// Rows of the design matrix that are multiplied at a time.
-const BLOCK: usize = 512;
+pub(super) const BLOCK: usize = 512;
 
 /// A start for the noise, and its refinements, which converge at once.
 const ROUNDS: usize = 6;
@@ -47,13 +46,13 @@ const NOISE_SETTLED: f64 = 0.02;
 pub(super) const REWEIGHTINGS: usize = 2;
 
 /// With fewer observations, residuals say little about noise; more change weights by little.
-const OBSERVATIONS_AN_UNKNOWN: usize = 8;
+pub(super) const OBSERVATIONS_AN_UNKNOWN: usize = 8;
 
 /// Where less than one in so many observations waits for weights, as at the edge of what is left of a large model, it keeps a plain one.
 const WORTH_WEIGHING: usize = 10;
 
 /// Added to the diagonal, relative to it: what the observations do not determine, such as a turn of a sphere, stays zero.
-const RIDGE: f64 = 1e-12;
+pub(super) const RIDGE: f64 = 1e-12;
 
 /// The same for bending, so that what a similarity explains as well is one: on a sphere a cubic field can be a scale.
 const BENDING_RIDGE: f64 = 1e-6;
@@ -118,7 +117,12 @@ impl NormalEquations {
     }
 
     /// Those of a patch's observations with the weights that these have.
-    fn weighted(design: &Design<'_>, view: &View<'_>, observations: &[Observation], redundancy: f64) -> Self {
+    pub(super) fn weighted(
+        design: &Design<'_>,
+        view: &View<'_>,
+        observations: &[Observation],
+        redundancy: f64,
+    ) -> Self {
         let mut equations = Self::empty(view.bits().len(), redundancy);
         equations.observations = observations.len();
         for block in observations.chunks(BLOCK) {
@@ -251,7 +255,7 @@ impl NormalEquations {
         self.gram[(i.max(j), i.min(j))]
     }
 
-    fn unknowns(&self) -> usize {
+    pub(super) fn unknowns(&self) -> usize {
         self.gram.nrows() - 1
     }
 }
@@ -262,7 +266,7 @@ pub(super) struct Solved {
     /// σ², with the redundancy of the observations.
     pub(super) noise: f64,
     /// Of the matrix with the prior.
-    factor: Llt<f64>,
+    pub(super) factor: Llt<f64>,
 }
 
 impl Solved {
@@ -278,184 +282,4 @@ impl Solved {
         };
         (0..bits).map(variance).collect()
     }
-}
-
-/// The equations of one patch. Large patches weigh their observations by their own residuals; small ones wait for the solution of all patches together.
-pub(super) struct PatchEquations {
-    /// The bits that the patch carries, ascending: the first unknowns of its equations. Numbered among all, or [among those that are seen](Self::number_among).
-    bits: Vec<usize>,
-    equations: NormalEquations,
-    /// Those that wait; none where they were weighed by the patch alone.
-    observations: Option<Vec<Observation>>,
-    /// How much each of its observations counts beside those of other patches.
-    weight: f64,
-    /// The band of each bit's chip, if it has one.
-    bands: Option<Vec<usize>>,
-    /// What of each bit's column is left.
-    gains: Vec<f64>,
-}
-
-impl PatchEquations {
-    /// The equations of a patch's observations, with robust weights where there are enough of them. A part of the observations is enough
-    /// for the solutions that residuals are left by.
-    pub(super) fn new(
-        design: &Design<'_>,
-        view: &View<'_>,
-        mut observations: Vec<Observation>,
-        redundancy: f64,
-    ) -> Result<Self, MarkError> {
-        let (bits, enough) = (
-            view.bits().to_vec(),
-            OBSERVATIONS_AN_UNKNOWN * view.rigid_unknowns(),
-        );
-        let of = |observations: &[Observation]| Self {
-            gains: vec![1.0; bits.len()],
-            bits,
-            equations: NormalEquations::weighted(design, view, observations, redundancy),
-            observations: None,
-            weight: 1.0,
-            bands: view.bands(),
-        };
-        if observations.len() < enough {
-            return Ok(Self {
-                observations: Some(observations.clone()),
-                ..of(&observations)
-            });
-        }
-        for _ in 0..REWEIGHTINGS {
-            // Axes take turns in the list: no stride of threes.
-            let stride = observations.len() / enough;
-            let stride = stride + usize::from(stride.is_multiple_of(3));
-            let part: Vec<Observation> = observations.iter().step_by(stride).copied().collect();
-            let equations = NormalEquations::weighted(design, view, &part, redundancy);
-            let solved = equations.with_bending(0).solved(None)?;
-            let residuals = residuals(design, view, &observations, &solved.solution);
-            reweight(&mut observations, &residuals);
-        }
-        Ok(of(&observations))
-    }
-
-    /// The bits that the patch carries.
-    pub(super) fn bits(&self) -> &[usize] {
-        &self.bits
-    }
-
-    /// Numbers the bits by their places among those that are seen, which are ascending.
-    pub(super) fn number_among(&mut self, seen: &[usize]) {
-        for bit in &mut self.bits {
-            *bit = seen.partition_point(|seen| seen < bit);
-        }
-    }
-
-    /// The mean square of the noise that a solution of all patches leaves in this one.
-    pub(super) fn noise(&self, solution: &Mat<f64>) -> f64 {
-        let left = self.equations.squares_left(&self.own(solution));
-        left / self.equations.observations.max(1) as f64
-    }
-
-    /// What is expected of the square of each chip's coefficient, with its band, from the patch alone with noise of this mean square.
-    pub(super) fn squares(&self, noise: f64, gains: &Gains) -> Vec<(usize, f64)> {
-        let Some(bands) = &self.bands else {
-            return Vec::new();
-        };
-        let count = bands.len();
-        let unknowns = count + RIGID_FIELDS;
-        let gram = &self.equations.gram;
-        let mut system = gram.get(..unknowns, ..unknowns).to_owned();
-        for i in 0..unknowns {
-            let prior = bands
-                .get(i)
-                .map_or(0.0, |&band| noise / gains.of_band(band).powi(2));
-            system[(i, i)] += RIDGE * gram[(i, i)] + prior + f64::MIN_POSITIVE;
-        }
-        let last = self.equations.unknowns();
-        let right = Mat::from_fn(unknowns, 1, |i, _| gram[(last, i)]);
-        let Ok(factor) = system.llt(Side::Lower) else {
-            return Vec::new();
-        };
-        let solved = Solved {
-            solution: factor.solve(&right),
-            noise,
-            factor,
-        };
-        let variances = solved.variances(count).into_iter();
-        let squares = variances
-            .enumerate()
-            .map(|(i, v)| solved.solution[(i, 0)].powi(2) + v);
-        bands.iter().copied().zip(squares).collect()
-    }
-
-    /// Expects of each chip what the gain of its band leaves.
-    pub(super) fn weaken(&mut self, gains: &Gains) {
-        if let Some(bands) = &self.bands {
-            self.gains = bands.iter().map(|&band| gains.of_band(band)).collect();
-        }
-    }
-
-    /// Makes each observation of the patch count so many times.
-    pub(super) fn weigh(&mut self, weight: f64) {
-        self.weight = weight;
-    }
-
-    /// What a solution of all patches says of the patch's own unknowns.
-    fn own(&self, solution: &Mat<f64>) -> Mat<f64> {
-        let fields = solution.nrows() - FIELDS..solution.nrows();
-        let bits = self
-            .bits
-            .iter()
-            .zip(&self.gains)
-            .map(|(&i, gain)| gain * solution[(i, 0)]);
-        let own: Vec<f64> = bits.chain(fields.map(|i| solution[(i, 0)])).collect();
-        Mat::from_fn(own.len(), 1, |i, _| own[i])
-    }
-
-    /// How many observations wait for weights.
-    pub(super) fn waiting(&self) -> usize {
-        self.observations.as_ref().map_or(0, Vec::len)
-    }
-
-    /// The same patch, if it waits for weights, with those for what a solution of all patches leaves of its observations.
-    pub(super) fn weighed_by(
-        &self,
-        design: &Design<'_>,
-        view: &View<'_>,
-        solution: &Mat<f64>,
-        redundancy: f64,
-    ) -> Self {
-        let own = || Self {
-            bits: self.bits.clone(),
-            equations: self.equations.clone(),
-            observations: None,
-            weight: self.weight,
-            bands: self.bands.clone(),
-            gains: self.gains.clone(),
-        };
-        let Some(mut observations) = self.observations.clone() else {
-            return own();
-        };
-        let residuals = residuals(design, view, &observations, &self.own(solution));
-        reweight(&mut observations, &residuals);
-        Self {
-            equations: NormalEquations::weighted(design, view, &observations, redundancy),
-            observations: Some(observations),
-            ..own()
-        }
-    }
-}
-
-/// What a solution leaves of each observation.
-fn residuals(
-    design: &Design<'_>,
-    view: &View<'_>,
-    observations: &[Observation],
-    solution: &Mat<f64>,
-) -> Vec<f64> {
-    let last = solution.nrows();
-    let mut residuals = Vec::with_capacity(observations.len());
-    for block in observations.chunks(BLOCK) {
-        let rows = design.rows(view, block);
-        let fitted = rows.get(.., ..last) * solution;
-        residuals.extend((0..block.len()).map(|i| rows[(i, last)] - fitted[(i, 0)]));
-    }
-    residuals
 }

@@ -4,7 +4,7 @@
 //! likeliest, c being normally distributed with mean 0: g² is the mean of m² + v over the chips of a band, with the mean m and the variance v that the observations leave to c at the gains before (Dempster, Laird and Rubin 1977). More than 1 is noise: on parts of
 //! machines, and where much was smoothed, the lowest band has it.
 
-use super::equations::PatchEquations;
+use super::patch::PatchEquations;
 
 /// Bands that the frequencies of each patch are cut into.
 pub(super) const BANDS: usize = 8;

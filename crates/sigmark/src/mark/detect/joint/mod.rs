@@ -52,6 +52,7 @@ mod equations;
 mod fields;
 mod gains;
 mod observations;
+mod patch;
 mod robust;
 
 use std::{
@@ -67,13 +68,14 @@ use serde::Serialize;
 use super::Detector;
 use crate::mark::{MarkError, MarkLayout, Patch, PatchBasis, Registered, SoftBits};
 use design::{Design, View};
-use equations::{NormalEquations, PatchEquations, REWEIGHTINGS};
+use equations::{NormalEquations, REWEIGHTINGS};
 use fields::{
     BENDING_DEGREES, BENDING_FIELDS, FIELDS, RIGID_FIELDS, SIMILARITY_FIELDS, SMOOTHING_FIELDS,
     bending_fields, smoothing_fields,
 };
 use gains::Gains;
 use observations::observations;
+use patch::PatchEquations;
 
 /// Beside the noisiest patch none counts as less noisy than this: one without noise would be all that counts.
 const LEAST_NOISE: f64 = 1e-6;

@@ -1,0 +1,193 @@
+//! The equations of one patch, and the weights of its observations.
+
+use faer::{Mat, Side, linalg::solvers::Solve};
+
+use super::{
+    design::{Design, View},
+    equations::{BLOCK, NormalEquations, OBSERVATIONS_AN_UNKNOWN, REWEIGHTINGS, RIDGE, Solved},
+    fields::{FIELDS, RIGID_FIELDS},
+    gains::Gains,
+    observations::Observation,
+    robust::reweight,
+};
+use crate::mark::MarkError;
+
+/// The equations of one patch. Large patches weigh their observations by their own residuals; small ones wait for the solution of all patches together.
+pub(super) struct PatchEquations {
+    /// The bits that the patch carries, ascending: the first unknowns of its equations. Numbered among all, or [among those that are seen](Self::number_among).
+    pub(super) bits: Vec<usize>,
+    pub(super) equations: NormalEquations,
+    /// Those that wait; none where they were weighed by the patch alone.
+    observations: Option<Vec<Observation>>,
+    /// How much each of its observations counts beside those of other patches.
+    pub(super) weight: f64,
+    /// The band of each bit's chip, if it has one.
+    bands: Option<Vec<usize>>,
+    /// What of each bit's column is left.
+    pub(super) gains: Vec<f64>,
+}
+
+impl PatchEquations {
+    /// The equations of a patch's observations, with robust weights where there are enough of them. A part of the observations is enough
+    /// for the solutions that residuals are left by.
+    pub(super) fn new(
+        design: &Design<'_>,
+        view: &View<'_>,
+        mut observations: Vec<Observation>,
+        redundancy: f64,
+    ) -> Result<Self, MarkError> {
+        let (bits, enough) = (
+            view.bits().to_vec(),
+            OBSERVATIONS_AN_UNKNOWN * view.rigid_unknowns(),
+        );
+        let of = |observations: &[Observation]| Self {
+            gains: vec![1.0; bits.len()],
+            bits,
+            equations: NormalEquations::weighted(design, view, observations, redundancy),
+            observations: None,
+            weight: 1.0,
+            bands: view.bands(),
+        };
+        if observations.len() < enough {
+            return Ok(Self {
+                observations: Some(observations.clone()),
+                ..of(&observations)
+            });
+        }
+        for _ in 0..REWEIGHTINGS {
+            // Axes take turns in the list: no stride of threes.
+            let stride = observations.len() / enough;
+            let stride = stride + usize::from(stride.is_multiple_of(3));
+            let part: Vec<Observation> = observations.iter().step_by(stride).copied().collect();
+            let equations = NormalEquations::weighted(design, view, &part, redundancy);
+            let solved = equations.with_bending(0).solved(None)?;
+            let residuals = residuals(design, view, &observations, &solved.solution);
+            reweight(&mut observations, &residuals);
+        }
+        Ok(of(&observations))
+    }
+
+    /// The bits that the patch carries.
+    pub(super) fn bits(&self) -> &[usize] {
+        &self.bits
+    }
+
+    /// Numbers the bits by their places among those that are seen, which are ascending.
+    pub(super) fn number_among(&mut self, seen: &[usize]) {
+        for bit in &mut self.bits {
+            *bit = seen.partition_point(|seen| seen < bit);
+        }
+    }
+
+    /// The mean square of the noise that a solution of all patches leaves in this one.
+    pub(super) fn noise(&self, solution: &Mat<f64>) -> f64 {
+        let left = self.equations.squares_left(&self.own(solution));
+        left / self.equations.observations.max(1) as f64
+    }
+
+    /// What is expected of the square of each chip's coefficient, with its band, from the patch alone with noise of this mean square.
+    pub(super) fn squares(&self, noise: f64, gains: &Gains) -> Vec<(usize, f64)> {
+        let Some(bands) = &self.bands else {
+            return Vec::new();
+        };
+        let count = bands.len();
+        let unknowns = count + RIGID_FIELDS;
+        let gram = &self.equations.gram;
+        let mut system = gram.get(..unknowns, ..unknowns).to_owned();
+        for i in 0..unknowns {
+            let prior = bands
+                .get(i)
+                .map_or(0.0, |&band| noise / gains.of_band(band).powi(2));
+            system[(i, i)] += RIDGE * gram[(i, i)] + prior + f64::MIN_POSITIVE;
+        }
+        let last = self.equations.unknowns();
+        let right = Mat::from_fn(unknowns, 1, |i, _| gram[(last, i)]);
+        let Ok(factor) = system.llt(Side::Lower) else {
+            return Vec::new();
+        };
+        let solved = Solved {
+            solution: factor.solve(&right),
+            noise,
+            factor,
+        };
+        let variances = solved.variances(count).into_iter();
+        let squares = variances
+            .enumerate()
+            .map(|(i, v)| solved.solution[(i, 0)].powi(2) + v);
+        bands.iter().copied().zip(squares).collect()
+    }
+
+    /// Expects of each chip what the gain of its band leaves.
+    pub(super) fn weaken(&mut self, gains: &Gains) {
+        if let Some(bands) = &self.bands {
+            self.gains = bands.iter().map(|&band| gains.of_band(band)).collect();
+        }
+    }
+
+    /// Makes each observation of the patch count so many times.
+    pub(super) fn weigh(&mut self, weight: f64) {
+        self.weight = weight;
+    }
+
+    /// What a solution of all patches says of the patch's own unknowns.
+    fn own(&self, solution: &Mat<f64>) -> Mat<f64> {
+        let fields = solution.nrows() - FIELDS..solution.nrows();
+        let bits = self
+            .bits
+            .iter()
+            .zip(&self.gains)
+            .map(|(&i, gain)| gain * solution[(i, 0)]);
+        let own: Vec<f64> = bits.chain(fields.map(|i| solution[(i, 0)])).collect();
+        Mat::from_fn(own.len(), 1, |i, _| own[i])
+    }
+
+    /// How many observations wait for weights.
+    pub(super) fn waiting(&self) -> usize {
+        self.observations.as_ref().map_or(0, Vec::len)
+    }
+
+    /// The same patch, if it waits for weights, with those for what a solution of all patches leaves of its observations.
+    pub(super) fn weighed_by(
+        &self,
+        design: &Design<'_>,
+        view: &View<'_>,
+        solution: &Mat<f64>,
+        redundancy: f64,
+    ) -> Self {
+        let own = || Self {
+            bits: self.bits.clone(),
+            equations: self.equations.clone(),
+            observations: None,
+            weight: self.weight,
+            bands: self.bands.clone(),
+            gains: self.gains.clone(),
+        };
+        let Some(mut observations) = self.observations.clone() else {
+            return own();
+        };
+        let residuals = residuals(design, view, &observations, &self.own(solution));
+        reweight(&mut observations, &residuals);
+        Self {
+            equations: NormalEquations::weighted(design, view, &observations, redundancy),
+            observations: Some(observations),
+            ..own()
+        }
+    }
+}
+
+/// What a solution leaves of each observation.
+fn residuals(
+    design: &Design<'_>,
+    view: &View<'_>,
+    observations: &[Observation],
+    solution: &Mat<f64>,
+) -> Vec<f64> {
+    let last = solution.nrows();
+    let mut residuals = Vec::with_capacity(observations.len());
+    for block in observations.chunks(BLOCK) {
+        let rows = design.rows(view, block);
+        let fitted = rows.get(.., ..last) * solution;
+        residuals.extend((0..block.len()).map(|i| rows[(i, last)] - fitted[(i, 0)]));
+    }
+    residuals
+}
