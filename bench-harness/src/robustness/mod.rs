@@ -7,7 +7,7 @@ use std::{num::NonZero, path::PathBuf, thread};
 use anyhow::{Result, ensure};
 use clap::Args;
 use evaluation::{
-    attacks::{Attack, Tables, random_similarity, tables},
+    attacks::{random_similarity, tables},
     inputs::{is_chosen, mesh_files, name_of},
     python::Python,
     sources,
@@ -78,11 +78,13 @@ impl RobustnessBench {
             if !is_chosen(&name, &self.only) {
                 continue;
             }
-            let kept = format!("{name}-{}", payload.name());
-            if kept::is_finished(&folder, &kept) || !self.only.is_empty() || self.is_small(&path)? {
-                let figures = || of_model(&name, Asset::open(&path)?.mesh(), payload, &python);
-                models.push(kept::figures(&folder, &kept, figures)?);
+            let asset = Asset::open(&path)?;
+            if self.only.is_empty() && asset.mesh().vertex_count() >= MOST_VERTICES {
+                continue;
             }
+            let figures = || of_model(&name, asset.mesh(), payload, &python);
+            let kept = format!("{name}-{}", payload.name());
+            models.push(kept::figures(&folder, &kept, figures)?);
         }
         let shown = self.meshes.display();
         ensure!(
@@ -91,23 +93,6 @@ impl RobustnessBench {
         );
         page::write(&models, payload, &python, &code)
     }
-
-    fn is_small(&self, path: &std::path::Path) -> Result<bool> {
-        Ok(Asset::open(path)?.mesh().vertex_count() < MOST_VERTICES)
-    }
-}
-
-/// Every attack once, those that change something.
-fn all_attacks() -> impl Iterator<Item = &'static Attack> {
-    let Tables {
-        table4,
-        table5,
-        meshlab,
-        beyond,
-        wild,
-        ..
-    } = tables();
-    [table4, table5, meshlab, beyond, wild].into_iter().flatten()
 }
 
 fn of_model(name: &str, mesh: &TriMesh, payload: PayloadKind, python: &Python) -> Result<Attacked> {
@@ -120,7 +105,7 @@ fn of_model(name: &str, mesh: &TriMesh, payload: PayloadKind, python: &Python) -
     let signed = embedder.embed_in(&original, &job)?;
     let verifier = Verifier::with_original(&original, signed.certificate(), &key.public_key())?;
     let mut read = Vec::new();
-    for (seed, attack) in (1..).zip(all_attacks()) {
+    for (seed, attack) in (1..).zip(tables().of_marks()) {
         // A decimation may stop short of what was asked for.
         let verdict = match attacked(python, signed.mesh(), name, &attack.spec, seed) {
             Ok(suspect) => {
@@ -186,7 +171,7 @@ mod tests {
 
     #[test]
     fn no_attack_is_listed_twice() {
-        let mut specs: Vec<&str> = all_attacks().map(|attack| attack.spec.as_str()).collect();
+        let mut specs: Vec<&str> = tables().of_marks().map(|attack| attack.spec.as_str()).collect();
         let count = specs.len();
         specs.sort_unstable();
         specs.dedup();

@@ -1,10 +1,10 @@
 //! The page of the robustness.
 
 use anyhow::Result;
-use evaluation::{machine, python::Python, sources, table::Table};
+use evaluation::{attacks::tables, machine, python::Python, sources, table::Table};
 use sigmark::PayloadKind;
 
-use super::{Attacked, Read, all_attacks};
+use super::{Attacked, Read};
 use crate::results;
 
 /// Writes the page and its CSV file. `code`: the digest of what the figures depend on.
@@ -54,7 +54,7 @@ fn wide(models: &[Attacked]) -> Table {
         std::iter::once("foretold T₀, noise 0.1 %".to_string())
             .chain(models.iter().map(|model| format!("{:.0}", model.foretold))),
     );
-    for (i, attack) in all_attacks().enumerate() {
+    for (i, attack) in tables().of_marks().enumerate() {
         let cells = models.iter().map(|model| {
             let read = model.read.get(i).and_then(|(_, read)| read.as_ref());
             read.map_or_else(String::new, cell)

@@ -89,6 +89,21 @@ pub fn tables() -> &'static Tables {
     &DOCUMENT.tables
 }
 
+impl Tables {
+    /// What marks are read after, table by table.
+    pub fn of_marks(&self) -> impl Iterator<Item = &Attack> {
+        [
+            &self.table4,
+            &self.table5,
+            &self.meshlab,
+            &self.beyond,
+            &self.wild,
+        ]
+        .into_iter()
+        .flatten()
+    }
+}
+
 impl Attack {
     /// The scripts that run one after the other, with the strengths that the spec gives them.
     pub fn steps(&self) -> impl Iterator<Item = (&'static Script, Option<f64>)> {
@@ -143,17 +158,7 @@ mod tests {
     use std::fs;
 
     fn all() -> impl Iterator<Item = &'static Attack> {
-        let Tables {
-            table4,
-            table5,
-            meshlab,
-            beyond,
-            wild,
-            registration,
-        } = tables();
-        [table4, table5, meshlab, beyond, wild, registration]
-            .into_iter()
-            .flatten()
+        tables().of_marks().chain(&tables().registration)
     }
 
     #[test]

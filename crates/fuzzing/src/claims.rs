@@ -7,9 +7,11 @@ use mesh::{TriMesh, shapes};
 use mhb_core::LaplacianKind;
 use rand_chacha::{ChaCha20Rng, rand_core::SeedableRng};
 use serde_json::{Value, json};
+use sha2::{Digest, Sha256};
 use sigmark::claim::{Carrier, PackedLabels};
 use sigmark::{
-    Certificate, Curve, Embedder, Outcome, Scheme, Signature, Signed, SigningKey, Statement, Verifier,
+    Certificate, Curve, Embedder, Outcome, PayloadKind, Scheme, Signature, Signed, SigningKey, Statement,
+    Verifier,
 };
 
 /// Reads the text of a certificate.
@@ -48,16 +50,26 @@ pub(crate) fn check_issued(bytes: &[u8]) {
     };
     let eigenvalues = Choices(bytes).eigenvalues(HONEST.certificate().last_eigenvalues());
     let name = HONEST.certificate().original_name();
-    let mut sealed = [b"sigmark seal v4\0", &hash[..], &components(&signature)].concat();
+    let mut value = document(&statement, &signature.to_hex(), &eigenvalues);
+    let mut sealed = [b"sigmark seal v6\0", &hash[..], &components(&signature)].concat();
     sealed.extend(eigenvalues.iter().flat_map(|value| value.to_le_bytes()));
+    sealed.extend(Sha256::digest(
+        value["original"]["sketch"].as_str().unwrap_or_default(),
+    ));
     sealed.extend(name.bytes());
     let seal = sign(&sealed).expect("it signed a moment ago");
+    value["seal"] = seal.to_hex().into();
 
-    let text = document(&statement, &signature.to_hex(), &seal.to_hex(), &eigenvalues).to_string();
-    let Ok(certificate) = Certificate::from_json(&text) else {
-        return;
+    let certificate = match Certificate::from_json(&value.to_string()) {
+        Ok(certificate) => certificate,
+        Err(error) => {
+            assert!(!bytes.is_empty(), "what nobody changed is refused: {error}");
+            return;
+        }
     };
     check_fixpoint(&certificate);
+    let plan = statement.plan(hash).expect("it was checked");
+    assert_eq!(plan.bits(), certificate.bits().len());
     judge(&certificate);
 }
 
@@ -133,6 +145,9 @@ impl Choices<'_> {
         if self.next() & 1 == 1 {
             statement.scheme = Scheme::EcdsaP256Sha1;
         }
+        let kinds = PayloadKind::ALL;
+        let here = kinds.iter().position(|&kind| kind == statement.payload);
+        statement.payload = kinds[(here.unwrap_or(0) + usize::from(self.next())) % kinds.len()];
         if self.next() & 1 == 1 {
             statement.original.vertices = self.count(statement.original.vertices);
         }
@@ -162,16 +177,16 @@ fn finite(x: f64) -> f64 {
     if x.is_finite() { x } else { 0.0 }
 }
 
-/// The JSON of a certificate.
-fn document(statement: &Statement, signature: &str, seal: &str, eigenvalues: &[f64]) -> Value {
+/// The JSON of a certificate that is not sealed.
+fn document(statement: &Statement, signature: &str, eigenvalues: &[f64]) -> Value {
     let honest = HONEST.certificate().to_json().expect("it was issued");
     let mut value: Value = serde_json::from_str(&honest).expect("it is JSON");
     value["public_key"] = statement.public_key.to_pem().into();
     value["message"] = statement.message.as_str().into();
     value["original"]["vertices"] = statement.original.vertices.into();
-    value["seal"] = seal.into();
     let mark = &mut value["mark"];
     mark["scheme"] = statement.scheme.name().into();
+    mark["payload"] = statement.payload.name().into();
     mark["signature"] = signature.into();
     mark["carrier"] = statement.carrier.name().into();
     if let Some(chip_rate) = statement.carrier.chip_rate() {
@@ -232,7 +247,7 @@ pub(crate) fn certificates() -> Vec<Vec<u8>> {
 /// Choices of every kind.
 pub(crate) fn choices() -> Vec<Vec<u8>> {
     let patches = HONEST.certificate().last_eigenvalues().len();
-    // Three numbers a patch, then carrier, Laplacian, scheme, vertices, the number of edited labels, and the edits.
+    // Three numbers a patch, then carrier, Laplacian, scheme, payload, vertices, the number of edited labels, and the edits.
     let with = |behind: &[u8]| [&vec![0; 3 * patches], behind].concat();
     vec![
         Vec::new(),
@@ -240,8 +255,11 @@ pub(crate) fn choices() -> Vec<Vec<u8>> {
         with(&[0, 1]),
         with(&[0, 0, 1]),
         with(&[1, 0]),
-        with(&[0, 0, 0, 1, 1, 1]),
-        with(&[0, 0, 0, 0, 2, 0, 0, 0, 9, 1, 1]),
-        with(b"\0\0\0\0\0another message"),
+        with(&[1, 0, 0, 0, 1]),
+        with(&[0, 0, 0, 1]),
+        with(&[0, 0, 0, 2]),
+        with(&[0, 0, 0, 0, 1, 1, 1]),
+        with(&[0, 0, 0, 0, 0, 2, 0, 0, 0, 9, 1, 1]),
+        with(b"\0\0\0\0\0\0another message"),
     ]
 }

@@ -36,7 +36,7 @@ use sigmark::{
         ChipPlan, JointEstimator, MarkLayout, Original, Patch, PatchBasis, Pool, Reader, ReadingMethod,
         correlation,
     },
-    payload::Permutation,
+    payload::{Payload, PayloadKind, Permutation},
 };
 
 const SCHEME: Scheme = Scheme::EcdsaP256Sha256;
@@ -378,6 +378,44 @@ fn a_free_nonce_gains_no_more_than_chance() {
     // Binomial, n = 512: 2 048 tries exceed 256 + 5 · 11.3 with a probability of about 10⁻³.
     let best = best.max().unwrap();
     assert!((280..=312).contains(&best), "{best}");
+}
+
+/// The same with codewords, whose bits depend on each other: who keeps a statement and grinds nonces has one coset of the code before him, and who takes another statement has
+/// another. Neither comes nearer to what was read of a suspect than coins would.
+#[test]
+fn nonces_and_statements_gain_no_more_than_chance_with_codewords() {
+    const TRIES: usize = 4096;
+    let mut rng = ChaCha20Rng::from_seed([4; 32]);
+    let mut random = || {
+        let mut bytes = [0; 32];
+        rng.fill_bytes(&mut bytes);
+        bytes
+    };
+    for kind in [PayloadKind::Signature, PayloadKind::Tag] {
+        // Few nonces to a statement, and all nonces to one.
+        for nonces in [16, TRIES] {
+            let mut target: Vec<f64> = Vec::new();
+            while target.len() < 2048 {
+                target.extend(random().map(|byte| f64::from(byte) - 127.5));
+            }
+            let mut below = [0; 3];
+            for _ in 0..TRIES / nonces {
+                let payload = Payload::new(kind, SCHEME, random(), 3072).unwrap();
+                for _ in 0..nonces {
+                    let bits = payload.bits(&from_halves([random(), random()]));
+                    let p = p_value(&bits, &target);
+                    for (count, level) in below.iter_mut().zip([0.1, 0.01, 0.001]) {
+                        *count += usize::from(p <= level);
+                    }
+                }
+            }
+            // Means of 410, 41 and 4 at most; three standard deviations more are 468, 60 and 10.
+            assert!(
+                below[0] <= 468 && below[1] <= 60 && below[2] <= 10,
+                "{kind:?} {below:?}"
+            );
+        }
+    }
 }
 
 /// A genuine signature over S with a little noise; then each patch is made as strong as its bits agree with S by chance. The forger tries a

@@ -155,13 +155,7 @@ pub(crate) struct Embed {
     #[arg(long, value_enum)]
     pub(crate) profile: Option<Profile>,
     /// What of the signature the shape holds
-    #[arg(
-        long,
-        value_enum,
-        value_name = "WHAT",
-        default_value_t,
-        conflicts_with = "profile"
-    )]
+    #[arg(long, value_enum, value_name = "WHAT", default_value_t)]
     pub(crate) payload: Payload,
     /// Hash with SHA-1 in place of SHA-256 (P-256 keys)
     #[arg(long)]

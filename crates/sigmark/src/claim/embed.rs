@@ -9,7 +9,7 @@ use super::{
     Certificate, PackedLabels, Prediction, SigmarkError,
     certificate::Contents,
     keys::SigningKey,
-    statement::{Carrier, OriginalRecord, Statement},
+    statement::{Carrier, OriginalRecord, Statement, chips_of},
 };
 use crate::{
     mark::{
@@ -127,7 +127,7 @@ impl Embedder {
     /// Signs the mesh.
     ///
     /// # Errors
-    /// When the key does not fit the scheme, the strength is out of bounds, or the mesh has no patch with room for the signature;
+    /// When the key or the payload does not fit the scheme, the strength is out of bounds, or the mesh has no patch with room for the signature;
     /// [`SigmarkError::Job`].
     pub fn embed(&self, mesh: &TriMesh, job: &Job) -> Result<Signed, SigmarkError> {
         self.embed_in(&Arc::new(self.cut(mesh, job)?), job)
@@ -184,6 +184,7 @@ impl Embedder {
     /// As [`embed`](Self::embed).
     pub fn cut(&self, mesh: &TriMesh, job: &Job) -> Result<Original, SigmarkError> {
         self.strength.checked()?;
+        self.check_payload()?;
         let original = match self.carrier() {
             Carrier::Harmonics { chip_rate } => {
                 let count = self.patches.map_or(PatchCount::Paper, PatchCount::Exactly);
@@ -223,16 +224,24 @@ impl Embedder {
         Ok(Prediction::of(&layout, self.scheme, payload))
     }
 
+    fn check_payload(&self) -> Result<(), SigmarkError> {
+        let scheme = self.scheme;
+        match self.payload {
+            Some(payload) if !payload.suits(scheme) => Err(SigmarkError::Payload { payload, scheme }),
+            _ => Ok(()),
+        }
+    }
+
     /// What a mark in an original will hold.
     fn payload_for(&self, original: &Arc<Original>) -> Result<PayloadKind, SigmarkError> {
+        self.check_payload()?;
         if let Some(kind) = self.payload {
             return Ok(kind);
         }
         if self.scheme.is_of_paper() {
             return Ok(PayloadKind::PlainSignature);
         }
-        let chips: usize = original.functions().iter().map(|m| 3 * m.saturating_sub(1)).sum();
-        if chips < 2 * self.scheme.bits() {
+        if chips_of(original.functions()) < 2 * self.scheme.bits() {
             return Ok(PayloadKind::Tag);
         }
         let predicted = self.predict_for(original, PayloadKind::Signature)?;

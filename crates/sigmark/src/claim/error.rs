@@ -1,4 +1,8 @@
-use crate::{claim::certificate::CertificateError, mark::MarkError, payload::SignatureError};
+use crate::{
+    claim::certificate::CertificateError,
+    mark::MarkError,
+    payload::{PayloadKind, Scheme, SignatureError},
+};
 
 /// Why a mesh could not be signed, or a suspect not be judged.
 #[derive(Debug, thiserror::Error)]
@@ -29,6 +33,16 @@ pub enum SigmarkError {
         certificate: String,
         /// Fingerprint of the key that was given.
         given: String,
+    },
+    /// Marks of a scheme hold no such payload.
+    #[error(
+        "marks of {scheme} hold no payload of the kind {:?}; ask for none, and the one that suits the key is taken", payload.name()
+    )]
+    Payload {
+        /// What was asked for.
+        payload: PayloadKind,
+        /// The scheme of the signature.
+        scheme: Scheme,
     },
     /// The mark is of the paper's profile, and that was not asked for.
     #[error(

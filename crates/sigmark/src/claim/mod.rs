@@ -1,6 +1,7 @@
 //! Who says what about which original: keys, statements, certificates, p-values, verdicts, disputes.
 
 mod certificate;
+mod decoder;
 mod dispute;
 mod embed;
 mod error;

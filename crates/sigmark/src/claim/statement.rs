@@ -113,10 +113,10 @@ impl Carrier {
         hash: [u8; 32],
     ) -> Result<ChipPlan, MarkError> {
         let least = payload.bits(scheme);
+        let bits = payload.mark_bits(scheme, chips_of(functions))?;
         Ok(match self {
-            Self::Harmonics { chip_rate } => ChipPlan::EveryPatch(ChipLayout::new(least, chip_rate)?),
+            Self::Harmonics { chip_rate } => ChipPlan::EveryPatch(ChipLayout::new(bits, chip_rate)?),
             Self::PooledHarmonics => {
-                let bits = payload.mark_bits(scheme, chips_of(functions))?;
                 // Of a code's bits, a random half more than there is payload are enough to read what nothing disturbs.
                 let enough = if bits > least { least + least / 2 } else { bits };
                 let enough = enough.min(chips_of(functions));
@@ -131,7 +131,7 @@ impl Carrier {
 }
 
 /// How many chips patches with these numbers of harmonics have room for. Numbers may come from a file.
-fn chips_of(functions: &[usize]) -> usize {
+pub(super) fn chips_of(functions: &[usize]) -> usize {
     let places = functions.iter().map(|m| m.saturating_sub(1).saturating_mul(3));
     places.fold(0, usize::saturating_add)
 }
@@ -219,6 +219,13 @@ impl Statement {
     /// Checks every field that can be checked without the original, and hashes all; labels are unpacked piece by piece on the way, so
     /// that a small file can't ask for much memory.
     pub(super) fn checked(&self) -> Result<Checked, CertificateError> {
+        let Self { payload, scheme, .. } = self;
+        if !payload.suits(*scheme) {
+            return Err(CertificateError::Field {
+                field: "payload",
+                problem: format!("is \"{}\", which marks of {scheme} never hold", payload.name()),
+            });
+        }
         self.check_room()?;
         if self.original.vertices > MOST_VERTICES {
             return Err(CertificateError::Field {

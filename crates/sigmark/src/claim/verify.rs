@@ -1,15 +1,15 @@
 use std::sync::Arc;
 
-use code::LISTS;
 use job::Job;
 use mesh::{TriMesh, components};
 use registration::{AlignOptions, Alignment, MatchedBy, PreparedMesh};
 
 use super::{
-    Certificate, Compared, EVIDENCE, Mismatch, Outcome, SigmarkError, Verdict,
+    Certificate, Compared, Mismatch, Outcome, SigmarkError, Verdict,
+    decoder::Decoder,
     keys::PublicKey,
     marked_part::MarkedPart,
-    statistics::{correlation, margin, p_of_chosen, p_value, read_and_wrong},
+    statistics::{correlation, margin, p_of_chosen, read_and_wrong},
 };
 use crate::{
     mark::{
@@ -213,9 +213,10 @@ impl Verifier {
             return Ok(self.does_not_align(alignment));
         }
         let expected = self.certificate.bits();
-        let is_read = |soft: &SoftBits| self.is_all(&expected, soft);
+        let decoder = Decoder::new(&self.certificate, &expected);
+        let is_read = |soft: &SoftBits| decoder.is_all(soft);
         let reading = found.read(&self.method, Wanted::until(&expected, &is_read), job)?;
-        let mut verdict = self.judge(&reading, &expected);
+        let mut verdict = self.judge(&reading, &decoder);
         (verdict.poses, verdict.matched_by) = (found.poses(), found.matched_by());
         match found.alignment() {
             Some(alignment) => {
@@ -238,9 +239,10 @@ impl Verifier {
     /// Judges parts of a suspect, each put back by itself.
     fn verify_parts(&self, found: &FoundParts, job: &Job) -> Result<Verdict, SigmarkError> {
         let expected = self.certificate.bits();
-        let is_read = |soft: &SoftBits| self.is_all(&expected, soft);
+        let decoder = Decoder::new(&self.certificate, &expected);
+        let is_read = |soft: &SoftBits| decoder.is_all(soft);
         let read = found.read(&self.method, Wanted::until(&expected, &is_read), job)?;
-        let mut verdict = self.judge(&read.reading, &expected);
+        let mut verdict = self.judge(&read.reading, &decoder);
         verdict.matched_by = MatchedBy::Parts;
         (verdict.overlap, verdict.coverage) = (read.overlap, read.coverage);
         for part in &mut verdict.parts {
@@ -280,25 +282,13 @@ impl Verifier {
         &self.certificate
     }
 
-    /// Whether soft bits hold the payload. Lists aren't asked where it would take luck: reading k bits takes T₀ ≥ √(2 ln 2 · k), however many chips there are (Shannon).
-    fn is_read(&self, expected: &[bool], soft: &SoftBits) -> bool {
-        let statement = self.certificate.statement();
-        let bits = statement.payload.bits(statement.scheme) as f64;
-        let least = NEARLY * (2.0 * std::f64::consts::LN_2 * bits).sqrt();
-        margin(expected, &soft.weights()) > least && self.certificate.is_read(soft, &LISTS)
-    }
-
-    /// Whether there is no need to look at more of a suspect: the payload is read, and is evidence, which a tag is from more chips than it takes to read it.
-    fn is_all(&self, expected: &[bool], soft: &SoftBits) -> bool {
-        MANY_TRIES * p_value(expected, &soft.weights()) <= EVIDENCE && self.is_read(expected, soft)
-    }
-
     /// The verdict on a reading, as if by vertices in one pose. To choose it by T gave chance as many tries as there were.
-    fn judge(&self, reading: &Reading, expected: &[bool]) -> Verdict {
+    fn judge(&self, reading: &Reading, decoder: &Decoder<'_>) -> Verdict {
+        let expected = decoder.expected();
         let soft = &reading.soft.weights();
         let p = p_of_chosen(expected, reading);
         let [bits, wrong] = read_and_wrong(expected, soft);
-        let outcome = match (self.is_read(expected, &reading.soft), p <= self.p_bound) {
+        let outcome = match (decoder.is_read(&reading.soft), p <= self.p_bound) {
             (true, _) => Outcome::Verified,
             (false, true) => Outcome::Detected { p },
             (false, false) => Outcome::NotFound { p },
@@ -373,12 +363,6 @@ impl Verifier {
         }
     }
 }
-
-/// Noise that makes a margin smaller by more than this is not seen.
-const NEARLY: f64 = 0.9;
-
-/// More readings than a best one is ever chosen of, but of the most symmetric shapes.
-const MANY_TRIES: f64 = 1e3;
 
 fn check_key(certificate: &Certificate, given: &PublicKey) -> Result<(), SigmarkError> {
     if certificate.public_key() == given {

@@ -199,16 +199,6 @@ impl Document {
             functions: patches.iter().map(|patch| patch.functions).collect(),
             alphas: patches.iter().map(|patch| patch.alpha).collect(),
         };
-        if !mark.payload.suits(mark.scheme) {
-            return Err(CertificateError::Field {
-                field: "payload",
-                problem: format!(
-                    "is \"{}\", which marks of {} never hold",
-                    mark.payload.name(),
-                    mark.scheme
-                ),
-            });
-        }
         let contents = Contents {
             statement,
             name: std::mem::take(&mut self.original.name),
