@@ -1,6 +1,6 @@
 //! What the page says of one suspect.
 
-use sigmark::{Outcome, Verdict};
+use sigmark::{Outcome, PayloadKind, Verdict};
 
 use super::{
     html::{Facts, Html},
@@ -58,10 +58,16 @@ fn chances(verdict: &Verdict, arguments: &Verify) -> Html {
                    stamp. Whoever may have made up his claim afterwards could have tried many until one fitted: \
                    <b>p<sub>dispute</sub></b> = 2<sup>80</sup> p bounds the probability that any of 2<sup>80</sup> tries comes so far, and \
                    counts as evidence from 2<sup>\u{2212}40</sup> (about 10<sup>\u{2212}12</sup>) down.";
+    let of_tags = match verdict.payload {
+        PayloadKind::Tag => {
+            " For a tag it is 2<sup>\u{2212}48</sup> at least, since there are only 2<sup>128</sup> tags."
+        }
+        _ => "",
+    };
     owner
         .and(stranger)
         .within("div", Some("cards"))
-        .and(Html::markup(meaning).within("p", None))
+        .and(Html::markup(meaning).and(Html::markup(of_tags)).within("p", None))
 }
 
 fn gallery(pictures: &Pictures) -> Html {
