@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use sigmark::{
     Embedder, Strength, Verdict, Verifier,
     claim::EVIDENCE,
-    mark::{Chip, Patch, PatchBasis},
+    mark::{Patch, PatchBasis},
 };
 
 use super::marked::{Marked, cut, job, key};
@@ -144,11 +144,13 @@ fn with_chips_at_random(marked: &Marked, energy: f64) -> Result<TriMesh> {
     let (layout, original) = (marked.signed.layout(), marked.signed.original());
     let of_patch = |patch: usize, _: &Patch, basis: &PatchBasis| {
         let mut rng = ChaCha20Rng::seed_from_u64(patch as u64);
-        let chips = layout.chips(patch).iter().enumerate();
-        let every_chip: Vec<Chip> = chips.map(|(bit, &chip)| Chip { bit, ..chip }).collect();
-        let signs: Vec<bool> = (0..every_chip.len()).map(|_| rng.next_u32() & 1 == 1).collect();
         let amplitude = layout.amplitude(patch).map(|amplitude| energy.sqrt() * amplitude);
-        basis.displacement(&every_chip, &signs, amplitude)
+        let mut coefficients = vec![[0.0; 3]; original.functions()[patch]];
+        for chip in layout.chips(patch) {
+            let sign = if rng.next_u32() & 1 == 1 { 1.0 } else { -1.0 };
+            coefficients[chip.frequency][chip.axis] = sign * amplitude[chip.axis];
+        }
+        basis.inverse_transform(&coefficients)
     };
     let added = original.map_bases(of_patch, &job())?;
     let mut positions = marked.signed.positions().to_vec();

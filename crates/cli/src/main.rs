@@ -23,7 +23,7 @@ use std::process::ExitCode;
 
 use args::Command;
 use commands::{
-    align, compare, completions, dispute, embed, inspect, keygen, man, partition, spectrum, stamp, verify,
+    align, compare, completions, dispute, embed, inspect, keygen, man, partition, spectrum, stamp, trace, verify,
 };
 
 /// What a command that was carried out has to say.
@@ -46,6 +46,7 @@ fn main() -> ExitCode {
         Command::Keygen(arguments) => keygen::run(arguments),
         Command::Embed(arguments) => embed::run(arguments),
         Command::Verify(arguments) => verify::run(arguments),
+        Command::Trace(arguments) => trace::run(arguments),
         Command::Stamp(arguments) => stamp::run(arguments),
         Command::Dispute(arguments) => dispute::run(arguments),
         Command::Align(arguments) => align::run(arguments),

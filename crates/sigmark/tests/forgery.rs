@@ -465,8 +465,8 @@ fn steered(claimed: &Signed, s: &TriMesh) -> (f64, f64) {
     let of_patch = |index: usize, patch: &Patch, basis: &PatchBasis| {
         let coefficients = basis.transform(&patch.gather(&moved));
         let mut said = vec![0.0; bits.len()];
-        for chip in layout.chips(index) {
-            said[chip.bit] += coefficients[chip.frequency][chip.axis];
+        for (chip, received) in layout.chips(index).iter().zip(layout.received(index, &coefficients)) {
+            said[chip.bit] += received;
         }
         let norm = said.iter().map(|x| x * x).sum::<f64>().sqrt();
         said.iter().map(|x| x / norm).collect()

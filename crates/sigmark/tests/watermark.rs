@@ -141,7 +141,7 @@ proptest! {
             let difference = spectrum.reconstruction_difference(positions);
             let mut coefficients = spectrum.transform_positions(positions);
             // α belongs to unit area: coefficients in the model's own measure are √area times larger.
-            let modulation = basis.modulation(mark.chips(index), &laid.bits, mark.amplitude(index));
+            let modulation = mark.modulation(index, &laid.bits);
             for (row, added) in coefficients.iter_mut().zip(modulation) {
                 for axis in 0..3 {
                     row[axis] += basis.area().sqrt() * added[axis];
@@ -239,8 +239,7 @@ fn the_mark_does_not_depend_on_the_solver_s_settings() {
                 };
                 let spectrum = Spectrum::with_fixed(patch.mesh(), fixed, &settings, &Job::default()).unwrap();
                 let unit = basis.area().sqrt();
-                let (chips, amplitude) = (layout.chips(index), layout.amplitude(index));
-                let coefficients: Vec<[f64; 3]> = basis.modulation(chips, &laid.bits, amplitude);
+                let coefficients = layout.modulation(index, &laid.bits);
                 let other = spectrum.inverse_transform_positions(&coefficients);
                 let other: Vec<[f64; 3]> = other.into_iter().map(|row| row.map(|x| unit * x)).collect();
                 farthest(&patch.gather(&mark), &other)

@@ -8,6 +8,7 @@ mod numbers;
 mod shared;
 mod signing;
 mod stamping;
+mod tracing;
 
 use clap::{Parser, Subcommand};
 
@@ -19,6 +20,7 @@ pub(crate) use self::{
     shared::{Common, TimeLimit},
     signing::{Embed, Keygen, Manifest, Profile, Verify},
     stamping::{Attach, Request, Stamp, Step},
+    tracing::Trace,
 };
 
 /// Sign 3D models in their shape, and find the signature again
@@ -52,6 +54,8 @@ pub(crate) enum Command {
     Embed(Embed),
     /// Ask whether a suspect mesh carries a signature
     Verify(Verify),
+    /// Ask of whose copies a suspect mesh was made
+    Trace(Trace),
     /// Have an authority say when a certificate existed
     Stamp(Stamp),
     /// Ask which of two claims on a model came first

@@ -11,4 +11,5 @@ pub(crate) mod man;
 pub(crate) mod partition;
 pub(crate) mod spectrum;
 pub(crate) mod stamp;
+pub(crate) mod trace;
 pub(crate) mod verify;

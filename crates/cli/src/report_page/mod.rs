@@ -1,7 +1,7 @@
-//! The page that `verify --report` writes: what was asked, what was found, and how somebody else finds it again, for people who have to
+//! The pages that `verify --report` and `trace --report` write: what was asked, what was found, and how somebody else finds it again, for people who have to
 //! decide something by it.
 //!
-//! One HTML file that loads nothing and runs nothing. `words` are the sentences, `pictures` what is drawn, `repeat` the commands; `html`
+//! One HTML file that loads nothing and runs nothing. `traced` is the page of `trace`; `words` are the sentences of `verify`'s, `pictures` what is drawn, `repeat` the commands; `html`
 //! is the only way from a text to markup, and escapes it.
 
 mod date;
@@ -10,6 +10,7 @@ mod html;
 mod pictures;
 mod repeat;
 mod section;
+mod traced;
 mod words;
 
 use std::{path::Path, time::SystemTime};
@@ -25,6 +26,8 @@ use crate::{
     stamps::Stamps,
 };
 use html::{Html, table};
+
+pub(crate) use traced::TracePage;
 
 const STYLE: &str = include_str!("style.css");
 

@@ -70,7 +70,8 @@ fn chances(verdict: &Verdict, arguments: &Verify) -> Html {
         .and(Html::markup(meaning).and(Html::markup(of_tags)).within("p", None))
 }
 
-fn gallery(pictures: &Pictures) -> Html {
+/// Original, suspect, and where they differ.
+pub(super) fn gallery(pictures: &Pictures) -> Html {
     let mut figures = figure(&pictures.original, "The original", "The original");
     let suspect = match &pictures.difference {
         Some(_) => "The suspect, laid onto the original",

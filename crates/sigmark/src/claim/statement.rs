@@ -2,7 +2,11 @@ use mhb_core::LaplacianKind;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-use super::{CertificateError, PackedLabels, certificate::VERSION, keys::PublicKey};
+use super::{
+    CertificateError, PackedLabels,
+    certificate::{LabelsSummary, VERSION},
+    keys::PublicKey,
+};
 use crate::{
     mark::{Borders, ChipLayout, ChipPlan, LARGEST_PATCH, MarkError, VERTICES_PER_FUNCTION},
     payload::{GeometryDigest, Payload, PayloadKind, Scheme},
@@ -219,6 +223,14 @@ impl Statement {
     /// Checks every field that can be checked without the original, and hashes all; labels are unpacked piece by piece on the way, so
     /// that a small file can't ask for much memory.
     pub(super) fn checked(&self) -> Result<Checked, CertificateError> {
+        self.checked_with(|labels, vertices, patches| labels.summary(vertices, patches))
+    }
+
+    /// As [`checked`](Self::checked), with what unpacks labels, given the numbers of vertices and patches.
+    pub(super) fn checked_with(
+        &self,
+        unpack: impl FnOnce(&PackedLabels, usize, usize) -> Result<LabelsSummary, CertificateError>,
+    ) -> Result<Checked, CertificateError> {
         let Self { payload, scheme, .. } = self;
         if !payload.suits(*scheme) {
             return Err(CertificateError::Field {
@@ -260,25 +272,9 @@ impl Statement {
         field(alphas.as_flattened());
         field(self.message.as_bytes());
         field(self.recipient.as_bytes());
-        hash.update((4 * self.original.vertices as u64).to_le_bytes());
-        let mut patch_sizes = vec![0; self.alphas.len()];
-        self.labels.read(self.original.vertices, |labels| {
-            hash.update(labels.as_flattened());
-            for label in labels
-                .iter()
-                .map(|&l| u32::from_le_bytes(l) as usize)
-                .filter(|&l| l > 0)
-            {
-                let size = patch_sizes
-                    .get_mut(label - 1)
-                    .ok_or_else(|| CertificateError::Field {
-                        field: "labels",
-                        problem: format!("name patch {label}, which \"patches\" does not list"),
-                    })?;
-                *size += 1;
-            }
-            Ok(())
-        })?;
+        let LabelsSummary { digest, patch_sizes } =
+            unpack(&self.labels, self.original.vertices, self.alphas.len())?;
+        field(&digest);
         check_sizes(&patch_sizes, &self.functions)?;
         Ok(Checked {
             hash: hash.finalize().into(),

@@ -21,12 +21,30 @@ pub fn p_value(signature: &[bool], soft: &[f64]) -> f64 {
     (2.0 * by_correlation.min(binomial_tail(read, read - wrong))).min(1.0)
 }
 
+/// P(Σ sₜ xₜ ≥ T √(Σ xₜ²)) for fair signs s and any x, an upper bound: the smaller of Hoeffding's (1963) exp(−T²/2) and Q(T) / (4 Q(√2)), which is attained (Bentkus and Dzindzalieta 2015). Of Q, the normal tail, it takes
+/// Sampford's (1953) upper bound 4 φ(T) / (3 T + √(T² + 8)).
+pub fn rademacher_tail(t: f64) -> f64 {
+    if t <= 0.0 {
+        return 1.0;
+    }
+    let hoeffding = (-0.5 * t * t).exp();
+    let normal = 4.0 * hoeffding / ((2.0 * std::f64::consts::PI).sqrt() * (3.0 * t + (t * t + 8.0).sqrt()));
+    hoeffding.min(RADEMACHER_TO_NORMAL * normal)
+}
+
+/// 1 / (4 Q(√2)).
+const RADEMACHER_TO_NORMAL: f64 = 3.178_517;
+
 /// T₀ = T / √(1 − T²/l) over the l bits of which something was read: the matched filter's signal-to-noise ratio, √l Φ⁻¹(ER) where noise is Gaussian. T ends at √l, T₀
 /// does not. What was read almost without a spread counts as T² short of l by a ten-thousandth: 100 √l.
 pub fn margin(signature: &[bool], soft: &[f64]) -> f64 {
-    let t = correlation(signature, soft);
-    let read = soft.iter().filter(|x| **x != 0.0).count().max(1) as f64;
-    t / (1.0 - t * t / read).max(1e-4).sqrt()
+    let read = soft.iter().filter(|x| **x != 0.0).count();
+    margin_of(correlation(signature, soft), read)
+}
+
+/// T₀ of T over so many bits.
+pub(super) fn margin_of(t: f64, bits: usize) -> f64 {
+    t / (1.0 - t * t / bits.max(1) as f64).max(1e-4).sqrt()
 }
 
 /// Of how many bits something was read, and how many of those are wrong.
@@ -86,6 +104,22 @@ mod tests {
         }
         // The paper's threshold of 56.1 %: 182 matches, a false-positive rate of about 1.5 %.
         assert!((binomial_tail(324, 182) - 0.015).abs() < 0.002);
+    }
+
+    /// Of n fair signs and equal weights the tail is binomial; the bound is above it, and within a factor of four where it is smooth.
+    #[test]
+    fn the_tail_of_a_sum_of_signs_is_bounded() {
+        for n in [2, 3, 10, 100, 1000, 3000] {
+            for k in n / 2 + 1..=n {
+                let t = (2 * k - n) as f64 / (n as f64).sqrt();
+                let (bound, exact) = (rademacher_tail(t), binomial_tail(n, k));
+                assert!(bound >= exact * (1.0 - 1e-9), "{n} {k}: {bound:e} {exact:e}");
+                if n >= 1000 && t > 2.0 && t < 7.0 {
+                    assert!(bound < 4.5 * exact, "{n} {k}: {bound:e} {exact:e}");
+                }
+            }
+        }
+        assert_eq!(rademacher_tail(-1.0), 1.0);
     }
 
     #[test]

@@ -5,7 +5,7 @@ use mesh::{TriMesh, components};
 use registration::{AlignOptions, Alignment, MatchedBy, PreparedMesh};
 
 use super::{
-    Certificate, Compared, Mismatch, Outcome, SigmarkError, Verdict,
+    Certificate, Compared, Mismatch, Outcome, SigmarkError, Statement, Verdict,
     decoder::Decoder,
     keys::PublicKey,
     marked_part::MarkedPart,
@@ -46,17 +46,7 @@ impl Verifier {
     ) -> Result<Self, SigmarkError> {
         check_key(certificate, public_key)?;
         check_digest(certificate, original)?;
-        let statement = certificate.statement();
-        let labels = statement.labels.unpack(original.vertex_count())?;
-        let patches = Patches::from_labels(original, &labels)?;
-        if patches.labels() != labels {
-            return Err(SigmarkError::AnotherCut);
-        }
-        let original = Original::with_patches(original.clone(), patches, statement.functions.clone())?;
-        let original = original
-            .with_laplacian(statement.laplacian)
-            .with_borders(statement.carrier.borders());
-        Self::expecting(&original, certificate)
+        Self::expecting(&cut_as(original, certificate.statement())?, certificate)
     }
 
     /// As [`new`](Self::new), with a file of the original's geometry in another order, at another precision, in another unit or with another axis upward, which is
@@ -364,7 +354,7 @@ impl Verifier {
     }
 }
 
-fn check_key(certificate: &Certificate, given: &PublicKey) -> Result<(), SigmarkError> {
+pub(super) fn check_key(certificate: &Certificate, given: &PublicKey) -> Result<(), SigmarkError> {
     if certificate.public_key() == given {
         return Ok(());
     }
@@ -374,6 +364,19 @@ fn check_key(certificate: &Certificate, given: &PublicKey) -> Result<(), Sigmark
     })
 }
 
+/// An original with the patches of a statement.
+pub(super) fn cut_as(original: &TriMesh, statement: &Statement) -> Result<Original, SigmarkError> {
+    let labels = statement.labels.unpack(original.vertex_count())?;
+    let patches = Patches::from_labels(original, &labels)?;
+    if patches.labels() != labels {
+        return Err(SigmarkError::AnotherCut);
+    }
+    let original = Original::with_patches(original.clone(), patches, statement.functions.clone())?;
+    Ok(original
+        .with_laplacian(statement.laplacian)
+        .with_borders(statement.carrier.borders()))
+}
+
 fn check_digest(certificate: &Certificate, original: &TriMesh) -> Result<(), SigmarkError> {
     match certificate.statement().original.digest == GeometryDigest::of(original) {
         true => Ok(()),
@@ -381,7 +384,7 @@ fn check_digest(certificate: &Certificate, original: &TriMesh) -> Result<(), Sig
     }
 }
 
-fn another_original(certificate: &Certificate, given: &TriMesh) -> SigmarkError {
+pub(super) fn another_original(certificate: &Certificate, given: &TriMesh) -> SigmarkError {
     SigmarkError::AnotherOriginal {
         expected: certificate.statement().original.digest.to_string(),
         found: GeometryDigest::of(given).to_string(),

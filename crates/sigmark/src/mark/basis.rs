@@ -1,7 +1,5 @@
 use mhb_core::Spectrum;
 
-use super::Chip;
-
 /// The manifold harmonics of a patch in the scale-free convention: the patch is taken to unit area, so that Σ Dᵢᵢ = 1 and
 /// every basis function has mean square 1. Coefficients keep the unit of length of the model.
 #[derive(Debug)]
@@ -46,21 +44,5 @@ impl PatchBasis {
             .inverse_transform_positions(coefficients)
             .into_iter();
         rows.map(|row| row.map(|x| unit * x)).collect()
-    }
-
-    /// What chips add to the coefficients (eqs. 12, 13): α s″ φ along each axis, given α φ; m by 3.
-    pub fn modulation(&self, chips: &[Chip], bits: &[bool], amplitude: [f64; 3]) -> Vec<[f64; 3]> {
-        let mut added = vec![[0.0; 3]; self.spectrum.eigenvalues().len()];
-        for chip in chips {
-            let sign = if bits[chip.bit] { 1.0 } else { -1.0 };
-            added[chip.frequency][chip.axis] = sign * amplitude[chip.axis];
-        }
-        added
-    }
-
-    /// What chips add to the positions. Adding the reconstruction difference (eqs. 8, 14) to the modulated
-    /// reconstruction leaves the original plus the reconstruction of the modulation alone (eq. 26, Theorem 1).
-    pub fn displacement(&self, chips: &[Chip], bits: &[bool], amplitude: [f64; 3]) -> Vec<[f64; 3]> {
-        self.inverse_transform(&self.modulation(chips, bits, amplitude))
     }
 }

@@ -22,6 +22,12 @@ impl SoftBits {
         }
     }
 
+    /// Others of the same kind.
+    pub(crate) fn with_values(&self, values: Vec<f64>) -> Self {
+        let are_ratios = self.are_ratios;
+        Self { values, are_ratios }
+    }
+
     /// The estimates, one a bit.
     pub fn values(&self) -> &[f64] {
         &self.values

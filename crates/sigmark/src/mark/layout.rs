@@ -4,7 +4,8 @@ use job::Job;
 use mesh::Vec3;
 
 use super::{
-    Chip, ChipPlan, MarkError, Original, Patch, PatchBasis, Strength, slivers::level, strength::distortion,
+    Chip, ChipPlan, MarkError, Original, Patch, PatchBasis, PatchRotation, Rotation, Strength, slivers::level,
+    strength::distortion,
 };
 
 /// Where a mark lies in an original, in which order, and how strong it is in each patch, whatever its bits are.
@@ -13,6 +14,7 @@ pub struct MarkLayout {
     original: Arc<Original>,
     plan: ChipPlan,
     chips: Arc<[Vec<Chip>]>,
+    rotation: Option<Arc<Rotation>>,
     alphas: Vec<f64>,
     /// The patches that are read, ascending.
     read: Arc<[usize]>,
@@ -27,6 +29,7 @@ impl MarkLayout {
         original.check_patches(alphas.len())?;
         Ok(Self {
             chips: plan.chips(original.functions())?.into(),
+            rotation: plan.rotation(original.functions()).map(Arc::new),
             read: (0..alphas.len()).collect(),
             original,
             plan,
@@ -68,6 +71,39 @@ impl MarkLayout {
     /// The chips of a patch, by its number from 0.
     pub fn chips(&self, patch: usize) -> &[Chip] {
         &self.chips[patch]
+    }
+
+    /// What spreads the chips of a patch over its harmonics; none where each sits on one.
+    pub fn rotation(&self, patch: usize) -> Option<PatchRotation> {
+        let rotation = self.rotation.as_ref()?;
+        Some(PatchRotation::new(rotation, patch))
+    }
+
+    /// What bits add to the coefficients of a patch (eqs. 12, 13): α φ s″ of each chip along its axis, where need be through the [rotation](Rotation); m by 3.
+    pub fn modulation(&self, patch: usize, bits: &[bool]) -> Vec<[f64; 3]> {
+        let chips = self.chips(patch);
+        let signs = chips.iter().map(|chip| if bits[chip.bit] { 1.0 } else { -1.0 });
+        let signs: Vec<f64> = signs.collect();
+        let spread = match self.rotation(patch) {
+            Some(rotation) => rotation.coefficients(&signs),
+            None => signs,
+        };
+        let amplitude = self.amplitude(patch);
+        let mut added = vec![[0.0; 3]; self.original.functions()[patch]];
+        for (chip, u) in chips.iter().zip(spread) {
+            added[chip.frequency][chip.axis] = amplitude[chip.axis] * u;
+        }
+        added
+    }
+
+    /// What coefficients of a patch, m by 3, say of each of its chips: those that it sits on, or its part in those that the [rotation](Rotation) spreads it over.
+    pub fn received(&self, patch: usize, coefficients: &[[f64; 3]]) -> Vec<f64> {
+        let of_chip = |chip: &Chip| coefficients[chip.frequency][chip.axis];
+        let received: Vec<f64> = self.chips(patch).iter().map(of_chip).collect();
+        match self.rotation(patch) {
+            Some(rotation) => rotation.chips(&received),
+            None => received,
+        }
     }
 
     /// How many chips there are in all.
@@ -122,7 +158,7 @@ impl MarkLayout {
     }
 
     /// Moves the corners of slivers alike where the mark would turn these by more than 15 degrees, which a shader would show. A patch in which that could
-    /// take half of a chip stays as it is: a coefficient changes by no more than the root mean square of what moves. Tells how many
+    /// take half of a chip stays as it is: what is read of a chip changes by no more than the root mean square of what moves. Tells how many
     /// vertices are not where the mark alone would have them.
     pub fn level_slivers(&self, written: &mut Written) -> usize {
         let exact = written.displacement.clone();
@@ -187,7 +223,9 @@ impl MarkLayout {
             return Err(MarkError::Bits { given, wanted });
         }
         let of_patch = |index: usize, patch: &Patch, basis: &PatchBasis| {
-            let added = basis.displacement(self.chips(index), bits, self.amplitude(index));
+            // Adding the reconstruction difference (eqs. 8, 14) to the modulated reconstruction leaves the original plus the
+            // reconstruction of the modulation alone (eq. 26, Theorem 1).
+            let added = basis.inverse_transform(&self.modulation(index, bits));
             (added, basis.last_eigenvalue(), f(patch, basis))
         };
         let mut written = Written {

@@ -15,6 +15,7 @@ mod patches;
 mod pool;
 mod reader;
 mod registered;
+mod rotation;
 mod roughness;
 mod sketch;
 mod slivers;
@@ -34,6 +35,7 @@ pub use patches::{LARGEST_PATCH, Patch, PatchCount, Patches, VERTICES_PER_FUNCTI
 pub use pool::Pool;
 pub use reader::{Found, FoundParts, ReadParts, Reader, Reading, ReadingMethod, Readings, Suspect, Wanted};
 pub use registered::Registered;
+pub use rotation::{PatchRotation, Rotation};
 pub(crate) use sketch::Sketcher;
 pub use sketch::{Recognised, Sketch};
 pub use stage::MarkStage;

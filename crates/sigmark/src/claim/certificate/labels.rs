@@ -3,6 +3,7 @@ use std::io::{Read, Write};
 use base64::{Engine, engine::general_purpose::STANDARD as BASE64};
 use flate2::{Compression, read::ZlibDecoder, write::ZlibEncoder};
 use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
 
 use super::CertificateError;
 
@@ -12,6 +13,15 @@ use super::CertificateError;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct PackedLabels(String);
+
+/// What a statement holds of labels.
+#[derive(Clone, Debug)]
+pub(in crate::claim) struct LabelsSummary {
+    /// SHA-256 of the labels, 32-bit little-endian integers.
+    pub(in crate::claim) digest: [u8; 32],
+    /// How many vertices each patch has.
+    pub(in crate::claim) patch_sizes: Vec<usize>,
+}
 
 impl PackedLabels {
     /// Packs labels.
@@ -39,8 +49,39 @@ impl PackedLabels {
         Ok(labels)
     }
 
+    /// What a statement holds of the labels of so many vertices and patches.
+    ///
+    /// # Errors
+    /// As [`unpack`](Self::unpack); when a label names a patch that is not there.
+    pub(in crate::claim) fn summary(
+        &self,
+        vertices: usize,
+        patches: usize,
+    ) -> Result<LabelsSummary, CertificateError> {
+        let mut hash = Sha256::new();
+        let mut patch_sizes = vec![0; patches];
+        self.read(vertices, |labels| {
+            hash.update(labels.as_flattened());
+            let labels = labels.iter().map(|&label| u32::from_le_bytes(label) as usize);
+            for label in labels.filter(|&label| label > 0) {
+                let size = patch_sizes
+                    .get_mut(label - 1)
+                    .ok_or_else(|| CertificateError::Field {
+                        field: "labels",
+                        problem: format!("name patch {label}, which \"patches\" does not list"),
+                    })?;
+                *size += 1;
+            }
+            Ok(())
+        })?;
+        Ok(LabelsSummary {
+            digest: hash.finalize().into(),
+            patch_sizes,
+        })
+    }
+
     /// Hands the labels over, little-endian, in pieces that need little memory however many there are.
-    pub(in crate::claim) fn read(
+    fn read(
         &self,
         vertices: usize,
         mut each: impl FnMut(&[[u8; 4]]) -> Result<(), CertificateError>,

@@ -1,9 +1,12 @@
 mod document;
 mod error;
 mod labels;
+mod several;
 
 pub use error::CertificateError;
+pub(super) use labels::LabelsSummary;
 pub use labels::PackedLabels;
+pub use several::{CertificateReader, Issued};
 
 use mesh::TriMesh;
 use sha2::{Digest, Sha256};
@@ -19,7 +22,7 @@ use crate::{
 use document::Document;
 
 /// The version of the certificate format that this library writes and reads.
-pub const VERSION: u64 = 6;
+pub const VERSION: u64 = 7;
 
 /// The longest text of a certificate, in bytes.
 pub const LARGEST: usize = 16 << 20;
@@ -83,28 +86,36 @@ impl Certificate {
     /// # Errors
     /// When the text is no certificate, of another version, damaged, edited, or not signed by the key that it names.
     pub fn from_json(text: &str) -> Result<Self, CertificateError> {
+        let certificate = Self::unchecked(text, Statement::checked)?;
+        certificate.check()?;
+        Ok(certificate)
+    }
+
+    /// Reads a certificate whose signature and seal are not checked, given what checks and hashes its statement.
+    fn unchecked(
+        text: &str,
+        checked: impl FnOnce(&Statement) -> Result<Checked, CertificateError>,
+    ) -> Result<Self, CertificateError> {
         if text.len() > LARGEST {
             return Err(CertificateError::TooLarge { found: text.len() });
         }
         let mut document = Document::parse(text)?;
         let (contents, sizes_said) = document.contents()?;
-        let Checked { hash, patch_sizes } = contents.statement.checked()?;
+        let Checked { hash, patch_sizes } = checked(&contents.statement)?;
         if sizes_said != patch_sizes {
             return Err(CertificateError::Field {
                 field: "patches",
                 problem: "has other numbers of vertices than \"labels\"".into(),
             });
         }
-        let certificate = Self {
+        Ok(Self {
             payload: contents.statement.coded(hash)?,
             contents,
             hash,
             patch_sizes,
             seal: document.seal()?,
             stamps: document.stamps()?,
-        };
-        certificate.check()?;
-        Ok(certificate)
+        })
     }
 
     /// The JSON text, indented for people, with a final newline.
@@ -224,6 +235,12 @@ impl Certificate {
     pub fn with_stamp(mut self, reply: Vec<u8>) -> Self {
         self.stamps.push(reply);
         self
+    }
+
+    /// The signature in the shape, then what is sealed, and the seal.
+    pub(super) fn parts(&self) -> (Signature, Vec<u8>, Signature) {
+        let sealed = self.contents.sealed_bytes(&self.hash);
+        (self.contents.signature, sealed, self.seal)
     }
 
     fn check(&self) -> Result<(), CertificateError> {

@@ -37,8 +37,9 @@ impl Detector for CoefficientDetector {
                 .collect();
             let coefficients = basis.transform(&difference);
             let mut sums = vec![0.0; layout.bits()];
-            for chip in layout.chips(index) {
-                sums[chip.bit] += coefficients[chip.frequency][chip.axis];
+            let received = layout.received(index, &coefficients);
+            for (chip, received) in layout.chips(index).iter().zip(received) {
+                sums[chip.bit] += received;
             }
             sums
         };

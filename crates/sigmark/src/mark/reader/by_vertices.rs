@@ -19,7 +19,18 @@ pub(super) fn first_reading(
     let pose = generalised::fit(method.layout(), suspect, map, job)?;
     let registered = carried(map, suspect, &pose);
     let soft = detector.detect(&registered, job)?;
-    Ok(Reading::new(method.layout(), &registered, pose, soft, None))
+    Ok(Reading::new(method.layout(), &registered, pose, soft))
+}
+
+/// Reads by the joint estimate, in the pose that fits best.
+pub(super) fn read_anew(
+    suspect: &PreparedMesh,
+    map: &Correspondence,
+    method: &ReadingMethod,
+    job: &Job,
+) -> Result<Reading, MarkError> {
+    let pose = generalised::fit(method.layout(), suspect, map, job)?;
+    read_again(suspect, map, &pose, method, job)
 }
 
 /// Reads in a pose by the joint estimate, or by the method's detector in the pose that the joint estimate betters.
@@ -40,10 +51,9 @@ pub(super) fn read_again(
         let places = registered.positions.iter_mut().flatten();
         places.for_each(|place| *place = bending.undone(*place));
     }
-    let soft = match method.detector() {
-        None => estimate.bits,
-        Some(detector) => detector.detect(&registered, job)?,
-    };
-    let model = Some(estimate.attack_model);
-    Ok(Reading::new(method.layout(), &registered, better, soft, model))
+    let reading = Reading::of(method.layout(), &registered, better, &estimate);
+    match method.detector() {
+        None => Ok(reading),
+        Some(detector) => Ok(reading.with_soft(detector.detect(&registered, job)?)),
+    }
 }

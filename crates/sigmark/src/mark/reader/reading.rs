@@ -3,13 +3,13 @@ use std::sync::Arc;
 use mesh::{Similarity, Vec3};
 use registration::AlignOptions;
 
-use crate::mark::{AttackModel, MarkLayout, Registered, SoftBits};
+use crate::mark::{AttackModel, JointEstimate, MarkLayout, Registered, SoftBits};
 
 /// What was read of a suspect, and in which pose.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Reading {
-    /// The bits.
+    /// The bits, or the coefficients.
     pub soft: SoftBits,
     /// Takes the suspect to the original.
     pub transform: Similarity,
@@ -23,6 +23,8 @@ pub struct Reading {
     pub residual: f64,
     /// What moved the suspect; none where the joint estimate was not asked.
     pub attack_model: Option<AttackModel>,
+    /// 1 − v of each soft value, from 0 to 1: how much of what it may be the suspect tells; none where another detector than the joint estimate read them.
+    pub known: Arc<[f64]>,
     /// Of how many patches it is.
     pub patches_read: usize,
     /// Of how many readings this could have been chosen: what a p-value is to be multiplied by.
@@ -35,7 +37,6 @@ impl Reading {
         registered: &Registered,
         transform: Similarity,
         soft: SoftBits,
-        attack_model: Option<AttackModel>,
     ) -> Self {
         let original = layout.original().mesh();
         let pairs = registered.positions.iter().zip(original.positions());
@@ -55,9 +56,30 @@ impl Reading {
             residual: (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt(),
             missing: registered.missing(),
             seen,
-            attack_model,
+            attack_model: None,
+            known: Arc::default(),
             patches_read: layout.patches_seen(&registered.positions).len(),
             tries: 1,
         }
+    }
+
+    /// That of a joint estimate.
+    pub(super) fn of(
+        layout: &MarkLayout,
+        registered: &Registered,
+        transform: Similarity,
+        estimate: &JointEstimate,
+    ) -> Self {
+        Self {
+            attack_model: Some(estimate.attack_model),
+            known: estimate.known.as_slice().into(),
+            ..Self::new(layout, registered, transform, estimate.soft.clone())
+        }
+    }
+
+    /// The same, with what another detector reads in that pose.
+    pub(super) fn with_soft(self, soft: SoftBits) -> Self {
+        let known = Arc::default();
+        Self { soft, known, ..self }
     }
 }

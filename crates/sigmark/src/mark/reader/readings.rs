@@ -105,6 +105,27 @@ impl<'a> Readings<'a> {
             .ok_or(MarkError::Alignment)
     }
 
+    /// What the joint estimate reads of all patches in each of the ways in which the suspect may lie: nothing is chosen by bits.
+    ///
+    /// # Errors
+    /// As [`Found::read`].
+    pub fn of_every_way(&self, job: &Job) -> Result<Vec<&Reading>, MarkError> {
+        let last = |way: &'_ Way<'a>| way.looks.len().saturating_sub(1);
+        let read = |way| -> Result<&Reading, MarkError> {
+            let look = last(way);
+            let Way { by, looks } = way;
+            let Look { method, first, again } = looks.get(look).ok_or(MarkError::Alignment)?;
+            match by {
+                ReadBy::Surface { .. } => kept(first, || self.first(way, look, job)),
+                ReadBy::Vertices(map) => kept(again, || {
+                    job.begin(MarkStage::Detection)?;
+                    by_vertices::read_anew(&self.found.suspect, map, method, job)
+                }),
+            }
+        };
+        self.ways.iter().map(read).collect()
+    }
+
     /// The best reading of a look, and whether the bits are read.
     fn best_of_look(&self, look: usize, wanted: Wanted<'_>, job: &Job) -> Result<(Reading, bool), MarkError> {
         let mut best: Option<(&Way<'a>, &Reading)> = None;

@@ -91,8 +91,7 @@ impl Suspect {
         if let Some(detector) = method.detector() {
             let registered = self.sample_again(&better, job)?;
             let soft = detector.detect(&registered, job)?;
-            let model = Some(estimate.attack_model);
-            return Ok(Reading::new(method.layout(), &registered, better, soft, model));
+            return Ok(Reading::of(method.layout(), &registered, better, &estimate).with_soft(soft));
         }
         let (mut pose, mut again) = (*pose, None);
         let mut unbent: Option<Self> = None;
@@ -119,14 +118,7 @@ impl Suspect {
             better = pose.then(&estimate.misalignment.inverse());
         }
         let registered = again.as_ref().unwrap_or(sampled);
-        let model = Some(estimate.attack_model);
-        Ok(Reading::new(
-            method.layout(),
-            registered,
-            better,
-            estimate.bits,
-            model,
-        ))
+        Ok(Reading::of(method.layout(), registered, better, &estimate))
     }
 
     /// The suspect before space was bent, that lies on the reference in a pose.

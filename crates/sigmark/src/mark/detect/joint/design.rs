@@ -12,7 +12,7 @@ use super::{
     gains::BANDS,
     observations::Observation,
 };
-use crate::mark::{Chip, MarkLayout, Original, Patch, PatchBasis};
+use crate::mark::{Chip, MarkLayout, Original, Patch, PatchBasis, PatchRotation};
 
 /// What the rows of all patches have in common.
 pub(super) struct Design<'a> {
@@ -24,15 +24,17 @@ pub(super) struct Design<'a> {
     to_unit: Similarity,
 }
 
-/// The patch of some observations, and where its chips are. Its unknowns are the bits that it carries, then the fields.
+/// The patch of some observations, and where its chips are. Its unknowns come first, then the fields: where chips are [spread](crate::mark::Rotation) over harmonics the part of the mark
+/// in each coefficient, else the bits.
 pub(super) struct View<'a> {
     /// α φ.
     amplitude: [f64; 3],
     chips: &'a [Chip],
-    /// The bits that the patch carries, ascending.
+    /// The bit of each unknown, or, where chips are spread, of the chip in its place.
     bits: Vec<usize>,
-    /// Where each chip's bit stands among them.
+    /// The unknown that each chip's place belongs to.
     columns: Vec<usize>,
+    rotation: Option<PatchRotation>,
     pub(super) patch: &'a Patch,
     pub(super) basis: &'a PatchBasis,
 }
@@ -40,15 +42,23 @@ pub(super) struct View<'a> {
 impl<'a> View<'a> {
     pub(super) fn new(layout: &'a MarkLayout, index: usize, patch: &'a Patch, basis: &'a PatchBasis) -> Self {
         let chips = layout.chips(index);
+        let rotation = layout.rotation(index);
         let mut bits: Vec<usize> = chips.iter().map(|chip| chip.bit).collect();
-        bits.sort_unstable();
-        bits.dedup();
-        let column = |chip: &Chip| bits.partition_point(|&bit| bit < chip.bit);
+        let columns = match rotation {
+            Some(_) => (0..chips.len()).collect(),
+            None => {
+                bits.sort_unstable();
+                bits.dedup();
+                let column = |chip: &Chip| bits.partition_point(|&bit| bit < chip.bit);
+                chips.iter().map(column).collect()
+            }
+        };
         Self {
             amplitude: layout.amplitude(index),
-            columns: chips.iter().map(column).collect(),
             chips,
             bits,
+            columns,
+            rotation,
             patch,
             basis,
         }
@@ -58,7 +68,11 @@ impl<'a> View<'a> {
         &self.bits
     }
 
-    /// The band of the frequencies of each bit's chip; none where a bit has several chips.
+    pub(super) fn rotation(&self) -> Option<PatchRotation> {
+        self.rotation.clone()
+    }
+
+    /// The band of each unknown's frequency; none where it has several.
     pub(super) fn bands(&self) -> Option<Vec<usize>> {
         if self.bits.len() < self.chips.len() {
             return None;

@@ -53,11 +53,13 @@ mod fields;
 mod gains;
 mod observations;
 mod patch;
+mod patchwise;
 mod robust;
+mod system;
 
 use std::{
     collections::BTreeMap,
-    ops::RangeInclusive,
+    ops::{Range, RangeInclusive},
     sync::{Arc, OnceLock},
 };
 
@@ -66,6 +68,8 @@ use mesh::{Similarity, Vec3};
 use serde::Serialize;
 
 use super::Detector;
+#[cfg(doc)]
+use crate::mark::ChipPlan;
 use crate::mark::{MarkError, MarkLayout, Patch, PatchBasis, Registered, SoftBits};
 use design::{Design, View};
 use equations::{NormalEquations, REWEIGHTINGS};
@@ -76,6 +80,8 @@ use fields::{
 use gains::Gains;
 use observations::observations;
 use patch::PatchEquations;
+use patchwise::PatchwiseEquations;
+use system::System;
 
 /// Beside the noisiest patch none counts as less noisy than this: one without noise would be all that counts.
 const LEAST_NOISE: f64 = 1e-6;
@@ -88,8 +94,18 @@ const LEAST_NOISE: f64 = 1e-6;
 #[derive(Debug)]
 pub struct JointEstimator {
     layout: Arc<MarkLayout>,
+    unknowns: Unknowns,
     /// Built when it is first needed.
     smoothing: Arc<OnceLock<Vec<[Vec3; SMOOTHING_FIELDS]>>>,
+}
+
+/// What is estimated of a mark.
+#[derive(Clone, Copy, Debug)]
+enum Unknowns {
+    /// The bits, each of which has chips in several patches.
+    Bits,
+    /// What the mark adds to each coefficient, whatever its bits and its key are.
+    Coefficients,
 }
 
 /// What the equations say.
@@ -97,8 +113,10 @@ pub struct JointEstimator {
 #[non_exhaustive]
 pub struct JointEstimate {
     /// ln P(bit t is 1) / P(it is 0) as the observations have it, cut off at ±[`MOST_CERTAIN`](Self::MOST_CERTAIN); 0 where
-    /// none of the bit's chips was seen.
-    pub bits: SoftBits,
+    /// none of the bit's chips was seen. Of [coefficients](JointEstimator::of_coefficients) what the mark adds to each, in units of its amplitude.
+    pub soft: SoftBits,
+    /// 1 − v of each of these, from 0 to 1: how much of what it may be the observations tell.
+    pub known: Vec<f64>,
     /// The small similarity by which the suspect is off, in the original's frame.
     pub misalignment: Similarity,
     /// How space was bent besides; none where that explains less than the mark does.
@@ -170,7 +188,17 @@ impl JointEstimator {
     pub fn new(layout: &Arc<MarkLayout>) -> Self {
         Self {
             layout: Arc::clone(layout),
+            unknowns: Unknowns::Bits,
             smoothing: Arc::default(),
+        }
+    }
+
+    /// An estimator for what any mark of a pooled layout adds to the coefficients, one value a chip in the [order](ChipPlan::Pooled) of chips, in units of the amplitude: the same for all keys, so that one
+    /// reading serves all marks of one original.
+    pub fn of_coefficients(layout: &Arc<MarkLayout>) -> Self {
+        Self {
+            unknowns: Unknowns::Coefficients,
+            ..Self::new(layout)
         }
     }
 
@@ -183,6 +211,7 @@ impl JointEstimator {
     pub(crate) fn among(&self, patches: &[usize]) -> Self {
         Self {
             layout: Arc::new(self.layout.among(patches)),
+            unknowns: self.unknowns,
             smoothing: Arc::clone(&self.smoothing),
         }
     }
@@ -217,112 +246,157 @@ impl JointEstimator {
         let patches = layout.map_seen(&suspect.positions, of_patch, job)?;
         let mut patches: BTreeMap<usize, PatchEquations> =
             patches.into_iter().collect::<Result<_, MarkError>>()?;
-        let mut seen: Vec<usize> = patches
-            .values()
-            .flat_map(|patch| patch.bits().iter().copied())
-            .collect();
-        seen.sort_unstable();
-        seen.dedup();
-        patches.values_mut().for_each(|patch| patch.number_among(&seen));
-        let sum = |patches: &BTreeMap<usize, PatchEquations>| {
-            let mut equations = NormalEquations::empty(seen.len(), redundancy);
-            patches.values().for_each(|patch| equations.add(patch));
-            let bending = equations.bending(bending);
-            equations.with_bending(bending)
-        };
-        let mut equations = sum(&patches);
-        let mut noise = None;
-        let waiting: usize = patches.values().map(PatchEquations::waiting).sum();
-        if equations.can_weigh(waiting) {
-            for _ in 0..REWEIGHTINGS {
-                let solved = equations.solved(noise)?;
-                noise = Some(solved.noise);
-                let of_patch = |index: usize, patch: &Patch, basis: &PatchBasis| {
-                    let view = View::new(layout, index, patch, basis);
-                    let weighed = patches[&index].weighed_by(&design, &view, &solved.solution, redundancy);
-                    (index, weighed)
-                };
-                patches = layout
-                    .map_seen(&suspect.positions, of_patch, job)?
-                    .into_iter()
-                    .collect();
-                equations = sum(&patches);
+        match self.unknowns {
+            Unknowns::Bits => {
+                let seen = number_bits(&mut patches);
+                let solving = Solving { design: &design, layout, suspect, bits: seen.len(), bending };
+                let mut estimate = solving.estimate::<NormalEquations>(patches, job)?;
+                estimate.place_among(&seen, layout.bits());
+                Ok(estimate)
+            }
+            Unknowns::Coefficients => {
+                let places = places(layout, patches.keys());
+                let solving = Solving { design: &design, layout, suspect, bits: 0, bending };
+                let mut estimate = solving.estimate::<PatchwiseEquations>(patches, job)?;
+                estimate.place_among(&places, layout.chip_count());
+                Ok(estimate)
             }
         }
-        let solution = equations.solved(noise)?.solution;
-        let mut noises: Vec<f64> = patches.values().map(|patch| patch.noise(&solution)).collect();
+    }
+}
+
+/// Numbers the bits of patches among those that any of them carries, which are returned, ascending.
+fn number_bits(patches: &mut BTreeMap<usize, PatchEquations>) -> Vec<usize> {
+    let bits = patches.values().flat_map(|patch| patch.bits().iter().copied());
+    let mut seen: Vec<usize> = bits.collect();
+    seen.sort_unstable();
+    seen.dedup();
+    patches.values_mut().for_each(|patch| patch.number_among(&seen));
+    seen
+}
+
+/// The places of some patches' chips among those of all.
+fn places<'a>(layout: &MarkLayout, patches: impl Iterator<Item = &'a usize>) -> Vec<usize> {
+    let counts: Vec<usize> = (0..layout.alphas().len()).map(|i| layout.chips(i).len()).collect();
+    let start = |i: usize| counts[..i].iter().sum::<usize>();
+    patches.flat_map(|&i| start(i)..start(i) + counts[i]).collect()
+}
+
+/// What all patches are solved with.
+struct Solving<'a> {
+    design: &'a Design<'a>,
+    layout: &'a MarkLayout,
+    suspect: &'a Registered,
+    /// How many bits there are.
+    bits: usize,
+    bending: &'a RangeInclusive<usize>,
+}
+
+impl Solving<'_> {
+    /// Weighs observations and patches, and solves.
+    fn estimate<S: System>(
+        &self,
+        mut patches: BTreeMap<usize, PatchEquations>,
+        job: &Job,
+    ) -> Result<JointEstimate, MarkError> {
+        let redundancy = self.suspect.redundancy();
+        let mut system: S = self.system(&patches);
+        let mut noise = None;
+        let waiting: usize = patches.values().map(PatchEquations::waiting).sum();
+        if system.can_weigh(waiting) {
+            for _ in 0..REWEIGHTINGS {
+                let (solution, left) = system.solved(noise)?;
+                noise = Some(left);
+                let of_patch = |index: usize, patch: &Patch, basis: &PatchBasis| {
+                    let view = View::new(self.layout, index, patch, basis);
+                    let own = system.own(index, &patches[&index], &solution);
+                    let weighed = patches[&index].weighed_by(self.design, &view, &own, redundancy);
+                    (index, weighed)
+                };
+                let seen = &self.suspect.positions;
+                patches = self.layout.map_seen(seen, of_patch, job)?.into_iter().collect();
+                system = self.system(&patches);
+            }
+        }
+        let (solution, _) = system.solved(noise)?;
+        let noise_of = |(&index, patch): (&usize, &PatchEquations)| {
+            patch.noise(&system.own(index, patch, &solution))
+        };
+        let mut noises: Vec<f64> = patches.iter().map(noise_of).collect();
         let largest = noises.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
         noises
             .iter_mut()
             .for_each(|noise| *noise = noise.max(LEAST_NOISE * largest));
-        let gains = Gains::of(
-            patches
-                .values()
-                .zip(noises.iter().map(|noise| redundancy * noise)),
-        );
+        let with_noise = noises.iter().map(|noise| redundancy * noise);
+        let gains = Gains::of(patches.values().zip(with_noise));
         for (patch, noise) in patches.values_mut().zip(&noises) {
             patch.weigh(largest / noise);
             patch.weaken(&gains);
         }
-        equations = sum(&patches);
-        let noise = Some(redundancy * largest);
-        let mut estimate = estimate(&design, seen.len(), &equations, noise)?;
-        let mut all = vec![0.0; layout.bits()];
-        for (&bit, &ratio) in seen.iter().zip(estimate.bits.values()) {
-            all[bit] = ratio;
-        }
-        estimate.bits = SoftBits::ratios(all);
-        Ok(estimate)
+        self.solved(&self.system::<S>(&patches), redundancy * largest)
+    }
+
+    fn system<S: System>(&self, patches: &BTreeMap<usize, PatchEquations>) -> S {
+        S::of(patches, self.bits, self.suspect.redundancy(), self.bending)
+    }
+
+    /// What the equations of all patches say, beginning with so much noise.
+    fn solved<S: System>(&self, system: &S, noise: f64) -> Result<JointEstimate, MarkError> {
+        let (solution, variances) = system.posterior(Some(noise))?;
+        let (theta, fields, squares) = (system.theta(&solution), system.fields(), system.squares());
+        let of_similarity: [f64; SIMILARITY_FIELDS] = std::array::from_fn(|j| theta[j]);
+        let bending: [f64; BENDING_FIELDS] = std::array::from_fn(|j| theta[RIGID_FIELDS + j]);
+        let share = |explained: f64| if squares > 0.0 { explained / squares } else { 0.0 };
+        let explained = |of: Range<usize>| share(of.map(|j| theta[j] * fields[(FIELDS, j)]).sum());
+        let smoothing = SIMILARITY_FIELDS + SMOOTHING_FIELDS;
+        let mark = share(system.mark_explains(&solution));
+        // The fields of translation are the components of u, which has length 1 or little more.
+        let weight: f64 = (SIMILARITY_FIELDS - 3..SIMILARITY_FIELDS).map(|j| fields[(j, j)]).sum();
+        let means = system.means(&solution);
+        let values = match S::IS_OF_BITS {
+            true => SoftBits::ratios(log_likelihood_ratios(means, &variances)),
+            false => SoftBits::new(means),
+        };
+        Ok(JointEstimate {
+            noise: (system.squares_left(&solution) / weight).sqrt(),
+            known: variances.iter().map(|v| (1.0 - v).clamp(0.0, 1.0)).collect(),
+            soft: values,
+            misalignment: self.design.similarity(of_similarity),
+            bending: bending.iter().any(|&c| c != 0.0).then(|| self.design.bending(bending)),
+            attack_model: AttackModel {
+                mark,
+                misalignment: explained(0..SIMILARITY_FIELDS),
+                smoothing: explained(SIMILARITY_FIELDS..smoothing),
+                tessellation_bias: explained(smoothing..RIGID_FIELDS),
+                bending: explained(RIGID_FIELDS..FIELDS),
+                noise: 1.0 - mark - explained(0..FIELDS),
+            },
+        })
     }
 }
 
 impl Detector for JointEstimator {
     fn detect(&self, suspect: &Registered, job: &Job) -> Result<SoftBits, MarkError> {
-        Ok(self.estimate(suspect, job)?.bits)
+        Ok(self.estimate(suspect, job)?.soft)
     }
 }
 
-/// What the equations of all patches say, with the bits that are seen for bits.
-fn estimate(
-    design: &Design<'_>,
-    bits: usize,
-    equations: &NormalEquations,
-    noise: Option<f64>,
-) -> Result<JointEstimate, MarkError> {
-    let (solved, variances) = equations.posterior(noise)?;
-    let solution = &solved.solution;
-    let theta: [f64; SIMILARITY_FIELDS] = std::array::from_fn(|j| solution[(bits + j, 0)]);
-    let (similarity, smoothing, rigid) = (
-        bits + SIMILARITY_FIELDS,
-        bits + SIMILARITY_FIELDS + SMOOTHING_FIELDS,
-        bits + RIGID_FIELDS,
-    );
-    let bending: [f64; BENDING_FIELDS] = std::array::from_fn(|j| solution[(rigid + j, 0)]);
-    // The fields of translation are the components of u, which has length 1 or little more.
-    let weight: f64 = (similarity - 3..similarity).map(|j| equations.entry(j, j)).sum();
-    let explained = |unknowns| equations.explained(solution, unknowns);
-    let mut attack_model = AttackModel {
-        mark: explained(0..bits),
-        misalignment: explained(bits..similarity),
-        smoothing: explained(similarity..smoothing),
-        tessellation_bias: explained(smoothing..rigid),
-        bending: explained(rigid..bits + FIELDS),
-        noise: 0.0,
-    };
-    attack_model.noise = 1.0 - explained(0..bits + FIELDS);
-    let means = (0..bits).map(|t| solution[(t, 0)]);
-    Ok(JointEstimate {
-        noise: (equations.squares_left(solution) / weight).sqrt(),
-        bits: SoftBits::ratios(log_likelihood_ratios(means, &variances)),
-        misalignment: design.similarity(theta),
-        bending: bending.iter().any(|&c| c != 0.0).then(|| design.bending(bending)),
-        attack_model,
-    })
+impl JointEstimate {
+    /// Puts what was estimated where it belongs among so many values, of which nothing else is known.
+    fn place_among(&mut self, places: &[usize], count: usize) {
+        let (mut values, mut known) = (vec![0.0; count], vec![0.0; count]);
+        for (i, &place) in places.iter().enumerate() {
+            values[place] = self.soft.values()[i];
+            known[place] = self.known[i];
+        }
+        self.soft = self.soft.with_values(values);
+        self.known = known;
+    }
 }
 
 /// Of bits with these posterior means and variances.
-fn log_likelihood_ratios(means: impl Iterator<Item = f64>, variances: &[f64]) -> Vec<f64> {
+fn log_likelihood_ratios(means: Vec<f64>, variances: &[f64]) -> Vec<f64> {
     let most = JointEstimate::MOST_CERTAIN;
     let ratio = |(b, &v): (f64, &f64)| (2.0 * b / v.max(f64::MIN_POSITIVE)).clamp(-most, most);
-    means.zip(variances).map(ratio).collect()
+    means.into_iter().zip(variances).map(ratio).collect()
 }

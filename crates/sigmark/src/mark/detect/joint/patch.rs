@@ -9,22 +9,25 @@ use super::{
     gains::Gains,
     observations::Observation,
     robust::reweight,
+    system::System,
 };
-use crate::mark::MarkError;
+use crate::mark::{MarkError, PatchRotation};
 
 /// The equations of one patch. Large patches weigh their observations by their own residuals; small ones wait for the solution of all patches together.
 pub(super) struct PatchEquations {
-    /// The bits that the patch carries, ascending: the first unknowns of its equations. Numbered among all, or [among those that are seen](Self::number_among).
+    /// The bit of each of the first unknowns, or, where chips are spread, of the chip in its place. Numbered among all, or [among those that are seen](Self::number_among).
     pub(super) bits: Vec<usize>,
+    /// What spreads the chips over the unknowns.
+    rotation: Option<PatchRotation>,
     pub(super) equations: NormalEquations,
     /// Those that wait; none where they were weighed by the patch alone.
     observations: Option<Vec<Observation>>,
     /// How much each of its observations counts beside those of other patches.
     pub(super) weight: f64,
-    /// The band of each bit's chip, if it has one.
+    /// The band of each unknown's frequency, if it has one.
     bands: Option<Vec<usize>>,
-    /// What of each bit's column is left.
-    pub(super) gains: Vec<f64>,
+    /// What of each unknown's column is left.
+    gains: Vec<f64>,
 }
 
 impl PatchEquations {
@@ -43,6 +46,7 @@ impl PatchEquations {
         let of = |observations: &[Observation]| Self {
             gains: vec![1.0; bits.len()],
             bits,
+            rotation: view.rotation(),
             equations: NormalEquations::weighted(design, view, observations, redundancy),
             observations: None,
             weight: 1.0,
@@ -60,7 +64,7 @@ impl PatchEquations {
             let stride = stride + usize::from(stride.is_multiple_of(3));
             let part: Vec<Observation> = observations.iter().step_by(stride).copied().collect();
             let equations = NormalEquations::weighted(design, view, &part, redundancy);
-            let solved = equations.with_bending(0).solved(None)?;
+            let (solved, _) = equations.with_bending(0).solved(None)?;
             let residuals = residuals(design, view, &observations, &solved.solution);
             reweight(&mut observations, &residuals);
         }
@@ -79,13 +83,40 @@ impl PatchEquations {
         }
     }
 
-    /// The mean square of the noise that a solution of all patches leaves in this one.
-    pub(super) fn noise(&self, solution: &Mat<f64>) -> f64 {
-        let left = self.equations.squares_left(&self.own(solution));
+    /// The mean square of the noise that is left in this patch by what a solution of all says of its unknowns.
+    pub(super) fn noise(&self, own: &Mat<f64>) -> f64 {
+        let left = self.equations.squares_left_by(own);
         left / self.equations.observations.max(1) as f64
     }
 
-    /// What is expected of the square of each chip's coefficient, with its band, from the patch alone with noise of this mean square.
+    /// The Gram matrix, by its lower triangle, of what the observations say, as much as they count and as gains leave of it.
+    pub(super) fn gram_of_unknowns(&self) -> Mat<f64> {
+        let gram = &self.equations.gram;
+        let gain = |i: usize| self.gains.get(i).copied().unwrap_or(1.0);
+        let mut left = Mat::zeros(gram.nrows(), gram.ncols());
+        for j in 0..gram.ncols() {
+            for i in j..gram.nrows() {
+                left[(i, j)] = self.weight * gain(i) * gain(j) * gram[(i, j)];
+            }
+        }
+        left
+    }
+
+    /// The same with bits for unknowns, one for each place of [`bits`](Self::bits).
+    pub(super) fn gram_of_bits(&self) -> Mat<f64> {
+        let mut gram = self.gram_of_unknowns();
+        if let Some(rotation) = &self.rotation {
+            turn(rotation, self.bits.len(), &mut gram);
+        }
+        gram
+    }
+
+    /// What of each unknown's column is left.
+    pub(super) fn gains(&self) -> &[f64] {
+        &self.gains
+    }
+
+    /// What is expected of the square of each coefficient, with its band, from the patch alone with noise of this mean square.
     pub(super) fn squares(&self, noise: f64, gains: &Gains) -> Vec<(usize, f64)> {
         let Some(bands) = &self.bands else {
             return Vec::new();
@@ -117,7 +148,7 @@ impl PatchEquations {
         bands.iter().copied().zip(squares).collect()
     }
 
-    /// Expects of each chip what the gain of its band leaves.
+    /// Expects of each coefficient what the gain of its band leaves.
     pub(super) fn weaken(&mut self, gains: &Gains) {
         if let Some(bands) = &self.bands {
             self.gains = bands.iter().map(|&band| gains.of_band(band)).collect();
@@ -129,15 +160,16 @@ impl PatchEquations {
         self.weight = weight;
     }
 
-    /// What a solution of all patches says of the patch's own unknowns.
-    fn own(&self, solution: &Mat<f64>) -> Mat<f64> {
+    /// What bits and fields of all patches say of the patch's own unknowns.
+    pub(super) fn own(&self, solution: &Mat<f64>) -> Mat<f64> {
         let fields = solution.nrows() - FIELDS..solution.nrows();
-        let bits = self
-            .bits
-            .iter()
-            .zip(&self.gains)
-            .map(|(&i, gain)| gain * solution[(i, 0)]);
-        let own: Vec<f64> = bits.chain(fields.map(|i| solution[(i, 0)])).collect();
+        let bits: Vec<f64> = self.bits.iter().map(|&i| solution[(i, 0)]).collect();
+        let spread = match &self.rotation {
+            Some(rotation) => rotation.coefficients(&bits),
+            None => bits,
+        };
+        let left = spread.iter().zip(&self.gains).map(|(u, gain)| gain * u);
+        let own: Vec<f64> = left.chain(fields.map(|i| solution[(i, 0)])).collect();
         Mat::from_fn(own.len(), 1, |i, _| own[i])
     }
 
@@ -146,16 +178,17 @@ impl PatchEquations {
         self.observations.as_ref().map_or(0, Vec::len)
     }
 
-    /// The same patch, if it waits for weights, with those for what a solution of all patches leaves of its observations.
+    /// The same patch, if it waits for weights, with those for what is left of its observations by what a solution of all says of its unknowns.
     pub(super) fn weighed_by(
         &self,
         design: &Design<'_>,
         view: &View<'_>,
-        solution: &Mat<f64>,
+        own: &Mat<f64>,
         redundancy: f64,
     ) -> Self {
-        let own = || Self {
+        let same = || Self {
             bits: self.bits.clone(),
+            rotation: self.rotation.clone(),
             equations: self.equations.clone(),
             observations: None,
             weight: self.weight,
@@ -163,14 +196,39 @@ impl PatchEquations {
             gains: self.gains.clone(),
         };
         let Some(mut observations) = self.observations.clone() else {
-            return own();
+            return same();
         };
-        let residuals = residuals(design, view, &observations, &self.own(solution));
+        let residuals = residuals(design, view, &observations, own);
         reweight(&mut observations, &residuals);
         Self {
             equations: NormalEquations::weighted(design, view, &observations, redundancy),
             observations: Some(observations),
-            ..own()
+            ..same()
+        }
+    }
+}
+
+/// Rᵀ G R for the first unknowns of a Gram matrix that is known by its lower triangle.
+fn turn(rotation: &PatchRotation, unknowns: usize, gram: &mut Mat<f64>) {
+    let all = gram.nrows();
+    // Rows of the upper triangle are columns of the lower one: first what is beside the unknowns, then these from both sides.
+    for row in unknowns..all {
+        let turned: Vec<f64> = (0..unknowns).map(|j| gram[(row, j)]).collect();
+        for (j, value) in rotation.chips(&turned).into_iter().enumerate() {
+            gram[(row, j)] = value;
+        }
+    }
+    let mut half = Mat::zeros(unknowns, unknowns);
+    for j in 0..unknowns {
+        let column: Vec<f64> = (0..unknowns).map(|i| gram[(i.max(j), i.min(j))]).collect();
+        for (i, value) in rotation.chips(&column).into_iter().enumerate() {
+            half[(j, i)] = value;
+        }
+    }
+    for j in 0..unknowns {
+        let turned = rotation.chips(half.col_as_slice(j));
+        for i in j..unknowns {
+            gram[(i, j)] = turned[i];
         }
     }
 }

@@ -1,0 +1,194 @@
+//! The certificates of all copies.
+
+use std::{
+    fs, io,
+    path::{Path, PathBuf},
+};
+
+use anyhow::{Context, Result, bail};
+use job::Job;
+use sigmark::{
+    PublicKey, SigmarkError,
+    claim::{CertificateReader, Issued, Tracer},
+};
+
+use crate::{
+    files::{self, Text},
+    report,
+};
+
+/// What a name of a certificate ends in.
+const SUFFIX: &str = ".cert.json";
+
+/// Certificates that are read at a time, so that not all are in memory.
+const AT_A_TIME: usize = 256;
+
+/// A copy that is asked for.
+#[derive(Clone, Debug)]
+pub(super) struct Copy {
+    pub(super) recipient: String,
+    pub(super) message: String,
+    pub(super) certificate: PathBuf,
+}
+
+/// All copies of an original that are asked for.
+pub(super) struct Copies {
+    pub(super) tracer: Tracer,
+    /// In the order of the tracer's numbers.
+    pub(super) copies: Vec<Copy>,
+    pub(super) key: PublicKey,
+    /// Certificates of other originals or keys.
+    pub(super) passed_over: usize,
+    /// What looks like a certificate and is none.
+    pub(super) unreadable: Vec<PathBuf>,
+}
+
+impl Copies {
+    /// Reads all certificates in some folders, or of some names, for an original; without a key by that of the first.
+    pub(super) fn read(
+        original: &mesh::TriMesh,
+        key: Option<PublicKey>,
+        named: &[PathBuf],
+        job: &Job,
+    ) -> Result<Self> {
+        let paths = listed(named)?;
+        let reader = CertificateReader::new();
+        let mut all = Collected {
+            original,
+            key,
+            tracer: None,
+            copies: Vec::new(),
+            refused: None,
+            passed_over: 0,
+            unreadable: Vec::new(),
+        };
+        for chunk in paths.chunks(AT_A_TIME) {
+            let read = |i: usize| -> Result<Issued> {
+                let path: &Path = &chunk[i];
+                let text = files::read_text(path, Text::Certificate)?;
+                reader.read(&text).with_context(|| path.display().to_string())
+            };
+            for (path, issued) in chunk.iter().zip(job.map(chunk.len(), 8, read)?) {
+                all.add(path, issued)?;
+            }
+        }
+        all.finished(named)
+    }
+}
+
+/// What was read so far.
+struct Collected<'a> {
+    original: &'a mesh::TriMesh,
+    key: Option<PublicKey>,
+    tracer: Option<Tracer>,
+    copies: Vec<Copy>,
+    /// Why the first was passed over.
+    refused: Option<anyhow::Error>,
+    passed_over: usize,
+    unreadable: Vec<PathBuf>,
+}
+
+impl Collected<'_> {
+    fn add(&mut self, path: &Path, issued: Result<Issued>) -> Result<()> {
+        let issued = match issued {
+            Ok(issued) => issued,
+            Err(error) => {
+                report::failure(&error);
+                self.unreadable.push(path.into());
+                return Ok(());
+            }
+        };
+        let certificate = issued.unchecked();
+        let key = *self.key.get_or_insert(*certificate.public_key());
+        if self.tracer.is_none() {
+            self.tracer = Some(Tracer::new(self.original, &key)?);
+        }
+        let Some(tracer) = &mut self.tracer else {
+            return Ok(());
+        };
+        let statement = certificate.statement();
+        let copy = Copy {
+            recipient: statement.recipient.clone(),
+            message: statement.message.clone(),
+            certificate: path.into(),
+        };
+        match tracer.add(&issued) {
+            Ok(_) => self.copies.push(copy),
+            Err(
+                error @ (SigmarkError::AnotherKey { .. }
+                | SigmarkError::AnotherOriginal { .. }
+                | SigmarkError::PaperProfile),
+            ) => {
+                self.passed_over += 1;
+                let error = anyhow::Error::new(error).context(path.display().to_string());
+                self.refused.get_or_insert(error);
+            }
+            Err(error) => return Err(anyhow::Error::new(error).context(path.display().to_string())),
+        }
+        Ok(())
+    }
+
+    fn finished(self, named: &[PathBuf]) -> Result<Copies> {
+        let Self {
+            tracer,
+            copies,
+            key,
+            passed_over,
+            unreadable,
+            refused,
+            ..
+        } = self;
+        match (tracer, key, refused) {
+            (_, _, Some(refused)) if copies.is_empty() => Err(refused),
+            (Some(tracer), Some(key), _) => Ok(Copies {
+                tracer,
+                copies,
+                key,
+                passed_over,
+                unreadable,
+            }),
+            _ => {
+                let named: Vec<String> = named.iter().map(|path| path.display().to_string()).collect();
+                bail!(
+                    "{}: no certificate there could be read (their names end in {SUFFIX}); name the folder into which `sigmark embed` wrote the copies",
+                    report::listed(&named)
+                )
+            }
+        }
+    }
+}
+
+/// The files that were named, and in the order of their names those in folders that were and that are named as certificates are.
+fn listed(named: &[PathBuf]) -> Result<Vec<PathBuf>> {
+    let mut paths = Vec::new();
+    for path in named {
+        if !path.is_dir() {
+            paths.push(path.clone());
+            continue;
+        }
+        let mut inside = Vec::new();
+        walk(path, &mut inside)
+            .with_context(|| format!("{}: can't be listed; allow it with chmod", path.display()))?;
+        inside.sort();
+        paths.append(&mut inside);
+    }
+    Ok(paths)
+}
+
+/// Hidden files are passed over, and folders are not followed through links.
+fn walk(folder: &Path, found: &mut Vec<PathBuf>) -> io::Result<()> {
+    for entry in fs::read_dir(folder)? {
+        let entry = entry?;
+        let name = entry.file_name();
+        let name = name.to_string_lossy();
+        if name.starts_with('.') {
+            continue;
+        }
+        if entry.file_type()?.is_dir() {
+            walk(&entry.path(), found)?;
+        } else if name.ends_with(SUFFIX) {
+            found.push(entry.path());
+        }
+    }
+    Ok(())
+}

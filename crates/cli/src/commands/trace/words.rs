@@ -1,0 +1,133 @@
+//! What `trace` says to people.
+
+use std::path::Path;
+
+use registration::MatchedBy;
+use sigmark::claim::{Accused, Trace};
+
+use super::issued::{Copies, Copy};
+use crate::{
+    args,
+    commands::verify::{probability, remark},
+    report::{self, Lines, Seconds},
+};
+
+/// Who was named, and what it rests on.
+pub(super) fn summary(
+    suspect: &Path,
+    arguments: &args::Trace,
+    trace: &Trace,
+    copies: &Copies,
+    seconds: &Seconds,
+) -> Lines {
+    let (suspect, original) = (suspect.display(), arguments.original.display());
+    let asked = report::counted(trace.candidates, "copy", "copies");
+    let accused: Vec<(&Accused, &Copy)> = accused(trace, copies).collect();
+    let headline = match accused.as_slice() {
+        [] if trace.mismatch.is_some() => {
+            format!("NOBODY NAMED: {suspect} is not {original}, nor a part of it")
+        }
+        [] => format!("NOBODY NAMED: {suspect} has the shape of {original}, and nothing in it of any of {asked}"),
+        [(_, copy)] => format!("NAMED: {suspect} was made of the copy for {}", named(copy)),
+        several => format!(
+            "NAMED: {suspect} was made of {} copies at least",
+            report::grouped(several.len())
+        ),
+    };
+    let mut lines = Lines::new(headline);
+    if let Some(mismatch) = trace.mismatch {
+        lines.field("reason", remark(mismatch));
+    }
+    for (accused, copy) in &accused {
+        lines.field("copy for", named(copy));
+        lines.field("  certificate", copy.certificate.display());
+        lines.field(
+            "  chance",
+            format!(
+                "that an innocent is named so: {} at most (T0 = {:.1})",
+                probability(accused.p_value),
+                accused.margin
+            ),
+        );
+    }
+    lines.field("asked for", asked);
+    tell_of_certificates(&mut lines, trace, copies);
+    let key = copies.key.fingerprint();
+    lines.field(
+        "key",
+        match arguments.public_key.is_none() {
+            true => format!("{key}, the certificates' own: whose it is, they can't say"),
+            false => key,
+        },
+    );
+    if trace.transform.is_some() {
+        lines.field("registered", registered(trace));
+    }
+    if !accused.is_empty() {
+        lines.field(
+            "mind",
+            "it says of which copy the file was made, not who gave it away: copies can be stolen, and who issues them has them all",
+        );
+    }
+    lines.field("time", report::seconds_text(seconds));
+    lines
+}
+
+/// Whose copies they are.
+pub(super) fn accused<'a>(
+    trace: &'a Trace,
+    copies: &'a Copies,
+) -> impl Iterator<Item = (&'a Accused, &'a Copy)> {
+    let copy = |accused: &'a Accused| Some((accused, copies.copies.get(accused.candidate)?));
+    trace.accused.iter().filter_map(copy)
+}
+
+/// The recipient, or the certificate where it names none.
+pub(crate) fn named(copy: &Copy) -> String {
+    match copy.recipient.as_str() {
+        "" => format!("nobody by name ({})", copy.certificate.display()),
+        recipient => format!("\u{201c}{recipient}\u{201d}"),
+    }
+}
+
+fn tell_of_certificates(lines: &mut Lines, trace: &Trace, copies: &Copies) {
+    if copies.passed_over > 0 {
+        let count = report::counted(copies.passed_over, "certificate", "certificates");
+        lines.field("passed over", format!("{count} of other originals or keys"));
+    }
+    if !copies.unreadable.is_empty() {
+        let count = report::counted(copies.unreadable.len(), "file", "files");
+        lines.field("unreadable", format!("{count}; whose copy they are for was not asked for"));
+    }
+    for copy in trace.unsigned.iter().filter_map(|&number| copies.copies.get(number)) {
+        let path = copy.certificate.display();
+        lines.field("not named", format!("{path}: its mark is there, but the key did not sign it: it was edited"));
+    }
+}
+
+fn registered(trace: &Trace) -> String {
+    let by = match trace.matched_by {
+        MatchedBy::Connectivity => "by its vertices",
+        MatchedBy::Surroundings => "by the vertices that are left",
+        _ => "by its surface",
+    };
+    let poses = match trace.poses {
+        0 | 1 => String::new(),
+        poses => format!("; it could lie there in {poses} ways, which the probability allows for"),
+    };
+    format!(
+        "{by}: {:.1} % of the suspect lies on the original, {:.1} % of the original's vertices were seen{poses}",
+        100.0 * trace.overlap,
+        100.0 * (1.0 - trace.missing)
+    )
+}
+
+/// In how many of several suspects somebody was named.
+pub(super) fn total(found: usize, failed: usize, suspects: usize) -> Lines {
+    let failed = match failed {
+        0 => String::new(),
+        failed => format!("; {} could not be judged", report::grouped(failed)),
+    };
+    let (found, suspects) = (report::grouped(found), report::grouped(suspects));
+    Lines::new(format!("Somebody named in {found} of {suspects}{failed}"))
+}

@@ -1,0 +1,437 @@
+//! Whose copy was it: which of many marks of one original a suspect carries.
+//!
+//! All copies have one layout, and each its own statement h: its own bits, through its own rotation. What the suspect says of the coefficients is read once, whatever marks may be in it. A mark that has
+//! nothing to do with it agrees by a sum of fair coins, whatever was done to the copies that it was made of: its bits were added to a stream of h, which nobody could know who had not the original.
+//! So p of each is exact, times the number of all that are asked for.
+//!
+//! Where several gave their copies together, the mark that is there most surely is taken out, and the others are asked for once more: in round k, that of the one found before. Who is innocent is not in what is taken out,
+//! so that his chance stays what it is.
+
+mod residue;
+
+pub use residue::{Order, Pattern, Residue};
+
+use std::{borrow::Cow, sync::Arc};
+
+use job::Job;
+use mesh::{Similarity, TriMesh};
+use registration::{AlignOptions, MatchedBy, PreparedMesh};
+
+use super::{
+    Issued, Mismatch, SigmarkError, Statement,
+    keys::PublicKey,
+    statistics::{margin_of, rademacher_tail},
+    verify::{another_original, cut_as},
+};
+use crate::{
+    mark::{
+        AttackModel, Found, JointEstimator, MarkLayout, MarkStage, Reader, Reading, ReadingMethod,
+    },
+    payload::{GeometryDigest, Signature},
+};
+
+/// Candidates that one thread asks for at a time.
+const AT_A_TIME: usize = 64;
+
+/// Names the copies that a suspect was made of, among those for which certificates were issued.
+///
+/// What it computes of the original is kept for the next suspect.
+#[derive(Debug)]
+pub struct Tracer {
+    original: TriMesh,
+    digest: GeometryDigest,
+    public_key: PublicKey,
+    reader: Reader,
+    lots: Vec<Lot>,
+    candidates: Vec<Candidate>,
+    decoys: Option<Decoys>,
+    p_bound: f64,
+}
+
+/// Patterns that nobody has, of the first lot: numbered after the candidates, and made when they are asked for.
+#[derive(Clone, Copy, Debug)]
+struct Decoys {
+    seed: u64,
+    count: usize,
+}
+
+/// Copies of one layout: one reading serves all.
+#[derive(Debug)]
+struct Lot {
+    /// The statement of its first copy; what distinguishes the others does not count.
+    of: Statement,
+    eigenvalues: Vec<f64>,
+    method: ReadingMethod,
+    order: Arc<Order>,
+}
+
+/// A copy for which a certificate was issued.
+#[derive(Clone, Debug)]
+struct Candidate {
+    lot: usize,
+    pattern: Pattern,
+    signed: Vec<u8>,
+    signature: Signature,
+    sealed: Vec<u8>,
+    seal: Signature,
+}
+
+/// A suspect as it was read, in every way in which it may lie on the original.
+#[derive(Debug)]
+pub struct TracedSuspect {
+    /// Of each lot, one a way.
+    residues: Vec<Vec<Residue>>,
+    trace: Trace,
+}
+
+/// Whose copy a suspect is, or that nobody was found.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Trace {
+    /// Those whose copies are in it, the surest first.
+    pub accused: Vec<Accused>,
+    /// Candidates, by their numbers, whose certificates would have been named, but are not signed by the key.
+    pub unsigned: Vec<usize>,
+    /// How many candidates were asked for.
+    pub candidates: usize,
+    /// In how many ways the suspect could lie on the original.
+    pub poses: usize,
+    /// How it was laid onto the original.
+    pub matched_by: MatchedBy,
+    /// Share of the suspect's surface that lies on the original, from 0 to 1.
+    pub overlap: f64,
+    /// Share of the original's surface that lies on the suspect, from 0 to 1.
+    pub coverage: f64,
+    /// Share of the original's vertices at which the suspect has no surface, from 0 to 1.
+    pub missing: f64,
+    /// Takes the suspect to the original; none where it does not fit.
+    pub transform: Option<Similarity>,
+    /// What moved the suspect beside the marks.
+    pub attack_model: Option<AttackModel>,
+    /// Why the suspect is another shape, if it is: nobody is named then.
+    pub mismatch: Option<Mismatch>,
+}
+
+/// One whose copy is in a suspect.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Accused {
+    /// The candidate's [number](Tracer::add).
+    pub candidate: usize,
+    /// The probability that anybody at all who is innocent would be named before or with him, an upper bound: it counts all candidates, poses and rounds.
+    pub p_value: f64,
+    /// T, beside those that were found before.
+    pub correlation: f64,
+    /// T₀ = T / √(1 − T²/l).
+    pub margin: f64,
+}
+
+impl Tracer {
+    /// One that knows nobody yet. Nothing is computed.
+    ///
+    /// # Errors
+    /// None that the options of this library can cause.
+    pub fn new(original: &TriMesh, public_key: &PublicKey) -> Result<Self, SigmarkError> {
+        Ok(Self {
+            digest: GeometryDigest::of(original),
+            original: original.clone(),
+            public_key: *public_key,
+            reader: Reader::new(original)?,
+            lots: Vec::new(),
+            candidates: Vec::new(),
+            decoys: None,
+            p_bound: 1e-5,
+        })
+    }
+
+    /// The largest p-value by which somebody is named; 10⁻⁵ by default.
+    pub fn p_bound(mut self, bound: f64) -> Self {
+        self.p_bound = bound;
+        self
+    }
+
+    /// Adds one who has a copy, and returns his number, from 0. Who is added twice is asked for once, under his first number.
+    ///
+    /// # Errors
+    /// [`SigmarkError::AnotherKey`], [`SigmarkError::AnotherOriginal`] where the certificate is of another claim; [`SigmarkError::PaperProfile`], since marks of the paper's profile tell no copies apart;
+    /// [`SigmarkError::AnotherCut`].
+    pub fn add(&mut self, issued: &Issued) -> Result<usize, SigmarkError> {
+        let certificate = issued.unchecked();
+        let statement = certificate.statement();
+        super::verify::check_key(certificate, &self.public_key)?;
+        if statement.original.digest != self.digest {
+            return Err(another_original(certificate, &self.original));
+        }
+        if !statement.binds_original() {
+            return Err(SigmarkError::PaperProfile);
+        }
+        let hash = *certificate.statement_hash();
+        let (signature, sealed, seal) = certificate.parts();
+        let lot = self.lot_of(statement, certificate.last_eigenvalues())?;
+        self.candidates.push(Candidate {
+            lot,
+            pattern: Pattern {
+                hash,
+                bits: certificate.bits(),
+            },
+            signed: statement.signed_bytes(&hash),
+            signature,
+            sealed,
+            seal,
+        });
+        Ok(self.candidates.len() - 1)
+    }
+
+    /// Asks for so many patterns too that nobody has, in the layout of the first candidate. They count as candidates in all probabilities, and show that those are right (Furon and Desoubeaux 2014): one that would be named stands among the
+    /// [unsigned](Trace::unsigned), numbered after the candidates.
+    pub fn with_decoys(mut self, count: usize, seed: u64) -> Self {
+        self.decoys = Some(Decoys { seed, count });
+        self
+    }
+
+    /// How many were added.
+    pub fn candidates(&self) -> usize {
+        self.candidates.len()
+    }
+
+    fn lot_of(&mut self, statement: &Statement, eigenvalues: &[f64]) -> Result<usize, SigmarkError> {
+        let is_same = |lot: &Lot| {
+            lot.of.labels == statement.labels
+                && lot.of.functions == statement.functions
+                && lot.of.alphas == statement.alphas
+                && lot.of.laplacian == statement.laplacian
+                && lot.of.carrier == statement.carrier
+                && (lot.of.scheme, lot.of.payload) == (statement.scheme, statement.payload)
+                && lot.eigenvalues == eigenvalues
+        };
+        if let Some(lot) = self.lots.iter().position(is_same) {
+            return Ok(lot);
+        }
+        let original = cut_as(&self.original, statement)?.expecting(eigenvalues.to_vec())?;
+        let plan = statement.plan([0; 32])?;
+        let layout = MarkLayout::new(Arc::new(original), plan, statement.alphas.clone())?;
+        let layout = Arc::new(layout);
+        self.lots.push(Lot {
+            of: statement.clone(),
+            eigenvalues: eigenvalues.to_vec(),
+            method: ReadingMethod::joint(JointEstimator::of_coefficients(&layout).into()),
+            order: Order::of(&layout).into(),
+        });
+        Ok(self.lots.len() - 1)
+    }
+
+    /// Names those whose copies are in a suspect.
+    ///
+    /// # Errors
+    /// When the original's bases can't be computed or are not those of the certificates; [`SigmarkError::Job`].
+    pub fn trace(&self, suspect: impl Into<PreparedMesh>, job: &Job) -> Result<Trace, SigmarkError> {
+        self.accuse(self.read(suspect, job)?, job)
+    }
+
+    /// Reads a suspect, whoever may have had it.
+    ///
+    /// # Errors
+    /// As [`trace`](Self::trace).
+    pub fn read(&self, suspect: impl Into<PreparedMesh>, job: &Job) -> Result<TracedSuspect, SigmarkError> {
+        let found = self.reader.find(suspect, job)?;
+        let mut traced = TracedSuspect {
+            residues: Vec::new(),
+            trace: self.unread(&found),
+        };
+        if traced.trace.mismatch.is_some() {
+            return Ok(traced);
+        }
+        for lot in &self.lots {
+            let readings = found.readings(&lot.method, job)?;
+            let readings = readings.of_every_way(job)?;
+            traced.trace.describe(&readings, found.alignment().is_none());
+            let residues = readings.iter().filter_map(|reading| Residue::of(reading, &lot.order));
+            traced.residues.push(residues.collect());
+        }
+        Ok(traced)
+    }
+
+    /// Names those whose copies are in a suspect that was read.
+    ///
+    /// # Errors
+    /// [`SigmarkError::Job`].
+    pub fn accuse(&self, suspect: TracedSuspect, job: &Job) -> Result<Trace, SigmarkError> {
+        let TracedSuspect {
+            mut residues,
+            mut trace,
+        } = suspect;
+        if trace.mismatch.is_some() {
+            return Ok(trace);
+        }
+        job.begin(MarkStage::Detection)?;
+        let ways = residues.iter().map(Vec::len).max().unwrap_or(0).max(1);
+        let mut asked: Vec<usize> = self.distinct();
+        trace.candidates = asked.len();
+        let tries = (asked.len() * ways) as f64;
+        while !asked.is_empty() {
+            let Some(Best { candidate, way, t }) = self.best(&asked, &residues, job)? else {
+                break;
+            };
+            let p_value = (rademacher_tail(t) * tries * share_of_round(trace.accused.len())).min(1.0);
+            if p_value > self.p_bound {
+                break;
+            }
+            asked.retain(|&other| other != candidate);
+            if !self.is_signed(candidate) {
+                trace.unsigned.push(candidate);
+                continue;
+            }
+            let (lot, pattern) = self.pattern(candidate);
+            let margin = margin_of(t, residues[lot][way].bits_seen(&pattern));
+            trace.accused.push(Accused {
+                candidate,
+                p_value,
+                correlation: t,
+                margin,
+            });
+            // The suspect lies in one way, and this is it.
+            for residues in &mut residues {
+                if way < residues.len() && ways > 1 {
+                    residues.swap(0, way);
+                    residues.truncate(1);
+                }
+            }
+            let way = if ways > 1 { 0 } else { way };
+            residues[lot][way].take_out(&pattern);
+        }
+        Ok(trace)
+    }
+
+    /// The lot and the pattern of a candidate, or of a decoy.
+    fn pattern(&self, number: usize) -> (usize, Cow<'_, Pattern>) {
+        match (self.candidates.get(number), self.decoys) {
+            (Some(candidate), _) => (candidate.lot, Cow::Borrowed(&candidate.pattern)),
+            (None, decoys) => {
+                let seed = decoys.map_or(0, |decoys| decoys.seed);
+                let bits = self.lots.first().map_or(0, |lot| lot.order.bits());
+                (0, Cow::Owned(Pattern::decoy(seed, number as u64, bits)))
+            }
+        }
+    }
+
+    /// The candidates, each once, and the decoys.
+    fn distinct(&self) -> Vec<usize> {
+        let mut numbers: Vec<usize> = (0..self.candidates.len()).collect();
+        let hash = |&i: &usize| self.candidates[i].pattern.hash;
+        numbers.sort_by_key(|i| (hash(i), *i));
+        numbers.dedup_by_key(|i| hash(i));
+        numbers.sort_unstable();
+        let decoys = self.decoys.map_or(0, |decoys| decoys.count);
+        numbers.extend((0..decoys).map(|i| self.candidates.len() + i));
+        numbers
+    }
+
+    /// The candidate, among some, whose mark is there most surely, and in which way.
+    fn best(
+        &self,
+        asked: &[usize],
+        residues: &[Vec<Residue>],
+        job: &Job,
+    ) -> Result<Option<Best>, SigmarkError> {
+        let best_of = |chunk: &[usize]| {
+            let all = chunk.iter().flat_map(|&candidate| {
+                let (lot, pattern) = self.pattern(candidate);
+                let residues = residues[lot].iter().enumerate();
+                residues.map(move |(way, residue)| Best {
+                    candidate,
+                    way,
+                    t: residue.correlation(&pattern),
+                })
+            });
+            all.max_by(|a, b| a.t.total_cmp(&b.t))
+        };
+        let chunks: Vec<&[usize]> = asked.chunks(AT_A_TIME).collect();
+        let best = job.map_reported(chunks.len(), 1, |i| best_of(chunks[i]))?;
+        Ok(best.into_iter().flatten().max_by(|a, b| a.t.total_cmp(&b.t)))
+    }
+
+    /// Whether signature and seal are the key's.
+    fn is_signed(&self, candidate: usize) -> bool {
+        let Some(Candidate {
+            signed,
+            signature,
+            sealed,
+            seal,
+            ..
+        }) = self.candidates.get(candidate)
+        else {
+            return false;
+        };
+        let key = &self.public_key;
+        key.verify(signed, signature).is_ok() && key.verify(sealed, seal).is_ok()
+    }
+
+    /// What is known of a suspect before anything is read.
+    fn unread(&self, found: &Found) -> Trace {
+        let alignment = found.alignment();
+        let does_not_fit = alignment.filter(|alignment| !alignment.aligned);
+        Trace {
+            accused: Vec::new(),
+            unsigned: Vec::new(),
+            candidates: self.candidates.len(),
+            poses: found.poses(),
+            matched_by: found.matched_by(),
+            overlap: alignment.map_or(1.0, |alignment| alignment.overlap),
+            coverage: alignment.map_or(1.0, |alignment| alignment.coverage),
+            missing: 1.0,
+            transform: None,
+            attack_model: None,
+            mismatch: does_not_fit.map(|alignment| Mismatch::Surface {
+                overlap: alignment.overlap,
+                least: AlignOptions::default().least_overlap,
+            }),
+        }
+    }
+}
+
+/// The best of some candidates.
+struct Best {
+    candidate: usize,
+    way: usize,
+    t: f64,
+}
+
+/// How many times the chance of a round counts after so many were found, so that those of all rounds add up to one: 1 / 0.8, then 5 k (k − 1) in round k.
+fn share_of_round(found: usize) -> f64 {
+    match found {
+        0 => 1.25,
+        _ => 5.0 * ((found + 1) * found) as f64,
+    }
+}
+
+impl TracedSuspect {
+    /// What was read for the copies of one layout, the first by default, in each way in which the suspect may lie.
+    pub fn residues(&self) -> &[Vec<Residue>] {
+        &self.residues
+    }
+}
+
+impl Trace {
+    /// Whether anybody was named.
+    pub fn is_found(&self) -> bool {
+        !self.accused.is_empty()
+    }
+
+    /// Takes over what the readings of all ways tell of the suspect, of which the one that sees most is said.
+    fn describe(&mut self, readings: &[&Reading], by_vertices: bool) {
+        let Some(first) = readings.iter().max_by(|a, b| a.in_place.total_cmp(&b.in_place)) else {
+            return;
+        };
+        self.missing = first.missing;
+        self.transform = Some(first.transform);
+        self.attack_model = first.attack_model;
+        if by_vertices {
+            (self.overlap, self.coverage) = (first.in_place, first.in_place);
+            let least = AlignOptions::default().least_overlap;
+            if first.in_place < least {
+                let in_place = first.in_place;
+                self.mismatch = Some(Mismatch::Shape { in_place, least });
+            }
+        }
+    }
+}

@@ -1,0 +1,200 @@
+//! Solved for what the mark adds to every coefficient, whatever its bits are.
+//!
+//! Coefficients belong to one patch each, so the equations are those of single patches, (Aₚ + σ²) uₚ + Cₚ θ = rₚ, and the few of the fields,
+//! Σ Cₚᵀ uₚ + F θ = f. Eliminating uₚ leaves (F − Σ Cₚᵀ (Aₚ + σ²)⁻¹ Cₚ) θ = f − Σ Cₚᵀ (Aₚ + σ²)⁻¹ rₚ: ten thousand coefficients cost as little as their patches do.
+
+use std::{collections::BTreeMap, ops::RangeInclusive};
+
+use faer::{
+    Mat, Par, Side,
+    linalg::{solvers::Solve, triangular_inverse::invert_lower_triangular},
+};
+
+use super::{
+    equations::{BENDING_RIDGE, RIDGE},
+    fields::{BENDING_FIELDS, FIELDS},
+    patch::PatchEquations,
+    system::{System, bending_worth, is_worth_weighing},
+};
+use crate::mark::MarkError;
+
+/// The equations of all patches, and of the fields.
+pub(super) struct PatchwiseEquations {
+    blocks: BTreeMap<usize, Block>,
+    /// F, f and Σ w (u·d)², by the lower triangle.
+    fields: Mat<f64>,
+    bending: usize,
+    observations: usize,
+    redundancy: f64,
+}
+
+/// Those of one patch.
+struct Block {
+    /// Aₚ, by its lower triangle.
+    own: Mat<f64>,
+    /// Cₚ, and rₚ as the last column.
+    beside: Mat<f64>,
+    gains: Vec<f64>,
+}
+
+/// A solution.
+pub(super) struct PatchwiseSolution {
+    theta: Mat<f64>,
+    blocks: BTreeMap<usize, SolvedBlock>,
+    noise: f64,
+}
+
+struct SolvedBlock {
+    u: Vec<f64>,
+    variances: Vec<f64>,
+}
+
+impl PatchwiseEquations {
+    /// Whether a field takes part: all do but bending ones that explain too little.
+    fn takes_part(&self, field: usize) -> bool {
+        field < FIELDS - BENDING_FIELDS + self.bending
+    }
+
+    fn unknowns(&self) -> usize {
+        let own = self.blocks.values().map(|block| block.own.nrows());
+        own.sum::<usize>() + FIELDS
+    }
+}
+
+impl System for PatchwiseEquations {
+    type Solution = PatchwiseSolution;
+
+    const IS_OF_BITS: bool = false;
+
+    fn of(
+        patches: &BTreeMap<usize, PatchEquations>,
+        _: usize,
+        redundancy: f64,
+        bounds: &RangeInclusive<usize>,
+    ) -> Self {
+        let mut equations = Self {
+            blocks: BTreeMap::new(),
+            fields: Mat::zeros(FIELDS + 1, FIELDS + 1),
+            bending: 0,
+            observations: 0,
+            redundancy,
+        };
+        let mut mark = 0.0;
+        for (&index, patch) in patches {
+            let (gram, count) = (patch.gram_of_unknowns(), patch.bits().len());
+            mark += (0..count).map(|i| gram[(i, i)]).sum::<f64>();
+            for j in 0..=FIELDS {
+                for i in j..=FIELDS {
+                    equations.fields[(i, j)] += gram[(count + i, count + j)];
+                }
+            }
+            equations.observations += patch.equations.observations;
+            let block = Block {
+                own: gram.get(..count, ..count).to_owned(),
+                beside: Mat::from_fn(count, FIELDS + 1, |i, j| gram[(count + j, i)]),
+                gains: patch.gains().to_vec(),
+            };
+            equations.blocks.insert(index, block);
+        }
+        for j in 0..=FIELDS {
+            for i in 0..j {
+                equations.fields[(i, j)] = equations.fields[(j, i)];
+            }
+        }
+        equations.bending = bending_worth(&equations.fields, mark, bounds);
+        equations
+    }
+
+    fn independent(&self) -> f64 {
+        self.observations.max(1) as f64 / self.redundancy
+    }
+
+    fn can_weigh(&self, waiting: usize) -> bool {
+        is_worth_weighing(self.observations, waiting, self.unknowns())
+    }
+
+    fn solved_for(&self, noise: f64) -> Result<PatchwiseSolution, MarkError> {
+        let mut fields = self.fields.clone();
+        let mut solved = Vec::with_capacity(self.blocks.len());
+        for block in self.blocks.values() {
+            let mut system = block.own.clone();
+            for i in 0..system.nrows() {
+                system[(i, i)] += RIDGE * block.own[(i, i)] + noise + f64::MIN_POSITIVE;
+            }
+            let factor = system.llt(Side::Lower).map_err(|_| MarkError::Alignment)?;
+            let beside = factor.solve(&block.beside);
+            fields -= block.beside.transpose() * &beside;
+            let mut inverse = Mat::zeros(system.nrows(), system.nrows());
+            invert_lower_triangular(inverse.as_mut(), factor.L(), Par::Seq);
+            let variance = |t: usize| noise * inverse.col_as_slice(t)[t..].iter().map(|x| x * x).sum::<f64>();
+            solved.push((beside, (0..system.nrows()).map(variance).collect()));
+        }
+        for i in 0..FIELDS {
+            let ridge = if i < FIELDS - BENDING_FIELDS { RIDGE } else { BENDING_RIDGE };
+            fields[(i, i)] += ridge * self.fields[(i, i)] + f64::MIN_POSITIVE;
+        }
+        for left_out in (0..FIELDS).filter(|&field| !self.takes_part(field)) {
+            for i in 0..=FIELDS {
+                (fields[(left_out, i)], fields[(i, left_out)]) = (0.0, 0.0);
+            }
+            fields[(left_out, left_out)] = 1.0;
+        }
+        let right = fields.get(..FIELDS, FIELDS..).to_owned();
+        let factor = fields.get(..FIELDS, ..FIELDS).llt(Side::Lower);
+        let theta = factor.map_err(|_| MarkError::Alignment)?.solve(&right);
+        let of_block = |(beside, variances): (Mat<f64>, Vec<f64>)| {
+            let taken = beside.get(.., ..FIELDS) * &theta;
+            let u = (0..variances.len()).map(|i| beside[(i, FIELDS)] - taken[(i, 0)]);
+            let u = u.collect();
+            SolvedBlock { u, variances }
+        };
+        Ok(PatchwiseSolution {
+            blocks: self.blocks.keys().copied().zip(solved.into_iter().map(of_block)).collect(),
+            theta,
+            noise,
+        })
+    }
+
+    fn squares(&self) -> f64 {
+        self.fields[(FIELDS, FIELDS)]
+    }
+
+    /// The normal equations make it Σ w (u·d)² − ⟨x, right-hand side⟩ − σ² Σ u².
+    fn squares_left(&self, solution: &PatchwiseSolution) -> f64 {
+        let fields: f64 = (0..FIELDS).map(|j| solution.theta[(j, 0)] * self.fields[(FIELDS, j)]).sum();
+        let squares: f64 = self.means(solution).iter().map(|u| u * u).sum();
+        (self.squares() - self.mark_explains(solution) - fields - solution.noise * squares).max(0.0)
+    }
+
+    fn means(&self, solution: &PatchwiseSolution) -> Vec<f64> {
+        solution.blocks.values().flat_map(|block| block.u.iter().copied()).collect()
+    }
+
+    fn variances(&self, solution: &PatchwiseSolution) -> Vec<f64> {
+        let blocks = solution.blocks.values();
+        blocks.flat_map(|block| block.variances.iter().copied()).collect()
+    }
+
+    fn own(&self, index: usize, _: &PatchEquations, solution: &PatchwiseSolution) -> Mat<f64> {
+        let (u, gains) = (&solution.blocks[&index].u, &self.blocks[&index].gains);
+        let own = u.iter().zip(gains).map(|(u, gain)| gain * u);
+        let own: Vec<f64> = own.chain(solution.theta.col_as_slice(0).iter().copied()).collect();
+        Mat::from_fn(own.len(), 1, |i, _| own[i])
+    }
+
+    fn mark_explains(&self, solution: &PatchwiseSolution) -> f64 {
+        let pairs = self.blocks.values().zip(solution.blocks.values());
+        pairs
+            .flat_map(|(block, solved)| solved.u.iter().zip(block.beside.col_as_slice(FIELDS)))
+            .map(|(u, right)| u * right)
+            .sum()
+    }
+
+    fn theta(&self, solution: &PatchwiseSolution) -> Vec<f64> {
+        solution.theta.col_as_slice(0).to_vec()
+    }
+
+    fn fields(&self) -> Mat<f64> {
+        self.fields.clone()
+    }
+}

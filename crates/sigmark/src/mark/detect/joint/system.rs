@@ -1,0 +1,142 @@
+//! The equations of all patches together, whatever they are solved for: what noise there is, and what is worth to be a field.
+
+use std::{collections::BTreeMap, ops::RangeInclusive};
+
+use faer::{Mat, Side, linalg::solvers::Solve};
+
+use super::{
+    equations::{OBSERVATIONS_AN_UNKNOWN, RIDGE},
+    fields::{BENDING_DEGREES, BENDING_FIELDS, FIELDS},
+    patch::PatchEquations,
+};
+use crate::mark::MarkError;
+
+/// A start for the noise, and its refinements, which converge at once.
+const ROUNDS: usize = 6;
+
+/// A noise that changes by less, relatively, is settled.
+const SETTLED: f64 = 1e-3;
+
+/// How often noise grows at most until the squares of what the mark says are as expected, and by how little these may be off.
+const NOISE_STEPS: usize = 4;
+const NOISE_SETTLED: f64 = 0.02;
+
+/// Where less than one in so many observations waits for weights, as at the edge of what is left of a large model, it keeps a plain one.
+const WORTH_WEIGHING: usize = 10;
+
+/// Equations whose first unknowns are the mark's, of prior variance 1, and whose last are the fields that all patches share.
+pub(super) trait System: Sized + Sync {
+    /// The unknowns that leave least with some noise, and what variances follow from.
+    type Solution: Sync;
+
+    /// Whether the mark's unknowns are bits, ±1, rather than coefficients.
+    const IS_OF_BITS: bool;
+
+    /// Those of some patches, with as many bending fields, from at least to at most so many, as [are worth it](bending_worth).
+    fn of(
+        patches: &BTreeMap<usize, PatchEquations>,
+        bits: usize,
+        redundancy: f64,
+        bending: &RangeInclusive<usize>,
+    ) -> Self;
+
+    /// How many independent observations there are.
+    fn independent(&self) -> f64;
+
+    /// See [`is_worth_weighing`].
+    fn can_weigh(&self, waiting: usize) -> bool;
+
+    /// The unknowns that leave least, with so much noise.
+    fn solved_for(&self, noise: f64) -> Result<Self::Solution, MarkError>;
+
+    /// Σ w (u·d)².
+    fn squares(&self) -> f64;
+
+    /// Σ w e² of a solution.
+    fn squares_left(&self, solution: &Self::Solution) -> f64;
+
+    /// The mark's unknowns, in the order of their numbers.
+    fn means(&self, solution: &Self::Solution) -> Vec<f64>;
+
+    /// The variances that are left to them.
+    fn variances(&self, solution: &Self::Solution) -> Vec<f64>;
+
+    /// What a solution says of a patch's own unknowns, given its number.
+    fn own(&self, index: usize, patch: &PatchEquations, solution: &Self::Solution) -> Mat<f64>;
+
+    /// Σ w (u·d) X b, over the mark's unknowns.
+    fn mark_explains(&self, solution: &Self::Solution) -> f64;
+
+    /// The coefficients of the fields.
+    fn theta(&self, solution: &Self::Solution) -> Vec<f64>;
+
+    /// The Gram matrix of the fields and of u·d.
+    fn fields(&self) -> Mat<f64>;
+
+    /// The unknowns that leave least, and the noise that is estimated with them, from a guess of it.
+    fn solved(&self, guess: Option<f64>) -> Result<(Self::Solution, f64), MarkError> {
+        // σ² for the mean weight; the weights hold masses.
+        let mut noise = guess.unwrap_or_else(|| self.squares() / self.independent());
+        let mut solution = self.solved_for(noise)?;
+        for _ in 1..ROUNDS {
+            let left = self.squares_left(&solution) / self.independent();
+            if (left - noise).abs() <= SETTLED * noise {
+                break;
+            }
+            noise = left;
+            solution = self.solved_for(noise)?;
+        }
+        Ok((solution, noise))
+    }
+
+    /// The solution with the variances that are left to the mark's unknowns, and as much noise as their squares ask for: the mean of b² is that of 1 − v.
+    ///
+    /// With information A of each and true noise σ², Σ b² / Σ (1 − v) is (A + σ²) / (A + N) where N is assumed, and v is N / (A + N).
+    fn posterior(&self, guess: Option<f64>) -> Result<(Self::Solution, Vec<f64>), MarkError> {
+        let (mut solution, mut noise) = self.solved(guess)?;
+        let mut variances = self.variances(&solution);
+        for _ in 0..NOISE_STEPS {
+            let (count, left) = (variances.len() as f64, variances.iter().sum::<f64>());
+            let known = (count - left).max(f64::MIN_POSITIVE);
+            let squares: f64 = self.means(&solution).iter().map(|mean| mean * mean).sum();
+            let excess = squares / known - 1.0;
+            let growth = 1.0 + excess * count / left.max(f64::MIN_POSITIVE);
+            if excess < NOISE_SETTLED || !growth.is_finite() {
+                break;
+            }
+            noise *= growth;
+            solution = self.solved_for(noise)?;
+            variances = self.variances(&solution);
+        }
+        Ok((solution, variances))
+    }
+}
+
+/// Whether there are enough observations for their residuals to say something about noise, and so many of them wait for their weights that
+/// it is worth to compute bases again.
+pub(super) fn is_worth_weighing(observations: usize, waiting: usize, unknowns: usize) -> bool {
+    observations >= OBSERVATIONS_AN_UNKNOWN * unknowns && WORTH_WEIGHING * waiting > observations
+}
+
+/// How many bending fields there are to be, from at least to at most so many, given the Gram matrix of the fields: a higher degree is taken where, with the mark unknown, it explains more squares beside the other
+/// fields than the mark has.
+pub(super) fn bending_worth(fields: &Mat<f64>, mark: f64, bounds: &RangeInclusive<usize>) -> usize {
+    let explained = |bending: usize| {
+        let count = FIELDS - BENDING_FIELDS + bending;
+        let mut system = fields.get(..count, ..count).to_owned();
+        for i in 0..count {
+            system[(i, i)] += RIDGE * fields[(i, i)] + f64::MIN_POSITIVE;
+        }
+        let right = Mat::from_fn(count, 1, |i, _| fields[(FIELDS, i)]);
+        let solution = system.llt(Side::Lower).ok()?.solve(&right);
+        Some((0..count).map(|i| solution[(i, 0)] * right[(i, 0)]).sum::<f64>())
+    };
+    let is_worth = |degree: usize, than: usize| matches!((explained(degree), explained(than)), (Some(more), Some(less)) if more - less > mark);
+    let mut taken = *bounds.start();
+    for degree in BENDING_DEGREES {
+        if degree > taken && degree <= *bounds.end() && is_worth(degree, taken) {
+            taken = degree;
+        }
+    }
+    taken
+}
