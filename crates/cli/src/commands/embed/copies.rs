@@ -1,0 +1,477 @@
+//! One model signed for every recipient of a list, each copy in a folder of its own.
+//!
+//! A copy is written before its certificate, so that a certificate says that its copy was whole. Signatures have no randomness in them: a run that goes
+//! on where another stopped writes what that would have written.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
+    time::SystemTime,
+};
+
+use anyhow::{Context, Result, anyhow, bail};
+use job::Job;
+use mesh_io::Asset;
+use quality::{FacetTurn, TurnSummary};
+use serde_json::json;
+use sigmark::{Embedder, Prepared, Statement, Strength};
+
+use super::{
+    Attempt, Task, check_manifest, check_sound, companions, embedder, file_name, object,
+    recipients::{self, Recipient},
+    words,
+};
+use crate::{
+    Answer,
+    args::Embed,
+    batch, claims,
+    files::{self, Output},
+    keys,
+    progress::Progress,
+    report,
+};
+
+/// Bytes that copies in the making may take together.
+const ROOM: usize = 4 << 30;
+
+/// What one takes for a vertex of the mesh, beside the bytes of its file a few times over.
+const BYTES_A_VERTEX: usize = 512;
+
+/// A copy, and what stands where it belongs.
+pub(super) struct Copy {
+    pub(super) recipient: String,
+    pub(super) task: Task,
+    there: There,
+}
+
+/// What stands in the place of a copy.
+enum There {
+    /// No certificate.
+    Nothing,
+    /// A mesh without a certificate, as an interrupted run leaves it.
+    MeshAlone,
+    /// A certificate, and whether the mesh is there.
+    Certificate(Box<Statement>, bool),
+    /// No certificate that can be read, and why not.
+    Unreadable(anyhow::Error),
+}
+
+/// By how much the facets of a copy turned.
+#[derive(Clone, Copy)]
+struct Turn {
+    summary: TurnSummary,
+    flipped: usize,
+}
+
+/// What was done.
+pub(super) struct Made<'a> {
+    pub(super) copies: &'a [Copy],
+    pub(super) prepared: &'a Prepared,
+    /// Of each copy, whether it is new.
+    pub(super) is_new: Vec<bool>,
+    pub(super) index: PathBuf,
+}
+
+impl Made<'_> {
+    pub(super) fn new_ones(&self) -> usize {
+        self.is_new.iter().filter(|&&is_new| is_new).count()
+    }
+}
+
+pub(super) fn run(arguments: &Embed, list: &Path) -> Result<Answer> {
+    let model = model(arguments)?;
+    let mut copies = planned(arguments, model, recipients::read(list)?)?;
+    let index = arguments.output.join("index.csv");
+    check(arguments, model, list, &copies, &index)?;
+    let embedder = embedder(arguments, &keys::read_private(&arguments.key)?)?;
+    batch::make_folder_of(&index)?;
+    files::check_free(&index, true)?;
+
+    let progress = Arc::new(Progress::new());
+    let job = progress.job(arguments.common.threads());
+    progress.begin("reading", "reading");
+    let asset = files::open_mesh(model)?;
+    check_manifest(&asset, model, arguments.c2pa)?;
+    for copy in &mut copies {
+        copy.there = There::at(&copy.task);
+    }
+    let run = Run {
+        arguments,
+        model,
+        asset: &asset,
+        progress: &progress,
+        job: &job,
+    };
+    let prepared = run.prepared(embedder.original_name(file_name(model)), &copies)?;
+    let (is_new, turn) = run.make(&prepared, &copies)?;
+    files::write_together(
+        &[Output {
+            path: &index,
+            bytes: &listed(&copies)?,
+            private: true,
+        }],
+        true,
+    )?;
+    let made = Made {
+        copies: &copies,
+        prepared: &prepared,
+        is_new,
+        index,
+    };
+    run.report(&made, turn)?;
+    Ok(Answer::Yes)
+}
+
+/// The model, if it is one.
+fn model(arguments: &Embed) -> Result<&Path> {
+    match arguments.models.as_slice() {
+        [model] if !model.is_dir() => Ok(model),
+        _ => bail!(
+            "--recipients makes copies of one model; name one file, and make the copies of another in another run"
+        ),
+    }
+}
+
+/// Where every copy goes: under the name of the model, which says nobody's name.
+fn planned(arguments: &Embed, model: &Path, recipients: Vec<Recipient>) -> Result<Vec<Copy>> {
+    let folder = &arguments.output;
+    if folder.exists() && !folder.is_dir() {
+        bail!(
+            "{}: is a file; copies go into a folder, so give -o the name of one",
+            folder.display()
+        );
+    }
+    let name = model
+        .file_name()
+        .with_context(|| format!("{}: is no file", model.display()))?;
+    let copy = |recipient: Recipient| {
+        let output = folder.join(recipient.folder()).join(name);
+        Copy {
+            recipient: recipient.name,
+            there: There::Nothing,
+            task: Task {
+                model: model.into(),
+                certificate: files::with_suffix(&output, ".cert.json"),
+                output,
+            },
+        }
+    };
+    Ok(recipients.into_iter().map(copy).collect())
+}
+
+/// Nothing that is read would be replaced.
+fn check(arguments: &Embed, model: &Path, list: &Path, copies: &[Copy], index: &Path) -> Result<()> {
+    let written = copies
+        .iter()
+        .flat_map(|copy| [&copy.task.output, &copy.task.certificate]);
+    for output in written.map(PathBuf::as_path).chain([index]) {
+        files::check_apart(output, model, "the model, which you need as it is to verify")?;
+        files::check_apart(output, &arguments.key, "the private key")?;
+        files::check_apart(output, list, "the list of recipients")?;
+    }
+    companions::check_copies(copies.iter().map(|copy| &copy.task), model, &arguments.key)
+}
+
+impl There {
+    fn at(task: &Task) -> Self {
+        let has_mesh = fs::symlink_metadata(&task.output).is_ok();
+        if fs::symlink_metadata(&task.certificate).is_err() {
+            return if has_mesh { Self::MeshAlone } else { Self::Nothing };
+        }
+        match claims::read_certificate(&task.certificate) {
+            Ok(certificate) => Self::Certificate(Box::new(certificate.statement().clone()), has_mesh),
+            Err(error) => Self::Unreadable(error),
+        }
+    }
+}
+
+impl Copy {
+    /// Whether its certificate says what a new one would.
+    fn is_certified(&self, prepared: &Prepared) -> bool {
+        let expected = || prepared.statement_for(&self.recipient);
+        matches!(&self.there, There::Certificate(found, _) if **found == expected())
+    }
+
+    fn is_complete(&self, prepared: &Prepared) -> bool {
+        matches!(self.there, There::Certificate(_, true)) && self.is_certified(prepared)
+    }
+
+    /// Refuses a certificate that is another, whatever strengths of the mark it names unless `exactly`.
+    fn check(&self, prepared: &Prepared, exactly: bool) -> Result<()> {
+        let certificate = self.task.certificate.display();
+        match &self.there {
+            There::Unreadable(error) => bail!("{error:#}; or use --force to replace it"),
+            There::Certificate(found, _) => {
+                match difference(found, &prepared.statement_for(&self.recipient), exactly) {
+                    None => Ok(()),
+                    Some(what) => bail!(
+                        "{certificate}: is of a copy with another {what} than the one to be made for {}; \
+                     use --force to replace both, or another folder",
+                        self.recipient
+                    ),
+                }
+            }
+            There::Nothing | There::MeshAlone => Ok(()),
+        }
+    }
+
+    /// Writes what is missing of a copy: mesh and companions with the time of the model, so that nobody reads off them when they were made, then the
+    /// certificate.
+    fn write(
+        &self,
+        attempt: &Attempt,
+        has_certificate: bool,
+        modified: SystemTime,
+        force: bool,
+    ) -> Result<()> {
+        let task = &self.task;
+        check_sound(&attempt.read_back, &task.output)?;
+        batch::make_folder_of(&task.output)?;
+        let (mesh, json) = (attempt.marked.to_bytes(), attempt.signed.certificate().to_json()?);
+        let companions = task.companions(&attempt.marked)?;
+        let mut outputs: Vec<Output<'_>> = companions
+            .iter()
+            .map(|(path, bytes)| Output::public((path, bytes)))
+            .collect();
+        // What an interrupted run left is the same.
+        if !fs::read(&task.output).is_ok_and(|there| there == *mesh) {
+            outputs.push(Output::public((&task.output, &mesh)));
+        }
+        files::write_together(&outputs, force)?;
+        let beside = attempt
+            .marked
+            .companions()
+            .map(|(name, _)| task.output.with_file_name(name));
+        for path in beside.chain([task.output.clone()]) {
+            set_time(&path, modified)?;
+        }
+        match has_certificate {
+            true => Ok(()),
+            false => {
+                let (path, bytes) = (&*task.certificate, json.as_bytes());
+                files::write_together(
+                    &[Output {
+                        path,
+                        bytes,
+                        private: true,
+                    }],
+                    force,
+                )
+            }
+        }
+    }
+}
+
+/// In what two statements differ.
+fn difference(found: &Statement, expected: &Statement, exactly: bool) -> Option<&'static str> {
+    if found.recipient != expected.recipient {
+        Some("recipient")
+    } else if found.message != expected.message {
+        Some("message")
+    } else if found.public_key != expected.public_key {
+        Some("key")
+    } else if found.original != expected.original {
+        Some("original")
+    } else if exactly && found != expected {
+        Some("mark")
+    } else {
+        let alike = Statement {
+            alphas: found.alphas.clone(),
+            ..expected.clone()
+        };
+        (*found != alike).then_some("mark")
+    }
+}
+
+fn set_time(path: &Path, modified: SystemTime) -> Result<()> {
+    let file = fs::File::options().write(true).open(path);
+    file.and_then(|file| file.set_modified(modified))
+        .with_context(|| format!("{}: its time can't be set to that of the model", path.display()))
+}
+
+/// What all copies have in common.
+struct Run<'a> {
+    arguments: &'a Embed,
+    model: &'a Path,
+    asset: &'a Asset,
+    progress: &'a Arc<Progress>,
+    job: &'a Job,
+}
+
+impl Run<'_> {
+    /// Prepares the model, with the strength that all copies have.
+    fn prepared(&self, embedder: Embedder, copies: &[Copy]) -> Result<Prepared> {
+        let named = || self.model.display().to_string();
+        let original = Arc::new(embedder.cut(self.asset.mesh(), self.job).with_context(named)?);
+        let prepared = embedder.prepare_in(&original).with_context(named)?;
+        self.check(&prepared, copies, false)?;
+        if copies.iter().all(|copy| copy.is_complete(&prepared)) {
+            return Ok(prepared);
+        }
+        self.announce(&prepared, false)?;
+        prepared.keep_bases(self.job).with_context(named)?;
+        if !self.arguments.leaves_strength_open() || self.is_sound(&prepared).with_context(named)? {
+            self.check(&prepared, copies, true)?;
+            return Ok(prepared);
+        }
+        // The file's precision is coarser than the mark.
+        let stronger = embedder.strength(Strength::STRONG).prepare_in(&original);
+        let stronger = stronger.with_context(named)?;
+        self.check(&stronger, copies, true)?;
+        self.announce(&stronger, true)?;
+        stronger.keep_bases(self.job).with_context(named)?;
+        Ok(stronger)
+    }
+
+    /// Whether the file holds the mark of nobody's copy: what all copies have in common may not depend on who is on the list.
+    fn is_sound(&self, prepared: &Prepared) -> Result<bool> {
+        let attempt = Attempt::make(prepared, "", self.asset, &self.job.quiet())?;
+        Ok(attempt.read_back.is_sound())
+    }
+
+    fn check(&self, prepared: &Prepared, copies: &[Copy], exactly: bool) -> Result<()> {
+        match self.arguments.force {
+            true => Ok(()),
+            false => copies.iter().try_for_each(|copy| copy.check(prepared, exactly)),
+        }
+    }
+
+    fn announce(&self, prepared: &Prepared, is_raised: bool) -> Result<()> {
+        match self.arguments.common.json {
+            true => Ok(()),
+            false => self
+                .progress
+                .tell(&words::planned(self.model, prepared, is_raised)),
+        }
+    }
+
+    /// Makes what is missing, and says of each copy whether it is new, and how far facets turned in the one that turned most.
+    fn make(&self, prepared: &Prepared, copies: &[Copy]) -> Result<(Vec<bool>, Option<Turn>)> {
+        let is_new: Vec<bool> = copies.iter().map(|copy| !copy.is_complete(prepared)).collect();
+        let missing = || {
+            copies
+                .iter()
+                .zip(&is_new)
+                .filter(|(_, is_new)| **is_new)
+                .map(|(copy, _)| copy)
+        };
+        let is_begun = |copy: &&Copy| matches!(copy.there, There::MeshAlone);
+        self.progress.begin("copies", "making copies");
+        // Where a mesh stands that is another, nothing is made.
+        let mut turns = self.make_all(prepared, &missing().filter(is_begun).collect::<Vec<_>>())?;
+        let rest: Vec<&Copy> = missing().filter(|copy| !is_begun(copy)).collect();
+        turns.extend(self.make_all(prepared, &rest)?);
+        let turn = turns.into_iter().max_by(|a, b| {
+            a.flipped
+                .cmp(&b.flipped)
+                .then(a.summary.max.total_cmp(&b.summary.max))
+        });
+        Ok((is_new, turn))
+    }
+
+    /// Makes copies side by side. After a failure none is begun.
+    fn make_all(&self, prepared: &Prepared, copies: &[&Copy]) -> Result<Vec<Turn>> {
+        if copies.is_empty() {
+            return Ok(Vec::new());
+        }
+        let modified = fs::metadata(self.model).and_then(|metadata| metadata.modified());
+        let modified =
+            modified.with_context(|| format!("{}: its time can't be read", self.model.display()))?;
+        let failed = AtomicBool::new(false);
+        let make = |i: usize| -> Option<Result<Turn>> {
+            if failed.load(Ordering::Relaxed) {
+                return None;
+            }
+            let made = self.make_one(prepared, copies[i], modified);
+            failed.fetch_or(made.is_err(), Ordering::Relaxed);
+            Some(made)
+        };
+        let job = self.job_for_copies();
+        let made = job.map_reported(copies.len(), 1, make)?;
+        made.into_iter().flatten().collect()
+    }
+
+    fn make_one(&self, prepared: &Prepared, copy: &Copy, modified: SystemTime) -> Result<Turn> {
+        let of_whom = || format!("the copy for {}", copy.recipient);
+        let job = self.job.alone().quiet();
+        let attempt = Attempt::make(prepared, &copy.recipient, self.asset, &job).with_context(of_whom)?;
+        let turn = FacetTurn::between(self.asset.mesh(), attempt.marked.mesh())?;
+        copy.write(
+            &attempt,
+            copy.is_certified(prepared),
+            modified,
+            self.arguments.force,
+        )
+        .with_context(of_whom)?;
+        Ok(Turn {
+            summary: turn.summary(),
+            flipped: turn.flipped(),
+        })
+    }
+
+    /// As many threads as copies in the making have room for.
+    fn job_for_copies(&self) -> Job {
+        let vertices = self.asset.mesh().vertex_count().saturating_mul(BYTES_A_VERTEX);
+        let bytes = self
+            .asset
+            .content()
+            .len()
+            .saturating_mul(4)
+            .saturating_add(vertices);
+        let side_by_side = (ROOM / bytes.max(1)).clamp(1, self.job.threads());
+        self.progress.job(side_by_side)
+    }
+
+    fn report(&self, made: &Made<'_>, turn: Option<Turn>) -> Result<()> {
+        let seconds = self.progress.finish();
+        let mut object = object(self.arguments, made.prepared, &seconds);
+        let copies = made.copies.iter().zip(&made.is_new).map(|(copy, is_new)| {
+            json!({
+                "recipient": copy.recipient,
+                "output": copy.task.output,
+                "certificate": copy.task.certificate,
+                "made": is_new,
+            })
+        });
+        object["copies"] = copies.collect();
+        object["made"] = made.new_ones().into();
+        object["skipped"] = (made.copies.len() - made.new_ones()).into();
+        object["index"] = json!(made.index);
+        object["output"] = json!(self.arguments.output);
+        object["certificate"] = json!(null);
+        object["facet_turn"] = json!(turn.map(|turn| turn.summary));
+        object["flipped"] = json!(turn.map(|turn| turn.flipped));
+        object["manifest_dropped"] = self.asset.has_manifest().into();
+        let mut summary = words::copies(self.model, made, &seconds);
+        if self.asset.has_manifest() {
+            summary.line(words::MANIFEST_DROPPED);
+        }
+        report::print(self.arguments.common.json, &object, &summary)
+    }
+}
+
+/// The list of copies, for whoever sends them.
+fn listed(copies: &[Copy]) -> Result<Vec<u8>> {
+    let mut rows = csv::Writer::from_writer(Vec::new());
+    rows.write_record(["recipient", "copy", "certificate"])?;
+    for copy in copies {
+        let paths = [&copy.task.output, &copy.task.certificate].map(|path| in_its_folder(path));
+        rows.write_record([copy.recipient.as_str(), &paths[0], &paths[1]])?;
+    }
+    rows.into_inner()
+        .map_err(|error| anyhow!("the list of copies can't be written: {error}"))
+}
+
+/// The last folder of a path and the name in it, as text.
+fn in_its_folder(path: &Path) -> String {
+    let folder = files::folder_of(path).file_name().unwrap_or_default();
+    format!(
+        "{}/{}",
+        folder.to_string_lossy(),
+        path.file_name().unwrap_or_default().to_string_lossy()
+    )
+}
