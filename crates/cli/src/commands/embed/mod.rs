@@ -1,6 +1,5 @@
 mod companions;
 mod copies;
-mod recipients;
 mod several;
 mod words;
 

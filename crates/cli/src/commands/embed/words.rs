@@ -118,12 +118,15 @@ pub(super) fn summary(task: &Task, signed: &Signed, turn: &FacetTurn, seconds: &
 pub(super) fn copies(model: &Path, made: &Made<'_>, seconds: &Seconds) -> Lines {
     let (new, all) = (made.new_ones(), made.copies.len());
     let model = model.display();
-    let mut lines = Lines::new(format!(
-        "Made {} of {model}; {} of {} were there",
-        report::counted(new, "copy", "copies"),
-        report::grouped(all - new),
-        report::grouped(all)
-    ));
+    let headline = format!("Made {} of {model}", report::counted(new, "copy", "copies"));
+    let mut lines = Lines::new(match new == all {
+        true => headline,
+        false => format!(
+            "{headline}; {} of {} were there",
+            report::grouped(all - new),
+            report::grouped(all)
+        ),
+    });
     let (prediction, layout) = (made.prepared.prediction(), made.prepared.layout());
     let chips = report::counted(prediction.chips, "chip", "chips");
     let bits = prediction.payload_bits;
@@ -140,14 +143,13 @@ pub(super) fn copies(model: &Path, made: &Made<'_>, seconds: &Seconds) -> Lines 
     lines.field("time", report::seconds_text(seconds));
     lines.field("who has which", made.index.display());
     if let Some(copy) = made.copies.first() {
+        let (name, output) = (&copy.recipient, copy.task.output.display());
         lines.line(format!(
-            "Send to {} {}, and so on.",
-            copy.recipient,
-            copy.task.output.display()
+            "Send all that lies in a recipient's folder but the certificate, such as {output} to {name}."
         ));
     }
     lines.line(format!(
-        "Keep the rest to yourself, and {model} as well: certificates and originals are needed to verify, and whoever has both can remove the marks."
+        "Keep {model}, the certificates and the list to yourself: original and certificate are needed to verify, and whoever has both can remove the mark."
     ));
     lines
 }

@@ -3,6 +3,9 @@
 //! A copy is written before its certificate, so that a certificate says that its copy was whole. Signatures have no randomness in them: a run that goes
 //! on where another stopped writes what that would have written.
 
+mod copy;
+mod recipients;
+
 use std::{
     fs,
     path::{Path, PathBuf},
@@ -10,7 +13,6 @@ use std::{
         Arc,
         atomic::{AtomicBool, Ordering},
     },
-    time::SystemTime,
 };
 
 use anyhow::{Context, Result, anyhow, bail};
@@ -18,17 +20,17 @@ use job::Job;
 use mesh_io::Asset;
 use quality::{FacetTurn, TurnSummary};
 use serde_json::json;
-use sigmark::{Embedder, Prepared, Statement, Strength};
+use sigmark::{Embedder, Prepared, Strength};
 
-use super::{
-    Attempt, Task, check_manifest, check_sound, companions, embedder, file_name, object,
-    recipients::{self, Recipient},
-    words,
+use self::{
+    copy::{Copy, Rules, There},
+    recipients::Recipient,
 };
+use super::{Attempt, Task, check_manifest, companions, embedder, file_name, object, words};
 use crate::{
     Answer,
     args::Embed,
-    batch, claims,
+    batch,
     files::{self, Output},
     keys,
     progress::Progress,
@@ -40,25 +42,6 @@ const ROOM: usize = 4 << 30;
 
 /// What one takes for a vertex of the mesh, beside the bytes of its file a few times over.
 const BYTES_A_VERTEX: usize = 512;
-
-/// A copy, and what stands where it belongs.
-pub(super) struct Copy {
-    pub(super) recipient: String,
-    pub(super) task: Task,
-    there: There,
-}
-
-/// What stands in the place of a copy.
-enum There {
-    /// No certificate.
-    Nothing,
-    /// A mesh without a certificate, as an interrupted run leaves it.
-    MeshAlone,
-    /// A certificate, and whether the mesh is there.
-    Certificate(Box<Statement>, bool),
-    /// No certificate that can be read, and why not.
-    Unreadable(anyhow::Error),
-}
 
 /// By how much the facets of a copy turned.
 #[derive(Clone, Copy)]
@@ -96,9 +79,6 @@ pub(super) fn run(arguments: &Embed, list: &Path) -> Result<Answer> {
     progress.begin("reading", "reading");
     let asset = files::open_mesh(model)?;
     check_manifest(&asset, model, arguments.c2pa)?;
-    for copy in &mut copies {
-        copy.there = There::at(&copy.task);
-    }
     let run = Run {
         arguments,
         model,
@@ -106,7 +86,7 @@ pub(super) fn run(arguments: &Embed, list: &Path) -> Result<Answer> {
         progress: &progress,
         job: &job,
     };
-    let prepared = run.prepared(embedder.original_name(file_name(model)), &copies)?;
+    let prepared = run.prepared(embedder.original_name(file_name(model)), &mut copies)?;
     let (is_new, turn) = run.make(&prepared, &copies)?;
     files::write_together(
         &[Output {
@@ -176,123 +156,6 @@ fn check(arguments: &Embed, model: &Path, list: &Path, copies: &[Copy], index: &
     companions::check_copies(copies.iter().map(|copy| &copy.task), model, &arguments.key)
 }
 
-impl There {
-    fn at(task: &Task) -> Self {
-        let has_mesh = fs::symlink_metadata(&task.output).is_ok();
-        if fs::symlink_metadata(&task.certificate).is_err() {
-            return if has_mesh { Self::MeshAlone } else { Self::Nothing };
-        }
-        match claims::read_certificate(&task.certificate) {
-            Ok(certificate) => Self::Certificate(Box::new(certificate.statement().clone()), has_mesh),
-            Err(error) => Self::Unreadable(error),
-        }
-    }
-}
-
-impl Copy {
-    /// Whether its certificate says what a new one would.
-    fn is_certified(&self, prepared: &Prepared) -> bool {
-        let expected = || prepared.statement_for(&self.recipient);
-        matches!(&self.there, There::Certificate(found, _) if **found == expected())
-    }
-
-    fn is_complete(&self, prepared: &Prepared) -> bool {
-        matches!(self.there, There::Certificate(_, true)) && self.is_certified(prepared)
-    }
-
-    /// Refuses a certificate that is another, whatever strengths of the mark it names unless `exactly`.
-    fn check(&self, prepared: &Prepared, exactly: bool) -> Result<()> {
-        let certificate = self.task.certificate.display();
-        match &self.there {
-            There::Unreadable(error) => bail!("{error:#}; or use --force to replace it"),
-            There::Certificate(found, _) => {
-                match difference(found, &prepared.statement_for(&self.recipient), exactly) {
-                    None => Ok(()),
-                    Some(what) => bail!(
-                        "{certificate}: is of a copy with another {what} than the one to be made for {}; \
-                     use --force to replace both, or another folder",
-                        self.recipient
-                    ),
-                }
-            }
-            There::Nothing | There::MeshAlone => Ok(()),
-        }
-    }
-
-    /// Writes what is missing of a copy: mesh and companions with the time of the model, so that nobody reads off them when they were made, then the
-    /// certificate.
-    fn write(
-        &self,
-        attempt: &Attempt,
-        has_certificate: bool,
-        modified: SystemTime,
-        force: bool,
-    ) -> Result<()> {
-        let task = &self.task;
-        check_sound(&attempt.read_back, &task.output)?;
-        batch::make_folder_of(&task.output)?;
-        let (mesh, json) = (attempt.marked.to_bytes(), attempt.signed.certificate().to_json()?);
-        let companions = task.companions(&attempt.marked)?;
-        let mut outputs: Vec<Output<'_>> = companions
-            .iter()
-            .map(|(path, bytes)| Output::public((path, bytes)))
-            .collect();
-        // What an interrupted run left is the same.
-        if !fs::read(&task.output).is_ok_and(|there| there == *mesh) {
-            outputs.push(Output::public((&task.output, &mesh)));
-        }
-        files::write_together(&outputs, force)?;
-        let beside = attempt
-            .marked
-            .companions()
-            .map(|(name, _)| task.output.with_file_name(name));
-        for path in beside.chain([task.output.clone()]) {
-            set_time(&path, modified)?;
-        }
-        match has_certificate {
-            true => Ok(()),
-            false => {
-                let (path, bytes) = (&*task.certificate, json.as_bytes());
-                files::write_together(
-                    &[Output {
-                        path,
-                        bytes,
-                        private: true,
-                    }],
-                    force,
-                )
-            }
-        }
-    }
-}
-
-/// In what two statements differ.
-fn difference(found: &Statement, expected: &Statement, exactly: bool) -> Option<&'static str> {
-    if found.recipient != expected.recipient {
-        Some("recipient")
-    } else if found.message != expected.message {
-        Some("message")
-    } else if found.public_key != expected.public_key {
-        Some("key")
-    } else if found.original != expected.original {
-        Some("original")
-    } else if exactly && found != expected {
-        Some("mark")
-    } else {
-        let alike = Statement {
-            alphas: found.alphas.clone(),
-            ..expected.clone()
-        };
-        (*found != alike).then_some("mark")
-    }
-}
-
-fn set_time(path: &Path, modified: SystemTime) -> Result<()> {
-    let file = fs::File::options().write(true).open(path);
-    file.and_then(|file| file.set_modified(modified))
-        .with_context(|| format!("{}: its time can't be set to that of the model", path.display()))
-}
-
 /// What all copies have in common.
 struct Run<'a> {
     arguments: &'a Embed,
@@ -304,24 +167,24 @@ struct Run<'a> {
 
 impl Run<'_> {
     /// Prepares the model, with the strength that all copies have.
-    fn prepared(&self, embedder: Embedder, copies: &[Copy]) -> Result<Prepared> {
+    fn prepared(&self, embedder: Embedder, copies: &mut [Copy]) -> Result<Prepared> {
         let named = || self.model.display().to_string();
         let original = Arc::new(embedder.cut(self.asset.mesh(), self.job).with_context(named)?);
         let prepared = embedder.prepare_in(&original).with_context(named)?;
-        self.check(&prepared, copies, false)?;
+        self.look(&prepared, copies)?;
         if copies.iter().all(|copy| copy.is_complete(&prepared)) {
             return Ok(prepared);
         }
         self.announce(&prepared, false)?;
         prepared.keep_bases(self.job).with_context(named)?;
         if !self.arguments.leaves_strength_open() || self.is_sound(&prepared).with_context(named)? {
-            self.check(&prepared, copies, true)?;
+            self.check(&prepared, copies)?;
             return Ok(prepared);
         }
         // The file's precision is coarser than the mark.
         let stronger = embedder.strength(Strength::STRONG).prepare_in(&original);
         let stronger = stronger.with_context(named)?;
-        self.check(&stronger, copies, true)?;
+        self.check(&stronger, copies)?;
         self.announce(&stronger, true)?;
         stronger.keep_bases(self.job).with_context(named)?;
         Ok(stronger)
@@ -333,10 +196,26 @@ impl Run<'_> {
         Ok(attempt.read_back.is_sound())
     }
 
-    fn check(&self, prepared: &Prepared, copies: &[Copy], exactly: bool) -> Result<()> {
+    /// Looks what is there already. What can't be a copy, however strong, is refused before the bases are computed.
+    fn look(&self, prepared: &Prepared, copies: &mut [Copy]) -> Result<()> {
+        self.progress.begin("copies", "looking what is there");
+        let there = |i: usize| There::at(&copies[i], prepared);
+        let there = self.job.map_reported(copies.len(), 1, there)?;
+        for (copy, there) in copies.iter_mut().zip(there) {
+            copy.there = there;
+        }
+        self.each(copies, Copy::check_possible)
+    }
+
+    fn check(&self, prepared: &Prepared, copies: &[Copy]) -> Result<()> {
+        self.each(copies, |copy| copy.check(prepared))
+    }
+
+    /// Whatever stands in the way may go where that was asked for.
+    fn each(&self, copies: &[Copy], check: impl Fn(&Copy) -> Result<()>) -> Result<()> {
         match self.arguments.force {
             true => Ok(()),
-            false => copies.iter().try_for_each(|copy| copy.check(prepared, exactly)),
+            false => copies.iter().try_for_each(check),
         }
     }
 
@@ -378,15 +257,13 @@ impl Run<'_> {
         if copies.is_empty() {
             return Ok(Vec::new());
         }
-        let modified = fs::metadata(self.model).and_then(|metadata| metadata.modified());
-        let modified =
-            modified.with_context(|| format!("{}: its time can't be read", self.model.display()))?;
+        let rules = self.rules()?;
         let failed = AtomicBool::new(false);
         let make = |i: usize| -> Option<Result<Turn>> {
             if failed.load(Ordering::Relaxed) {
                 return None;
             }
-            let made = self.make_one(prepared, copies[i], modified);
+            let made = self.make_one(prepared, copies[i], &rules);
             failed.fetch_or(made.is_err(), Ordering::Relaxed);
             Some(made)
         };
@@ -395,18 +272,21 @@ impl Run<'_> {
         made.into_iter().flatten().collect()
     }
 
-    fn make_one(&self, prepared: &Prepared, copy: &Copy, modified: SystemTime) -> Result<Turn> {
+    fn rules(&self) -> Result<Rules> {
+        let modified = fs::metadata(self.model).and_then(|metadata| metadata.modified());
+        Ok(Rules {
+            modified: modified
+                .with_context(|| format!("{}: its time can't be read", self.model.display()))?,
+            force: self.arguments.force,
+        })
+    }
+
+    fn make_one(&self, prepared: &Prepared, copy: &Copy, rules: &Rules) -> Result<Turn> {
         let of_whom = || format!("the copy for {}", copy.recipient);
         let job = self.job.alone().quiet();
         let attempt = Attempt::make(prepared, &copy.recipient, self.asset, &job).with_context(of_whom)?;
         let turn = FacetTurn::between(self.asset.mesh(), attempt.marked.mesh())?;
-        copy.write(
-            &attempt,
-            copy.is_certified(prepared),
-            modified,
-            self.arguments.force,
-        )
-        .with_context(of_whom)?;
+        copy.write(&attempt, prepared, rules).with_context(of_whom)?;
         Ok(Turn {
             summary: turn.summary(),
             flipped: turn.flipped(),
