@@ -138,10 +138,16 @@ fn a_run_goes_on_where_another_stopped_and_a_list_may_grow() {
     );
     let grown = files(&folder, "copies");
     assert_eq!(grown.len(), 9);
-    assert!(
-        whole
-            .iter()
-            .all(|(name, bytes)| name.ends_with("index.csv") || grown[name] == *bytes)
+    let is_same = |(name, bytes): (&PathBuf, &Vec<u8>)| name.ends_with("index.csv") || grown[name] == *bytes;
+    assert!(whole.iter().all(is_same));
+    // Who is on another list stays in the index.
+    folder.write("list.csv", "Bert\n");
+    folder.done(COPIES);
+    let index = folder.text("copies/index.csv");
+    let names: Vec<&str> = index.lines().map(|row| row.split(',').next().unwrap()).collect();
+    assert_eq!(
+        names,
+        ["recipient", "注文 4712", "Anna", "order-4711", "\"Museum", "Bert"]
     );
 }
 
@@ -182,6 +188,8 @@ fn what_is_another_in_the_place_of_a_copy_is_refused_before_one_is_written() {
             fs::remove_file(folder.path("copies").join(name)).unwrap();
         }
     }
+    folder.write("copies/index.csv", "my,own,list\n");
+    folder.refused(COPIES, &["copies/index.csv: is no list of copies", "--force"]);
     assert_eq!(made(&folder, &format!("{COPIES} --force")), (3, 0));
     assert_eq!(made(&folder, &format!("{COPIES} --force")), (0, 3));
 }

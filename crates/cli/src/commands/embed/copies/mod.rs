@@ -4,6 +4,7 @@
 //! on where another stopped writes what that would have written.
 
 mod copy;
+mod index;
 mod recipients;
 
 use std::{
@@ -15,7 +16,7 @@ use std::{
     },
 };
 
-use anyhow::{Context, Result, anyhow, bail};
+use anyhow::{Context, Result, bail};
 use job::Job;
 use mesh_io::Asset;
 use quality::{FacetTurn, TurnSummary};
@@ -24,24 +25,17 @@ use sigmark::{Embedder, Prepared, Strength};
 
 use self::{
     copy::{Copy, Rules, There},
+    index::Index,
     recipients::Recipient,
 };
 use super::{Attempt, Task, check_manifest, companions, embedder, file_name, object, words};
-use crate::{
-    Answer,
-    args::Embed,
-    batch,
-    files::{self, Output},
-    keys,
-    progress::Progress,
-    report,
-};
+use crate::{Answer, args::Embed, batch, files, keys, progress::Progress, report};
 
 /// Bytes that copies in the making may take together.
-const ROOM: usize = 4 << 30;
+const ROOM: u64 = 4 << 30;
 
 /// What one takes for a vertex of the mesh, beside the bytes of its file a few times over.
-const BYTES_A_VERTEX: usize = 512;
+const BYTES_A_VERTEX: u64 = 512;
 
 /// By how much the facets of a copy turned.
 #[derive(Clone, Copy)]
@@ -68,11 +62,11 @@ impl Made<'_> {
 pub(super) fn run(arguments: &Embed, list: &Path) -> Result<Answer> {
     let model = model(arguments)?;
     let mut copies = planned(arguments, model, recipients::read(list)?)?;
-    let index = arguments.output.join("index.csv");
-    check(arguments, model, list, &copies, &index)?;
+    let index = Index::of(&arguments.output, arguments.force)?;
+    check(arguments, model, list, &copies, &index.path)?;
     let embedder = embedder(arguments, &keys::read_private(&arguments.key)?)?;
-    batch::make_folder_of(&index)?;
-    files::check_free(&index, true)?;
+    batch::make_folder_of(&index.path)?;
+    files::check_free(&index.path, true)?;
 
     let progress = Arc::new(Progress::new());
     let job = progress.job(arguments.common.threads());
@@ -88,19 +82,12 @@ pub(super) fn run(arguments: &Embed, list: &Path) -> Result<Answer> {
     };
     let prepared = run.prepared(embedder.original_name(file_name(model)), &mut copies)?;
     let (is_new, turn) = run.make(&prepared, &copies)?;
-    files::write_together(
-        &[Output {
-            path: &index,
-            bytes: &listed(&copies)?,
-            private: true,
-        }],
-        true,
-    )?;
+    index.write(&copies)?;
     let made = Made {
         copies: &copies,
         prepared: &prepared,
         is_new,
-        index,
+        index: index.path,
     };
     run.report(&made, turn)?;
     Ok(Answer::Yes)
@@ -295,14 +282,9 @@ impl Run<'_> {
 
     /// As many threads as copies in the making have room for.
     fn job_for_copies(&self) -> Job {
-        let vertices = self.asset.mesh().vertex_count().saturating_mul(BYTES_A_VERTEX);
-        let bytes = self
-            .asset
-            .content()
-            .len()
-            .saturating_mul(4)
-            .saturating_add(vertices);
-        let side_by_side = (ROOM / bytes.max(1)).clamp(1, self.job.threads());
+        let vertices = self.asset.mesh().vertex_count() as u64;
+        let bytes = 4 * self.asset.content().len() as u64 + BYTES_A_VERTEX * vertices;
+        let side_by_side = (ROOM / bytes.max(1)).clamp(1, self.job.threads() as u64) as usize;
         self.progress.job(side_by_side)
     }
 
@@ -332,26 +314,4 @@ impl Run<'_> {
         }
         report::print(self.arguments.common.json, &object, &summary)
     }
-}
-
-/// The list of copies, for whoever sends them.
-fn listed(copies: &[Copy]) -> Result<Vec<u8>> {
-    let mut rows = csv::Writer::from_writer(Vec::new());
-    rows.write_record(["recipient", "copy", "certificate"])?;
-    for copy in copies {
-        let paths = [&copy.task.output, &copy.task.certificate].map(|path| in_its_folder(path));
-        rows.write_record([copy.recipient.as_str(), &paths[0], &paths[1]])?;
-    }
-    rows.into_inner()
-        .map_err(|error| anyhow!("the list of copies can't be written: {error}"))
-}
-
-/// The last folder of a path and the name in it, as text.
-fn in_its_folder(path: &Path) -> String {
-    let folder = files::folder_of(path).file_name().unwrap_or_default();
-    format!(
-        "{}/{}",
-        folder.to_string_lossy(),
-        path.file_name().unwrap_or_default().to_string_lossy()
-    )
 }
