@@ -26,6 +26,7 @@ pub(crate) enum Text {
     Reply,
     Graph,
     Points,
+    Recipients,
 }
 
 impl Text {
@@ -39,6 +40,7 @@ impl Text {
             Self::Reply => "an authority's reply",
             Self::Graph => "a graph",
             Self::Points => "a list of points",
+            Self::Recipients => "a list of recipients",
         }
     }
 
@@ -59,6 +61,7 @@ impl Text {
             Self::Roots => "give the PEM file of the authority's root certificate",
             Self::Reply => "give the file that the authority sent, in DER",
             Self::Graph => "give a .graph file in METIS format",
+            Self::Recipients => "give a CSV file in UTF-8 with a recipient in each line",
             Self::Points => {
                 "give a text file with a pair of points in each line, as `sigmark align --help` says"
             }
@@ -69,7 +72,7 @@ impl Text {
     fn largest(self) -> u64 {
         match self {
             Self::Graph => mesh_io::LARGEST,
-            Self::Points => 64 << 20,
+            Self::Points | Self::Recipients => 64 << 20,
             Self::Roots | Self::Reply => time_stamp::MOST_BYTES as u64,
             _ => sigmark::claim::LARGEST as u64,
         }

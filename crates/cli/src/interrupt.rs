@@ -6,7 +6,7 @@
 use std::{
     process,
     sync::{
-        Mutex, MutexGuard, Once, PoisonError,
+        Once, PoisonError, RwLock, RwLockReadGuard,
         atomic::{AtomicBool, Ordering},
     },
     thread,
@@ -22,7 +22,8 @@ pub(crate) const EXIT_CODE: u8 = 130;
 const PATIENCE: Duration = Duration::from_secs(1);
 
 static ASKED: AtomicBool = AtomicBool::new(false);
-static WRITING: Mutex<()> = Mutex::new(());
+/// Many may write at once; the program ends when none does.
+static WRITING: RwLock<()> = RwLock::new(());
 
 /// From now on Ctrl-C ends work in order. Before, it ends the program as it always does: a prompt for a passphrase gets its terminal back from
 /// the shell only so.
@@ -39,9 +40,9 @@ pub(crate) fn is_asked_for() -> bool {
     ASKED.load(Ordering::Relaxed)
 }
 
-/// Keeps the program alive while files are written that have to be whole, or that belong together.
-pub(crate) fn writing() -> MutexGuard<'static, ()> {
-    WRITING.lock().unwrap_or_else(PoisonError::into_inner)
+/// Keeps the program alive while files are written that have to be whole, or that belong together. Who holds this does not ask for it again.
+pub(crate) fn writing() -> RwLockReadGuard<'static, ()> {
+    WRITING.read().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Says once that work was interrupted.
@@ -62,7 +63,7 @@ fn stop() {
 
 /// Ends the program between two files.
 fn leave() {
-    let _whole = writing();
+    let _whole = WRITING.write().unwrap_or_else(PoisonError::into_inner);
     say();
     process::exit(i32::from(EXIT_CODE));
 }

@@ -135,6 +135,7 @@ fn folder() -> Folder {
     );
     folder.write("sheet.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 9\nf 1 2 3\n");
     folder.write("bad.ply", "ply");
+    folder.write("list.csv", "Anna\nBert\n");
     folder.write_mesh("odd.obj", &model(), Precision::Double);
     let odd = folder.text("odd.obj") + "vn up\n";
     folder.write("odd.obj", odd);
@@ -158,6 +159,8 @@ fn lines(command: &str) -> &'static [&'static str] {
         "embed" => &[
             "embed model.ply -o alone.ply -k owner.pem --chip-rate 1",
             "embed model.ply bad.ply -o out -k owner.pem --chip-rate 1",
+            "embed model.ply --recipients list.csv -o copies -k owner.pem --chip-rate 1",
+            "embed model.ply --recipients list.csv -o copies -k owner.pem --chip-rate 1",
         ],
         "verify" => &[
             "verify signed.ply --certificate signed.ply.cert.json",

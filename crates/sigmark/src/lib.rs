@@ -56,7 +56,7 @@ pub mod payload;
 
 pub use claim::{
     Certificate, CertificateError, Compared, Dispute, Embedder, FoundPart, Mismatch, Outcome, Precedence,
-    Prediction, ReadBack, SigmarkError, Signed, Statement, Verdict, Verifier,
+    Prediction, Prepared, ReadBack, SigmarkError, Signed, Statement, Verdict, Verifier,
     keys::{KeyError, PublicKey, SigningKey},
 };
 pub use mark::Strength;

@@ -107,6 +107,7 @@ pub(crate) struct Keygen {
 Example:
   sigmark embed model.obj -o signed.obj --key owner.pem --message \"© 2026 Studio, order 4711\"
   sigmark embed a.obj b.ply models/ -o signed/ --key owner.pem --recipient \"Museum, Berlin\"
+  sigmark embed model.obj -o copies/ --key owner.pem --recipients orders.csv
 
 The first writes signed.obj, the same file with other vertex positions, and signed.obj.cert.json, the certificate. Give away the \
 signed file. Keep the original and the certificate: both are needed to verify, and whoever has both can remove the mark.
@@ -114,6 +115,11 @@ signed file. Keep the original and the certificate: both are needed to verify, a
 Several models, or folders of them, go into a folder: signed/NAME and signed/NAME.cert.json each, in the folders that they had in the one that \
 was named. Hidden files and linked folders are passed over, as is the folder of the outputs. What can't be signed is named on standard error \
 and does not stop the rest; then the exit code is 2.
+
+With --recipients one model is signed for each recipient of a list, with a certificate each; what costs most is computed once. Every copy lies in a \
+folder of its own, under the model's name and with its time, so that the file says nobody's name: copies/RECIPIENT/model.obj, and copies/index.csv says which folder \
+is whose. Send the model's file from a folder, and whatever lies there but the certificate; keep certificates and index.csv to yourself. A run that was interrupted goes on where it stopped when it is started again, and so \
+does one whose list has grown: copies that are there already, and would be the same, stay. Anything else in their places is refused before a copy is written, or replaced with --force.
 
 Reads and writes GLB, glTF, OBJ, PLY, STL and OFF, also gzipped, 3MF, and the one mesh of a zip archive, where a glTF has its buffers and textures in it, too. Only positions change (and what glTF \
 says of their bounds): materials, textures, skins, animations, morph targets, unknown extensions stay byte for byte, and so do stored normals and tangents, \
@@ -125,12 +131,13 @@ environment variable SIGMARK_PASSPHRASE.
 patches, unmarked_vertices, alpha, distortion_rms (fraction of the diagonal), margin_predicted (T0 under noise of 0.1 %), margin_read (T0 at which the payload is read), noise_read, noise_evidence, \
 noise_detected (up to which noise, as a share of the bounding box, the payload is read, the mark is evidence, is detected), facet_turn (median, p99, max: by how many degrees triangles \
 turned), flipped (triangles that look the other way), manifest_dropped (whether the model had a C2PA manifest), seconds (of each stage). Of several models an object a model, each in a line, with \
-model (file name); of one that failed model and error alone.")]
+model (file name); of one that failed model and error alone. With --recipients one object, whose output is the folder, certificate null, and facet_turn and flipped those of the new copy that turned \
+most (null if none is new), with index (file name), made, skipped (how many copies are new, and how many were there) and copies (recipient, output, certificate, made of each).")]
 pub(crate) struct Embed {
     /// The mesh to sign; several, or folders of them, are signed one after the other
     #[arg(required = true, value_name = "MODEL")]
     pub(crate) models: Vec<PathBuf>,
-    /// Where to write the signed mesh: the same format as the model. Of several models, the folder for all, made if there is none
+    /// Where to write the signed mesh: the same format as the model. Of several models or recipients, the folder for all, made if there is none
     #[arg(short, long, value_name = "PATH")]
     pub(crate) output: PathBuf,
     /// The private key
@@ -148,6 +155,9 @@ pub(crate) struct Embed {
     /// Whom this copy is for: a text that stands in the certificate and is signed [default: none]
     #[arg(long, value_name = "TEXT", default_value = "", hide_default_value = true)]
     pub(crate) recipient: String,
+    /// Make a copy for each recipient of a list: CSV, the column with the header "recipient", or else the first. The output is a folder then
+    #[arg(long, value_name = "CSV", conflicts_with_all = ["recipient", "certificate"])]
+    pub(crate) recipients: Option<PathBuf>,
     /// Where to write the certificate [default: the output's name and .cert.json]
     #[arg(long, value_name = "FILE")]
     pub(crate) certificate: Option<PathBuf>,

@@ -6,15 +6,14 @@ use mesh::TriMesh;
 use mhb_core::LaplacianKind;
 
 use super::{
-    Certificate, PackedLabels, Prediction, SigmarkError,
-    certificate::Contents,
+    Certificate, PackedLabels, Prediction, Prepared, SigmarkError,
     keys::SigningKey,
     statement::{Carrier, OriginalRecord, Statement, chips_of},
 };
 use crate::{
     mark::{
-        ChipLayout, CoefficientDetector, Detector, MarkError, MarkLayout, MarkStage, Original, Patch,
-        PatchBasis, PatchCount, Pool, Registered, Sketcher, Strength, extraction_rate,
+        ChipLayout, CoefficientDetector, Detector, MarkError, MarkLayout, Original, PatchCount, Pool,
+        Registered, Strength, extraction_rate,
     },
     payload::{Curve, GeometryDigest, PayloadKind, Scheme},
 };
@@ -31,14 +30,14 @@ const AMPLE: f64 = 2.0;
 /// Every choice has a default; [`embed`](Self::embed) does the work.
 #[derive(Clone, Debug)]
 pub struct Embedder {
-    key: SigningKey,
+    pub(super) key: SigningKey,
     scheme: Scheme,
     payload: Option<PayloadKind>,
     message: String,
     recipient: String,
-    original_name: String,
+    pub(super) original_name: String,
     chip_rate: Option<usize>,
-    strength: Strength,
+    pub(super) strength: Strength,
     patches: Option<usize>,
     laplacian: LaplacianKind,
 }
@@ -133,49 +132,33 @@ impl Embedder {
         self.embed_in(&Arc::new(self.cut(mesh, job)?), job)
     }
 
-    /// Signs a mesh that was cut into patches already, with the Laplacian and the borders chosen there. Who signs one model for many receivers calls
-    /// [`Original::keep_bases`] first, so that they are computed once.
+    /// Signs a mesh that was cut into patches already, with the Laplacian and the borders chosen there. Who signs one model for many recipients
+    /// [prepares](Self::prepare) it.
     ///
     /// # Errors
     /// As [`embed`](Self::embed), and when `original` has no room for the mark, or its harmonics have other
     /// [`Borders`](crate::mark::Borders) than the scheme's.
     pub fn embed_in(&self, original: &Arc<Original>, job: &Job) -> Result<Signed, SigmarkError> {
-        self.strength.checked()?;
-        original.check_borders(self.carrier().borders())?;
-        let carrier = self.carrier();
-        // Strengths don't depend on the order of the chips, which is known when all else is.
-        let payload = self.payload_for(original)?;
-        let unordered = carrier.plan(self.scheme, payload, original.functions(), [0; 32])?;
-        unordered.check(original.functions())?;
-        let alphas = self.strength.alphas(original, &unordered)?;
-        let statement = self.statement(original, payload, alphas.clone());
-        let hash = statement.hash()?;
-        let signature = self.key.sign(self.scheme, &statement.signed_bytes(&hash))?;
-        let layout = MarkLayout::new(Arc::clone(original), statement.plan(hash)?, alphas)?;
-        let bits = statement.coded(hash)?.bits(&signature);
-        let sketcher = Sketcher::new(original);
-        let opposite = |patch: &Patch, basis: &PatchBasis| sketcher.opposite(patch, basis);
-        let (mut written, opposite) = layout.write_and(&bits, opposite, job)?;
-        job.begin(MarkStage::Embedding)?;
-        if statement.binds_original() {
-            layout.level_slivers(&mut written);
-        }
-        let marked = original.mesh().with_positions(written.positions(original));
-        let contents = Contents {
-            statement,
-            name: self.original_name.clone(),
-            signature,
-            eigenvalues: written.last_eigenvalues,
-            sketch: sketcher
-                .sketch(opposite)
-                .map_or_else(String::new, |sketch| sketch.to_text()),
-        };
-        let certificate = Certificate::issue(&self.key, contents)?;
-        Ok(Signed {
-            marked: marked.map_err(MarkError::from)?,
-            certificate,
-            layout: Arc::new(layout),
-        })
+        self.prepare_in(original)?.embed_for(&self.recipient, job)
+    }
+
+    /// All that signing a mesh for any recipient takes, bases included: a copy for one more costs little after that.
+    ///
+    /// # Errors
+    /// As [`embed`](Self::embed).
+    pub fn prepare(&self, mesh: &TriMesh, job: &Job) -> Result<Prepared, SigmarkError> {
+        let prepared = self.prepare_in(&Arc::new(self.cut(mesh, job)?))?;
+        prepared.keep_bases(job)?;
+        Ok(prepared)
+    }
+
+    /// As [`prepare`](Self::prepare), of a mesh that was cut already, and without the bases, which take nearly all of the time:
+    /// [`Prepared::keep_bases`] computes them.
+    ///
+    /// # Errors
+    /// As [`embed_in`](Self::embed_in).
+    pub fn prepare_in(&self, original: &Arc<Original>) -> Result<Prepared, SigmarkError> {
+        Prepared::new(self, original)
     }
 
     /// Cuts a mesh as [`embed`](Self::embed) does; [`embed_in`](Self::embed_in) does the rest.
@@ -209,19 +192,12 @@ impl Embedder {
     /// # Errors
     /// When the strength is out of bounds, or `original` has no room for the mark.
     pub fn predict(&self, original: &Arc<Original>) -> Result<Prediction, SigmarkError> {
-        self.predict_for(original, self.payload_for(original)?)
+        let (payload, layout) = self.payload_and_layout(original)?;
+        Ok(self.predict_of(&layout, payload))
     }
 
-    fn predict_for(
-        &self,
-        original: &Arc<Original>,
-        payload: PayloadKind,
-    ) -> Result<Prediction, SigmarkError> {
-        let plan = self
-            .carrier()
-            .plan(self.scheme, payload, original.functions(), [0; 32])?;
-        let layout = MarkLayout::with_strength(Arc::clone(original), plan, self.strength)?;
-        Ok(Prediction::of(&layout, self.scheme, payload))
+    pub(super) fn predict_of(&self, layout: &MarkLayout, payload: PayloadKind) -> Prediction {
+        Prediction::of(layout, self.scheme, payload)
     }
 
     fn check_payload(&self) -> Result<(), SigmarkError> {
@@ -232,23 +208,34 @@ impl Embedder {
         }
     }
 
-    /// What a mark in an original will hold.
-    fn payload_for(&self, original: &Arc<Original>) -> Result<PayloadKind, SigmarkError> {
+    /// What a mark in an original will hold, and where, but for the order of the chips, which is known when all else is.
+    pub(super) fn payload_and_layout(
+        &self,
+        original: &Arc<Original>,
+    ) -> Result<(PayloadKind, MarkLayout), SigmarkError> {
         self.check_payload()?;
-        if let Some(kind) = self.payload {
-            return Ok(kind);
+        let fixed = match self.payload {
+            Some(kind) => Some(kind),
+            None if self.scheme.is_of_paper() => Some(PayloadKind::PlainSignature),
+            None if chips_of(original.functions()) < 2 * self.scheme.bits() => Some(PayloadKind::Tag),
+            None => None,
+        };
+        if let Some(kind) = fixed {
+            return Ok((kind, self.layout_of(original, kind)?));
         }
-        if self.scheme.is_of_paper() {
-            return Ok(PayloadKind::PlainSignature);
+        let whole = self.layout_of(original, PayloadKind::Signature)?;
+        let predicted = self.predict_of(&whole, PayloadKind::Signature);
+        match predicted.margin < AMPLE * predicted.margin_read {
+            true => Ok((PayloadKind::Tag, self.layout_of(original, PayloadKind::Tag)?)),
+            false => Ok((PayloadKind::Signature, whole)),
         }
-        if chips_of(original.functions()) < 2 * self.scheme.bits() {
-            return Ok(PayloadKind::Tag);
-        }
-        let predicted = self.predict_for(original, PayloadKind::Signature)?;
-        Ok(match predicted.margin < AMPLE * predicted.margin_read {
-            true => PayloadKind::Tag,
-            false => PayloadKind::Signature,
-        })
+    }
+
+    fn layout_of(&self, original: &Arc<Original>, payload: PayloadKind) -> Result<MarkLayout, MarkError> {
+        let functions = original.functions();
+        let plan = self.carrier().plan(self.scheme, payload, functions, [0; 32])?;
+        plan.check(functions)?;
+        MarkLayout::with_strength(Arc::clone(original), plan, self.strength)
     }
 
     /// A mesh cut for a payload whose chips are pooled.
@@ -261,7 +248,7 @@ impl Embedder {
         Original::pooled(mesh.clone(), bits, pool, job)
     }
 
-    fn carrier(&self) -> Carrier {
+    pub(super) fn carrier(&self) -> Carrier {
         match self.scheme.is_of_paper() {
             true => Carrier::Harmonics {
                 chip_rate: self.chip_rate.unwrap_or(3),
@@ -270,12 +257,13 @@ impl Embedder {
         }
     }
 
-    fn statement(&self, original: &Original, payload: PayloadKind, alphas: Vec<f64>) -> Statement {
+    /// What a mark for nobody states.
+    pub(super) fn statement(&self, original: &Original, payload: PayloadKind, alphas: Vec<f64>) -> Statement {
         let mesh = original.mesh();
         Statement {
             public_key: self.key.public_key(),
             message: self.message.clone(),
-            recipient: self.recipient.clone(),
+            recipient: String::new(),
             original: OriginalRecord {
                 digest: GeometryDigest::of(mesh),
                 vertices: mesh.vertex_count(),
@@ -313,9 +301,9 @@ impl ReadBack {
 /// A marked mesh with its certificate.
 #[derive(Debug)]
 pub struct Signed {
-    marked: TriMesh,
-    certificate: Certificate,
-    layout: Arc<MarkLayout>,
+    pub(super) marked: TriMesh,
+    pub(super) certificate: Certificate,
+    pub(super) layout: Arc<MarkLayout>,
 }
 
 impl Signed {

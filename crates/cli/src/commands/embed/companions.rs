@@ -23,10 +23,12 @@ struct Companion<'a> {
 /// Refuses copies that would replace what is read, another output, or each other. Copies that are the same may be one. A model that can't be
 /// read has none here, and why is said when its turn comes.
 pub(super) fn check_apart(tasks: &[Task], key: &Path) -> Result<()> {
-    let companions: Vec<Companion<'_>> = tasks.iter().flat_map(companions).collect();
-    let models = tasks.iter().map(|task| &*task.model);
-    let sources = companions.iter().map(|companion| &*companion.source);
-    let inputs: Vec<PathBuf> = (models.chain(sources).chain([key]).map(files::resolved)).collect();
+    let named = |task: &Task| mesh_io::companions_of(&task.model).unwrap_or_default();
+    let companions: Vec<Companion<'_>> = tasks
+        .iter()
+        .flat_map(|task| companions(task, named(task)))
+        .collect();
+    let inputs = inputs(tasks, &companions, key);
     for companion in &companions {
         companion.check_inputs(&inputs)?;
         companion.check_outputs(tasks)?;
@@ -50,9 +52,33 @@ pub(super) fn check_apart(tasks: &[Task], key: &Path) -> Result<()> {
     Ok(())
 }
 
+/// The same for copies of one model, each in a folder of its own, so that they can't meet.
+pub(super) fn check_copies<'a>(
+    tasks: impl Iterator<Item = &'a Task>,
+    model: &Path,
+    key: &Path,
+) -> Result<()> {
+    let named = mesh_io::companions_of(model).unwrap_or_default();
+    for task in tasks {
+        let (companions, task) = (companions(task, named.clone()), std::slice::from_ref(task));
+        let inputs = inputs(task, &companions, key);
+        for companion in &companions {
+            companion.check_inputs(&inputs)?;
+            companion.check_outputs(task)?;
+        }
+    }
+    Ok(())
+}
+
+/// What is read, by its real path.
+fn inputs(tasks: &[Task], companions: &[Companion<'_>], key: &Path) -> Vec<PathBuf> {
+    let models = tasks.iter().map(|task| &*task.model);
+    let sources = companions.iter().map(|companion| &*companion.source);
+    models.chain(sources).chain([key]).map(files::resolved).collect()
+}
+
 /// Those that are there: what is missing was missing before.
-fn companions(task: &Task) -> Vec<Companion<'_>> {
-    let named = mesh_io::companions_of(&task.model).unwrap_or_default();
+fn companions(task: &Task, named: Vec<mesh_io::Companion>) -> Vec<Companion<'_>> {
     let companions = named.into_iter().map(|companion| Companion {
         task,
         source: task.model.with_file_name(&companion.name),

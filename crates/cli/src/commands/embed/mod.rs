@@ -1,4 +1,5 @@
 mod companions;
+mod copies;
 mod several;
 mod words;
 
@@ -13,7 +14,7 @@ use job::Job;
 use mesh_io::Asset;
 use quality::FacetTurn;
 use serde_json::{Value, json};
-use sigmark::{Curve, Embedder, Prediction, ReadBack, Scheme, Signed, SigningKey, Strength, mark::Original};
+use sigmark::{Curve, Embedder, Prepared, ReadBack, Scheme, Signed, SigningKey, Strength};
 
 use crate::{
     Answer,
@@ -42,6 +43,9 @@ struct Done {
 }
 
 pub(crate) fn run(arguments: &Embed) -> Result<Answer> {
+    if let Some(list) = &arguments.recipients {
+        return copies::run(arguments, list);
+    }
     if batch::is_batch(&arguments.models) {
         return several::run(arguments);
     }
@@ -77,37 +81,37 @@ impl Task {
         progress.begin("reading", "reading");
         let asset = files::open_mesh(&self.model)?;
         asset.check_name(&self.output)?;
+        check_manifest(&asset, &self.model, arguments.c2pa)?;
         let model = || self.model.display().to_string();
-        if asset.has_manifest() && arguments.c2pa == Manifest::Refuse {
-            bail!(
-                "{}: holds a C2PA manifest, which would no longer be true of a signed copy; --c2pa drop leaves it out",
-                self.model.display()
-            );
-        }
         let original = Arc::new(embedder.cut(asset.mesh(), &job).with_context(model)?);
-        let announced = |prediction: &Prediction, is_raised| match announce {
-            true => progress.tell(&words::planned(self, &original, prediction, is_raised)),
+        let announced = |prepared: &Prepared, is_raised| match announce {
+            true => progress.tell(&words::planned(&self.model, prepared, is_raised)),
             false => Ok(()),
         };
-        let mut prediction = embedder.predict(&original).with_context(model)?;
-        announced(&prediction, false)?;
-        let mut attempt = Attempt::make(&embedder, &original, &asset, &job).with_context(model)?;
+        let mut prepared = embedder.prepare_in(&original).with_context(model)?;
+        announced(&prepared, false)?;
+        let recipient = &arguments.recipient;
+        let mut attempt = Attempt::make(&prepared, recipient, &asset, &job).with_context(model)?;
         if !attempt.read_back.is_sound() && arguments.leaves_strength_open() {
             // The file's precision is coarser than the mark.
             let stronger = embedder.strength(Strength::STRONG);
-            prediction = stronger.predict(&original).with_context(model)?;
-            announced(&prediction, true)?;
-            attempt = Attempt::make(&stronger, &original, &asset, &job).with_context(model)?;
+            prepared = stronger.prepare_in(&original).with_context(model)?;
+            announced(&prepared, true)?;
+            attempt = Attempt::make(&prepared, recipient, &asset, &job).with_context(model)?;
         }
         progress.begin("writing", "writing");
         let signed = &attempt.signed;
         let turn = self.write(&asset, &attempt, arguments.force)?;
         let seconds = progress.finish();
-        let mut object = self.object(arguments, signed, &prediction, &turn, &seconds);
+        let mut object = object(arguments, &prepared, &seconds);
+        object["output"] = json!(self.output);
+        object["certificate"] = json!(self.certificate);
+        object["facet_turn"] = json!(turn.summary());
+        object["flipped"] = turn.flipped().into();
         object["manifest_dropped"] = asset.has_manifest().into();
         let mut summary = words::summary(self, signed, &turn, &seconds);
         if asset.has_manifest() {
-            summary.line("The model's C2PA manifest is left out: it says who made the file by a digest of every byte, and no longer holds.");
+            summary.line(words::MANIFEST_DROPPED);
         }
         Ok(Done {
             object,
@@ -125,14 +129,7 @@ impl Task {
             read_back,
             ..
         } = attempt;
-        if !read_back.is_sound() {
-            bail!(
-                "{}: only {:.1} % of the bits survive the precision of this file; mark more strongly with --distortion, \
-             or use a file with more digits",
-                self.output.display(),
-                100.0 * read_back.extraction_rate
-            );
-        }
+        check_sound(read_back, &self.output)?;
         let companions = self.companions(marked)?;
         let (mesh, json) = (marked.to_bytes(), signed.certificate().to_json()?);
         let mut outputs: Vec<Output<'_>> = companions
@@ -170,58 +167,78 @@ impl Task {
         Ok(companions)
     }
 
-    /// What `--json` prints.
-    fn object(
-        &self,
-        arguments: &Embed,
-        signed: &Signed,
-        prediction: &Prediction,
-        turn: &FacetTurn,
-        seconds: &Seconds,
-    ) -> Value {
-        let statement = signed.certificate().statement();
-        let scheme = statement.scheme;
-        json!({
-            "output": self.output,
-            "certificate": self.certificate,
-            "scheme": scheme,
-            "payload": statement.payload.name(),
-            "bits": statement.payload.bits(scheme),
-            "code_bits": signed.layout().bits(),
-            "chips": signed.layout().chip_count(),
-            "laplacian": arguments.laplacian.name(),
-            "functions": signed.original().functions(),
-            "patches": signed.original().patches().len(),
-            "unmarked_vertices": signed.original().patches().unmarked_vertices(),
-            "alpha": signed.layout().alpha(),
-            "distortion_rms": signed.layout().distortion_rms(),
-            "margin_predicted": prediction.margin,
-            "margin_read": prediction.margin_read,
-            "noise_read": prediction.noise_read,
-            "noise_evidence": prediction.noise_evidence,
-            "noise_detected": prediction.noise_detected,
-            "facet_turn": turn.summary(),
-            "flipped": turn.flipped(),
-            "seconds": report::seconds_json(seconds),
-        })
-    }
-
     /// Both files can be written, and replace nothing that is read.
     fn check(&self, arguments: &Embed) -> Result<()> {
-        let (model, key) = (&self.model, &arguments.key);
+        self.check_apart(&arguments.key)?;
+        files::check_free(&self.output, arguments.force)?;
+        files::check_free(&self.certificate, arguments.force)
+    }
+
+    /// Neither file is one that is read, or the other.
+    fn check_apart(&self, key: &Path) -> Result<()> {
         let (output, certificate) = (&self.output, &self.certificate);
         for output in [output, certificate] {
-            files::check_apart(output, model, "the model, which you need as it is to verify")?;
+            files::check_apart(
+                output,
+                &self.model,
+                "the model, which you need as it is to verify",
+            )?;
             files::check_apart(output, key, "the private key")?;
         }
         files::check_apart(
             certificate,
             output,
             "to be both the signed mesh and the certificate",
-        )?;
-        files::check_free(output, arguments.force)?;
-        files::check_free(certificate, arguments.force)
+        )
     }
+}
+
+/// What `--json` prints of every mark.
+fn object(arguments: &Embed, prepared: &Prepared, seconds: &Seconds) -> Value {
+    let (layout, original, prediction) = (prepared.layout(), prepared.original(), prepared.prediction());
+    json!({
+        "scheme": prepared.statement_for("").scheme,
+        "payload": prediction.payload.name(),
+        "bits": prediction.payload_bits,
+        "code_bits": layout.bits(),
+        "chips": layout.chip_count(),
+        "laplacian": arguments.laplacian.name(),
+        "functions": original.functions(),
+        "patches": original.patches().len(),
+        "unmarked_vertices": original.patches().unmarked_vertices(),
+        "alpha": layout.alpha(),
+        "distortion_rms": layout.distortion_rms(),
+        "margin_predicted": prediction.margin,
+        "margin_read": prediction.margin_read,
+        "noise_read": prediction.noise_read,
+        "noise_evidence": prediction.noise_evidence,
+        "noise_detected": prediction.noise_detected,
+        "seconds": report::seconds_json(seconds),
+    })
+}
+
+/// Refuses a model with a C2PA manifest where that was asked for.
+fn check_manifest(asset: &Asset, model: &Path, manifest: Manifest) -> Result<()> {
+    if asset.has_manifest() && manifest == Manifest::Refuse {
+        bail!(
+            "{}: holds a C2PA manifest, which would no longer be true of a signed copy; --c2pa drop leaves it out",
+            model.display()
+        );
+    }
+    Ok(())
+}
+
+/// Refuses a file whose precision is too coarse for the mark.
+fn check_sound(read_back: &ReadBack, output: &Path) -> Result<()> {
+    if read_back.is_sound() {
+        return Ok(());
+    }
+    bail!(
+        "{}: only {:.1} % of the bits survive the precision of this file; mark more strongly with --distortion, \
+         or use a file with more digits",
+        output.display(),
+        100.0 * read_back.extraction_rate
+    );
 }
 
 /// A model as it would be signed with one strength.
@@ -234,8 +251,8 @@ struct Attempt {
 }
 
 impl Attempt {
-    fn make(embedder: &Embedder, original: &Arc<Original>, asset: &Asset, job: &Job) -> Result<Self> {
-        let signed = embedder.embed_in(original, job)?;
+    fn make(prepared: &Prepared, recipient: &str, asset: &Asset, job: &Job) -> Result<Self> {
+        let signed = prepared.embed_for(recipient, job)?;
         let marked = asset.with_positions(signed.positions())?;
         let read_back = signed.read_back(marked.mesh().positions(), job)?;
         Ok(Self {
@@ -249,7 +266,6 @@ impl Attempt {
 fn embedder(arguments: &Embed, key: &SigningKey) -> Result<Embedder> {
     let mut embedder = Embedder::new(key)
         .message(&arguments.message)
-        .recipient(&arguments.recipient)
         .payload(arguments.payload.kind())
         .strength(arguments.strength())
         .laplacian(arguments.laplacian.kind());

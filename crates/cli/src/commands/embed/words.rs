@@ -1,14 +1,19 @@
 //! What `embed` says to people.
 
-use quality::{FacetTurn, TurnSummary};
-use sigmark::{PayloadKind, Prediction, Signed, claim::bits_for, mark::Original};
+use std::path::Path;
 
-use super::Task;
+use quality::{FacetTurn, TurnSummary};
+use sigmark::{PayloadKind, Prediction, Prepared, Signed, claim::bits_for};
+
+use super::{Task, copies::Made};
 use crate::report::{self, Lines, Seconds};
 
+pub(super) const MANIFEST_DROPPED: &str = "The model's C2PA manifest is left out: it says who made the file by a digest of every byte, and no longer holds.";
+
 /// What is about to be done, and what it will be good for.
-pub(super) fn planned(task: &Task, original: &Original, prediction: &Prediction, is_raised: bool) -> Lines {
-    let mut lines = Lines::new(format!("Signing {}", task.model.display()));
+pub(super) fn planned(model: &Path, prepared: &Prepared, is_raised: bool) -> Lines {
+    let (original, prediction) = (prepared.original(), &prepared.prediction());
+    let mut lines = Lines::new(format!("Signing {}", model.display()));
     let patches = report::counted(original.patches().len(), "patch", "patches");
     let harmonics: usize = original.functions().iter().sum();
     let mark = format!(
@@ -105,6 +110,46 @@ pub(super) fn summary(task: &Task, signed: &Signed, turn: &FacetTurn, seconds: &
     lines.field("written", written);
     lines.line(format!(
         "Keep {model} and the certificate: both are needed to verify, and whoever has both can remove the mark."
+    ));
+    lines
+}
+
+/// What was done, of many copies.
+pub(super) fn copies(model: &Path, made: &Made<'_>, seconds: &Seconds) -> Lines {
+    let (new, all) = (made.new_ones(), made.copies.len());
+    let model = model.display();
+    let headline = format!("Made {} of {model}", report::counted(new, "copy", "copies"));
+    let mut lines = Lines::new(match new == all {
+        true => headline,
+        false => format!(
+            "{headline}; {} of {} were there",
+            report::grouped(all - new),
+            report::grouped(all)
+        ),
+    });
+    let (prediction, layout) = (made.prepared.prediction(), made.prepared.layout());
+    let chips = report::counted(prediction.chips, "chip", "chips");
+    let bits = prediction.payload_bits;
+    let signature = format!("{bits} bits in {chips}, read back from every new file as written");
+    lines.field("signatures", signature);
+    lines.field(
+        "distortion",
+        format!(
+            "RMS {:.4} % of the diagonal (α = {:.3e})",
+            100.0 * prediction.distortion_rms,
+            layout.alpha()
+        ),
+    );
+    lines.field("time", report::seconds_text(seconds));
+    lines.field("who has which", made.index.display());
+    if let Some(copy) = made.copies.first() {
+        let (name, output) = (&copy.recipient, copy.task.output.display());
+        lines.line(format!(
+            "Send all that lies in a recipient's folder but the certificate, such as {output} to {name}."
+        ));
+    }
+    lines.line(format!(
+        "Keep {model}, the certificates and the list to yourself: original and certificate are needed to verify, and whoever has both can remove the mark."
     ));
     lines
 }
