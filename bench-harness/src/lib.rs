@@ -1,7 +1,7 @@
 //! The benchmarks, and the peers that ours is held against on the same inputs in one run.
 //!
 //! Each comparison has a folder of its own, with its inputs, its runs and its page in `results/`: [`mod@code`], [`eigen`], [`formats`], [`partition`], [`quality`],
-//! [`registration`], [`robustness`], [`seconds`], [`security`], [`visibility`]. Each is a struct of options, which `cargo xtask bench` parses, with a method `run`. Peers in other languages are in `peers/`, each in a process of its
+//! [`registration`], [`robustness`], [`seconds`], [`security`], [`tracing`], [`visibility`]. Each is a struct of options, which `cargo xtask bench` parses, with a method `run`. Peers in other languages are in `peers/`, each in a process of its
 //! own; what they finished is kept in `.cache/bench`. `benches/` measures the steps of ours alone, with criterion.
 //!
 //! Seconds are CPU seconds, user and system time of all threads, unless wall time is said; inputs are the files of a folder, or made-up surfaces
@@ -36,6 +36,7 @@ pub mod robustness;
 pub mod seconds;
 pub mod security;
 mod suspects;
+pub mod tracing;
 pub mod visibility;
 
 pub use evaluation::inputs::{edge_graph, surface};

@@ -11,6 +11,7 @@ use bench_harness::{
     robustness::RobustnessBench,
     seconds::SecondsBench,
     security::SecurityBench,
+    tracing::TracingBench,
     visibility::VisibilityBench,
 };
 use clap::Subcommand;
@@ -46,6 +47,10 @@ pub(crate) enum Bench {
     /// Makes a Python environment in attacks/.venv. Some minutes for each model. Finished models are kept in .cache/bench/security by the digest
     /// of the code that made them, so that a run that was interrupted goes on.
     Security(SecurityBench),
+    /// Tracing: buyers who mix their copies, and who of them is named, beside Tardos' code and chips on single harmonics
+    ///
+    /// Makes a Python environment in attacks/.venv. Some ten minutes for each model. Finished models are kept in .cache/bench/tracing by the digest of the code that made them.
+    Tracing(TracingBench),
     /// Visibility: how far facets turn inside patches and at their borders, what people notice, and what is read after attacks
     ///
     /// Makes a Python environment in attacks/.venv. Finished models are kept in .cache/bench/visibility by the digest of the code that made them.
@@ -83,6 +88,7 @@ impl Bench {
             Self::Quality(bench) => bench.run(),
             Self::Robustness(bench) => bench.run(),
             Self::Security(bench) => bench.run(),
+            Self::Tracing(bench) => bench.run(),
             Self::Visibility(bench) => bench.run(),
             Self::Seconds(bench) => bench.run(),
             Self::Formats(bench) => bench.run(),

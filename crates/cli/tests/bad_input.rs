@@ -647,7 +647,7 @@ fn certificates_that_are_none_are_refused() {
         ("deep.json", &["not a Sigmark certificate", remedy]),
         (
             "next.json",
-            &["version 7", "reads version 6", "use the Sigmark that wrote it"],
+            &["version 8", "reads version 7", "use the Sigmark that wrote it"],
         ),
         (
             "before.json",
@@ -712,7 +712,7 @@ fn no_field_of_a_certificate_can_be_edited_or_left_out_unnoticed() {
         *value = edited(value);
         folder.write("edited.json", serde_json::to_string_pretty(&certificate).unwrap());
         let noticed = match field.as_str() {
-            "/version" => "version 6",
+            "/version" => "version 7",
             "/format" | "/public_key" => "not a Sigmark certificate",
             "/mark/payload" | "/mark/laplacian" | "/mark/scheme" | "/mark/carrier" => "certificate",
             "/original/name" | "/original/sketch" | "/seal" | "/mark/patches/0/last_eigenvalue" => "seal",

@@ -85,11 +85,16 @@ fn lit(file: &Path) -> Result<Picture> {
     let papers = marked(cut.with_borders(Borders::Free), ChipPlan::EveryPatch(chips))?;
     let cut = Original::pooled(original.clone(), BITS, Pool::default(), &job)?;
     let ours = marked(cut, ChipPlan::pooled(BITS, [1; 32]))?;
-    let [left, middle, right] = [original, &papers, &ours].map(|mesh| {
+    Ok(under_raking_light([original, &papers, &ours]))
+}
+
+/// Three meshes beside each other under a raking light, all seen from where igea is.
+pub fn under_raking_light(meshes: [&TriMesh; 3]) -> Picture {
+    let [left, middle, right] = meshes.map(|mesh| {
         let colours = raking(mesh);
         Picture::of(mesh, Paint::Triangles(&colours), LIT_FROM, 3 * SIZE / 4)
     });
-    Ok(Picture::beside(&Picture::beside(&left, &middle), &right))
+    Picture::beside(&Picture::beside(&left, &middle), &right)
 }
 
 const BITS: usize = 512;

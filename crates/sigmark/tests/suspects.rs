@@ -458,7 +458,7 @@ fn where_collapses_of_edges_put_vertices_is_foretold() {
             ..told.clone()
         };
         let [with, without] = [&told, &untold]
-            .map(|seen| margin(&bits, &estimator.estimate(seen, &job).unwrap().bits.weights()));
+            .map(|seen| margin(&bits, &estimator.estimate(seen, &job).unwrap().soft.weights()));
         assert!(with > 1.2 * without, "{decimator:?}: {with} {without}");
     }
     // What is as fine as the original was not decimated.

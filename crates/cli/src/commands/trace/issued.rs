@@ -25,27 +25,27 @@ const AT_A_TIME: usize = 256;
 
 /// A copy that is asked for.
 #[derive(Clone, Debug)]
-pub(super) struct Copy {
-    pub(super) recipient: String,
-    pub(super) message: String,
-    pub(super) certificate: PathBuf,
+pub(crate) struct IssuedCopy {
+    pub(crate) recipient: String,
+    pub(crate) message: String,
+    pub(crate) certificate: PathBuf,
 }
 
 /// All copies of an original that are asked for.
-pub(super) struct Copies {
-    pub(super) tracer: Tracer,
+pub(crate) struct Copies {
+    pub(crate) tracer: Tracer,
     /// In the order of the tracer's numbers.
-    pub(super) copies: Vec<Copy>,
-    pub(super) key: PublicKey,
+    pub(crate) copies: Vec<IssuedCopy>,
+    pub(crate) key: PublicKey,
     /// Certificates of other originals or keys.
-    pub(super) passed_over: usize,
+    pub(crate) passed_over: usize,
     /// What looks like a certificate and is none.
-    pub(super) unreadable: Vec<PathBuf>,
+    pub(crate) unreadable: Vec<PathBuf>,
 }
 
 impl Copies {
     /// Reads all certificates in some folders, or of some names, for an original; without a key by that of the first.
-    pub(super) fn read(
+    pub(crate) fn read(
         original: &mesh::TriMesh,
         key: Option<PublicKey>,
         named: &[PathBuf],
@@ -81,7 +81,7 @@ struct Collected<'a> {
     original: &'a mesh::TriMesh,
     key: Option<PublicKey>,
     tracer: Option<Tracer>,
-    copies: Vec<Copy>,
+    copies: Vec<IssuedCopy>,
     /// Why the first was passed over.
     refused: Option<anyhow::Error>,
     passed_over: usize,
@@ -107,7 +107,7 @@ impl Collected<'_> {
             return Ok(());
         };
         let statement = certificate.statement();
-        let copy = Copy {
+        let copy = IssuedCopy {
             recipient: statement.recipient.clone(),
             message: statement.message.clone(),
             certificate: path.into(),

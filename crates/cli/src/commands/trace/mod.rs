@@ -20,7 +20,7 @@ use crate::{
     report_page::TracePage,
 };
 
-pub(crate) use issued::{Copies, Copy};
+pub(crate) use issued::Copies;
 pub(crate) use words::{accused, named};
 
 /// How several suspects were answered.

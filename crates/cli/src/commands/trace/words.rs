@@ -5,7 +5,7 @@ use std::path::Path;
 use registration::MatchedBy;
 use sigmark::claim::{Accused, Trace};
 
-use super::issued::{Copies, Copy};
+use super::issued::{Copies, IssuedCopy};
 use crate::{
     args,
     commands::verify::{probability, remark},
@@ -22,7 +22,7 @@ pub(super) fn summary(
 ) -> Lines {
     let (suspect, original) = (suspect.display(), arguments.original.display());
     let asked = report::counted(trace.candidates, "copy", "copies");
-    let accused: Vec<(&Accused, &Copy)> = accused(trace, copies).collect();
+    let accused: Vec<(&Accused, &IssuedCopy)> = accused(trace, copies).collect();
     let headline = match accused.as_slice() {
         [] if trace.mismatch.is_some() => {
             format!("NOBODY NAMED: {suspect} is not {original}, nor a part of it")
@@ -74,16 +74,16 @@ pub(super) fn summary(
 }
 
 /// Whose copies they are.
-pub(super) fn accused<'a>(
+pub(crate) fn accused<'a>(
     trace: &'a Trace,
     copies: &'a Copies,
-) -> impl Iterator<Item = (&'a Accused, &'a Copy)> {
+) -> impl Iterator<Item = (&'a Accused, &'a IssuedCopy)> {
     let copy = |accused: &'a Accused| Some((accused, copies.copies.get(accused.candidate)?));
     trace.accused.iter().filter_map(copy)
 }
 
 /// The recipient, or the certificate where it names none.
-pub(crate) fn named(copy: &Copy) -> String {
+pub(crate) fn named(copy: &IssuedCopy) -> String {
     match copy.recipient.as_str() {
         "" => format!("nobody by name ({})", copy.certificate.display()),
         recipient => format!("\u{201c}{recipient}\u{201d}"),
