@@ -129,7 +129,7 @@ fn the_same_surface_with_other_vertices_is_verified() {
         assert!((0.01 * scale - 1.0).abs() < 1e-4, "{scale}");
         // Nothing happened to the surface but the mark.
         let model = verdict.attack_model.unwrap();
-        assert!(model.mark > 0.99, "{model:?}");
+        assert!(model.mark > 0.95, "{model:?}");
         let all = model.mark
             + model.misalignment
             + model.smoothing
