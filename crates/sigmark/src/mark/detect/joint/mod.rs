@@ -51,6 +51,7 @@ mod design;
 mod equations;
 mod fields;
 mod gains;
+mod model;
 mod observations;
 mod patch;
 mod robust;
@@ -61,12 +62,15 @@ use std::{
     sync::{Arc, OnceLock},
 };
 
+use faer::Mat;
 use job::Job;
 use mesh::{Similarity, Vec3};
 use serde::Serialize;
 
 use super::Detector;
 use crate::mark::{MarkError, MarkLayout, Patch, PatchBasis, Registered, SoftBits};
+pub use model::JointModel;
+
 use design::{Design, View};
 use equations::{NormalEquations, REWEIGHTINGS};
 use fields::{
@@ -88,6 +92,7 @@ const LEAST_NOISE: f64 = 1e-6;
 #[derive(Debug)]
 pub struct JointEstimator {
     layout: Arc<MarkLayout>,
+    model: JointModel,
     /// Built when it is first needed.
     smoothing: Arc<OnceLock<Vec<[Vec3; SMOOTHING_FIELDS]>>>,
 }
@@ -170,8 +175,14 @@ impl JointEstimator {
     pub fn new(layout: &Arc<MarkLayout>) -> Self {
         Self {
             layout: Arc::clone(layout),
+            model: JointModel::default(),
             smoothing: Arc::default(),
         }
+    }
+
+    /// The same estimator that takes less into account, to compare with.
+    pub fn with_model(self, model: JointModel) -> Self {
+        Self { model, ..self }
     }
 
     /// Where the marks lie, and how strong they are.
@@ -183,6 +194,7 @@ impl JointEstimator {
     pub(crate) fn among(&self, patches: &[usize]) -> Self {
         Self {
             layout: Arc::new(self.layout.among(patches)),
+            model: self.model,
             smoothing: Arc::clone(&self.smoothing),
         }
     }
@@ -207,11 +219,13 @@ impl JointEstimator {
         let original = layout.original();
         suspect.check(original.mesh().vertex_count())?;
         let smoothing = self.smoothing.get_or_init(|| smoothing_fields(original.mesh()));
-        let design = Design::new(original, smoothing);
+        let design = Design::new(original, smoothing, self.model);
         let redundancy = suspect.redundancy();
         let of_patch = |index: usize, patch: &Patch, basis: &PatchBasis| {
             let view = View::new(layout, index, patch, basis);
-            let seen = observations(patch, basis, suspect, design.diagonal);
+            let mut seen = observations(patch, basis, suspect, design.diagonal);
+            seen.iter_mut()
+                .for_each(|observation| self.model.limit(observation));
             Ok((index, PatchEquations::new(&design, &view, seen, redundancy)?))
         };
         let patches = layout.map_seen(&suspect.positions, of_patch, job)?;
@@ -227,13 +241,16 @@ impl JointEstimator {
         let sum = |patches: &BTreeMap<usize, PatchEquations>| {
             let mut equations = NormalEquations::empty(seen.len(), redundancy);
             patches.values().for_each(|patch| equations.add(patch));
-            let bending = equations.bending(bending);
+            let bending = match self.model.has_bending() {
+                true => equations.bending(bending),
+                false => 0,
+            };
             equations.with_bending(bending)
         };
         let mut equations = sum(&patches);
         let mut noise = None;
         let waiting: usize = patches.values().map(PatchEquations::waiting).sum();
-        if equations.can_weigh(waiting) {
+        if self.model.has_weights() && equations.can_weigh(waiting) {
             for _ in 0..REWEIGHTINGS {
                 let solved = equations.solved(noise)?;
                 noise = Some(solved.noise);
@@ -249,23 +266,11 @@ impl JointEstimator {
                 equations = sum(&patches);
             }
         }
-        let solution = equations.solved(noise)?.solution;
-        let mut noises: Vec<f64> = patches.values().map(|patch| patch.noise(&solution)).collect();
-        let largest = noises.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
-        noises
-            .iter_mut()
-            .for_each(|noise| *noise = noise.max(LEAST_NOISE * largest));
-        let gains = Gains::of(
-            patches
-                .values()
-                .zip(noises.iter().map(|noise| redundancy * noise)),
-        );
-        for (patch, noise) in patches.values_mut().zip(&noises) {
-            patch.weigh(largest / noise);
-            patch.weaken(&gains);
+        if self.model.has_weights() {
+            let solution = equations.solved(noise)?.solution;
+            noise = Some(redundancy * weigh(&mut patches, &solution, redundancy));
+            equations = sum(&patches);
         }
-        equations = sum(&patches);
-        let noise = Some(redundancy * largest);
         let mut estimate = estimate(&design, seen.len(), &equations, noise)?;
         let mut all = vec![0.0; layout.bits()];
         for (&bit, &ratio) in seen.iter().zip(estimate.bits.values()) {
@@ -280,6 +285,25 @@ impl Detector for JointEstimator {
     fn detect(&self, suspect: &Registered, job: &Job) -> Result<SoftBits, MarkError> {
         Ok(self.estimate(suspect, job)?.bits)
     }
+}
+
+/// Makes each patch count by the noise that a solution of all leaves in it, and expects of its chips what the gains leave; gives the largest noise.
+fn weigh(patches: &mut BTreeMap<usize, PatchEquations>, solution: &Mat<f64>, redundancy: f64) -> f64 {
+    let mut noises: Vec<f64> = patches.values().map(|patch| patch.noise(solution)).collect();
+    let largest = noises.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
+    noises
+        .iter_mut()
+        .for_each(|noise| *noise = noise.max(LEAST_NOISE * largest));
+    let gains = Gains::of(
+        patches
+            .values()
+            .zip(noises.iter().map(|noise| redundancy * noise)),
+    );
+    for (patch, noise) in patches.values_mut().zip(&noises) {
+        patch.weigh(largest / noise);
+        patch.weaken(&gains);
+    }
+    largest
 }
 
 /// What the equations of all patches say, with the bits that are seen for bits.
