@@ -4,7 +4,7 @@ use job::Job;
 use mesh::TriMesh;
 use sigmark::mark::{JointEstimator, Patches, ReadingMethod, Registered, SoftBits};
 
-use crate::{Adapted, AlgorithmId, BaselineError, DetectorId, Lbf, Mhb, PooledMhb, Rbf};
+use crate::{Adapted, AlgorithmId, BaselineError, DetectorId, Lbf, Mhb, Rbf};
 
 /// What every algorithm is given: the same for all that are compared.
 #[derive(Clone, Copy, Debug)]
@@ -82,8 +82,7 @@ pub trait Prepared: Debug + Send + Sync {
     }
 }
 
-/// The algorithms that the reproduction runs: the paper's three, MHBs also read by least squares, then what the paper did not try, first of all what
-/// `sigmark embed` does today.
+/// The algorithms that the reproduction runs: the paper's three, MHBs also read by least squares, then what the paper did not try.
 /// `functions` is m for [`Lbf`].
 pub fn entries(functions: usize) -> Vec<Box<dyn Algorithm>> {
     vec![
@@ -92,7 +91,6 @@ pub fn entries(functions: usize) -> Vec<Box<dyn Algorithm>> {
         })),
         Box::new(Lbf::new(functions)),
         Box::new(Rbf::default()),
-        Box::new(PooledMhb),
         Box::new(Lbf::new(functions).compensated()),
         Box::new(Adapted::laplacian()),
         Box::new(Adapted::radial()),

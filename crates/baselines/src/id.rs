@@ -16,8 +16,6 @@ pub struct DetectorId(Cow<'static, str>);
 impl AlgorithmId {
     /// Of [`Mhb`](crate::Mhb).
     pub const MHB: Self = Self::new("mhb");
-    /// Of [`PooledMhb`](crate::PooledMhb).
-    pub const POOLED_MHB: Self = Self::new("pooled-mhb");
     /// Of [`Lbf`](crate::Lbf) as the paper ran it.
     pub const LBF: Self = Self::new("lbf");
     /// Of [`Rbf`](crate::Rbf).

@@ -6,7 +6,6 @@
 //! | algorithm | basis of each patch | chips | mark | base |
 //! |---|---|---|---|---|
 //! | [`Mhb`] (section 4) | S h = λ D h, m = ⌈lc/3⌉ + 1 | one axis each, c = 3 | x̃ + α s φ | the original |
-//! | [`PooledMhb`], what `sigmark embed` does | that of MHBs, zero at borders, few in each of many patches | one axis each, pooled | x̃ + α s | the original |
 //! | [`Lbf`] (Ohbuchi et al. 2001, 2002) | K e = λ e, m in the thousands | one a function, on all axes, c = 1 | x̃ + α s φ | m functions' reconstruction |
 //! | [`Rbf`] (Wu and Kobbelt 2005) | orthonormal radial functions, ⌈l/3⌉ | one axis each, c = 1 | x̃ (1 + α s) | the original |
 //! | [`Adapted`] (the paper's conclusion) | either rival's | those of MHBs | x̃ + α s φ | the original |
@@ -54,7 +53,6 @@ mod id;
 mod kirchhoff;
 mod lbf;
 mod mhb;
-mod pooled;
 mod radial;
 mod rbf;
 
@@ -65,6 +63,5 @@ pub use id::{AlgorithmId, DetectorId};
 pub use kirchhoff::kirchhoff;
 pub use lbf::Lbf;
 pub use mhb::{MakeMethod, Mhb};
-pub use pooled::PooledMhb;
 pub use radial::{Kernel, farthest_points, radial_basis};
 pub use rbf::Rbf;

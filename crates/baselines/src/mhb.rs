@@ -22,7 +22,7 @@ pub struct Mhb {
 /// Makes a method for marks of a layout.
 pub type MakeMethod = fn(&Arc<MarkLayout>) -> ReadingMethod;
 
-pub(crate) type Methods = Vec<(DetectorId, MakeMethod)>;
+type Methods = Vec<(DetectorId, MakeMethod)>;
 
 impl Default for Mhb {
     /// The paper's.
@@ -91,12 +91,12 @@ impl Algorithm for Mhb {
 
 /// A mesh that was cut for marks of a plan, with its bases.
 #[derive(Debug)]
-pub(crate) struct PreparedMhb {
-    pub(crate) original: Arc<Original>,
-    pub(crate) plan: ChipPlan,
+struct PreparedMhb {
+    original: Arc<Original>,
+    plan: ChipPlan,
     /// What the algorithm's α is divided by to be a patch's.
-    pub(crate) units: Vec<f64>,
-    pub(crate) methods: Methods,
+    units: Vec<f64>,
+    methods: Methods,
 }
 
 impl PreparedMhb {

@@ -6,7 +6,7 @@ use baselines::DetectorId;
 use crate::{
     plan,
     results::{Column, Outcome, Results, Trial},
-    study::{Mark, Rated},
+    study::{Mark, Rated, product::VERIFIER, steps::READERS},
 };
 
 /// How far the agreement with a signature that is not in a mesh may lie from a half: more than five standard deviations of 324 coins.
@@ -14,6 +14,9 @@ const CHANCE: f64 = 0.15;
 
 /// How far the distortion of a mark may lie from what was asked for, as a share of it: signatures differ.
 const DISTORTION: f64 = 0.1;
+
+/// Chance that a run can't have: no unmarked mesh has a smaller p, and no mark is verified with a greater one.
+const IMPOSSIBLE: f64 = 1e-6;
 
 /// Fails with everything that is missing or can't be right. The results are written by then.
 pub(crate) fn check(results: &Results) -> Result<()> {
@@ -35,7 +38,8 @@ pub(crate) fn check(results: &Results) -> Result<()> {
 
 fn faults_of(outcome: &Outcome, column: &Column, signatures: usize) -> Vec<String> {
     let mut faults = Vec::new();
-    let expected = signatures * plan::all_attacks(&outcome.model).count();
+    let signatures = plan::signatures(&column.algorithm, signatures);
+    let expected = signatures * plan::attacks_on(&column.algorithm, &outcome.model).len();
     let finished = column.marked().count();
     if finished != expected {
         faults.push(format!("{finished} cells of {expected} are finished"));
@@ -55,6 +59,7 @@ fn faults_of(outcome: &Outcome, column: &Column, signatures: usize) -> Vec<Strin
             "{alone} readings were compared with no signature but their own"
         ));
     }
+    faults.extend(faults_of_steps(outcome, column));
     let is_printed = outcome.printed(column).is_some();
     faults.extend(rated().flat_map(|(trial, rated)| faults_of_reading(trial, rated, is_printed)));
     faults
@@ -79,10 +84,43 @@ fn faults_of_reading(trial: &Trial, rated: &Rated, is_printed: bool) -> Vec<Stri
     if moved && is_printed && rated.detector == DetectorId::PAPER && rated.rate < 1.0 {
         faults.push(format!("{rate:.1} % are read from a mesh that was only moved"));
     }
-    if rated.verified != (rated.rate >= 1.0) {
+    if rated.detector == VERIFIER {
+        faults.extend(faults_of_verdict(trial, rated));
+    } else if rated.verified != (rated.rate >= 1.0) {
         faults.push("a signature checks with wrong bits, or does not with right ones".into());
     }
     faults
+}
+
+/// Sigmark's verdicts: a code mends bits, so that they need not all be right.
+fn faults_of_verdict(trial: &Trial, rated: &Rated) -> Vec<String> {
+    let (attack, p) = (&trial.attack.name, rated.p_value);
+    let mut faults = Vec::new();
+    if !trial.target.is_marked && (rated.verified || p < IMPOSSIBLE) {
+        faults.push(format!("after {attack}, an unmarked mesh has p = {p:.1e}"));
+    }
+    if rated.verified && p > IMPOSSIBLE {
+        faults.push(format!("after {attack}, a mark is verified with p = {p:.1e}"));
+    }
+    // So small is p only where more bits are right than any payload has.
+    if !rated.verified && rated.rate >= 1.0 && p == 0.0 {
+        faults.push(format!(
+            "after {attack}, a mark with all bits right is not verified"
+        ));
+    }
+    if !rated.verified && trial.target.is_marked && trial.attack.moves() {
+        faults.push("a mark is not verified in a mesh that was only moved".into());
+    }
+    faults
+}
+
+/// What is missing of the plainer readers.
+fn faults_of_steps(outcome: &Outcome, column: &Column) -> Option<String> {
+    let is_read =
+        |trial: &&Trial| plan::reads_by_steps(&column.algorithm, &outcome.model, trial.target, trial.attack);
+    let short = |trial: &&Trial| trial.cell.steps.len() != READERS.len();
+    let count = column.trials.iter().filter(is_read).filter(short).count();
+    (count > 0).then(|| format!("{count} cells were not read by all plainer readers"))
 }
 
 #[cfg(test)]
@@ -91,7 +129,7 @@ mod tests {
     use crate::{
         attacks::Attack,
         paper::{Model, ModelId},
-        study::{Cell, Strength, Target, metrics::D_RMSE},
+        study::{Cell, Step, Strength, Target, metrics::D_RMSE, product::SIGMARK, steps::Reader},
     };
     use baselines::AlgorithmId;
 
@@ -99,6 +137,8 @@ mod tests {
         let rated = Rated {
             detector: DetectorId::PAPER,
             rate,
+            margin: Some(10.0),
+            p_value: 1e-9,
             tries: 1,
             rate_in_true_pose: None,
             strangers: vec![0.52, 0.47],
@@ -112,6 +152,7 @@ mod tests {
             overlap: 1.0,
             missing: 0.0,
             readings: vec![rated],
+            steps: Vec::new(),
             attack_seconds: 0.0,
             reference_seconds: 0.0,
             registration_seconds: 0.0,
@@ -181,6 +222,57 @@ mod tests {
     #[test]
     fn what_is_complete_and_plausible_passes() {
         check(&results()).unwrap();
+    }
+
+    /// The same by Sigmark, whose verifier mends bits.
+    fn as_sigmark(column: &mut Column) {
+        column.algorithm = SIGMARK;
+        let bunny = Model::of(ModelId::Bunny);
+        for trial in &mut column.trials {
+            let is_marked = trial.target.is_marked;
+            let rated = &mut trial.cell.readings[0];
+            rated.detector = VERIFIER;
+            rated.verified = is_marked;
+            rated.p_value = if is_marked { 1e-90 } else { 0.3 };
+            if plan::reads_by_steps(&SIGMARK, bunny, trial.target, trial.attack) {
+                let step = |reader: &Reader| Step {
+                    reader: reader.id.clone(),
+                    rate: 0.9,
+                    margin: 20.0,
+                };
+                trial.cell.steps = READERS.iter().map(step).collect();
+            }
+        }
+    }
+
+    /// What is said of Sigmark's results that were spoilt in one cell.
+    fn said_of(is_meant: impl Fn(&Trial) -> bool, spoil: impl FnOnce(&mut Trial)) -> String {
+        said(|column| {
+            as_sigmark(column);
+            let trial = column.trials.iter_mut().find(|trial| is_meant(trial));
+            spoil(trial.unwrap());
+        })
+    }
+
+    #[test]
+    fn sigmark_is_verified_where_the_code_mends_bits() {
+        let mut results = results();
+        as_sigmark(&mut results.outcomes[0].columns[0]);
+        check(&results).unwrap();
+    }
+
+    #[test]
+    fn verdicts_that_cannot_be_are_told() {
+        let unmarked = |trial: &Trial| !trial.target.is_marked;
+        let small = said_of(unmarked, |trial| trial.cell.readings[0].p_value = 1e-7);
+        assert!(small.contains("an unmarked mesh has p = 1.0e-7"));
+        let verified = said_of(unmarked, |trial| trial.cell.readings[0].verified = true);
+        assert!(verified.contains("is verified with p"));
+        let moved = |trial: &Trial| trial.target.is_marked && trial.attack.moves();
+        let lost = said_of(moved, |trial| trial.cell.readings[0].verified = false);
+        assert!(lost.contains("only moved"));
+        let steps = said_of(moved, |trial| drop(trial.cell.steps.pop()));
+        assert!(steps.contains("plainer readers"));
     }
 
     #[test]

@@ -12,7 +12,6 @@ use crate::{
     models::Standin,
     options::Options,
     plan,
-    reading::Finder,
     results::{Column, Illustration, Outcome, Trial},
     study::{Cell, Mark, Scene, Setup, Study, Target},
 };
@@ -54,13 +53,13 @@ impl Campaign<'_> {
         let scene = Scene::new(self.setup, self.standin)?;
         let mut columns = Vec::new();
         let mut heat = Heat::new(self.standin);
-        for algorithm in plan::algorithms(model, self.options) {
+        for marking in plan::markings(model, self.options) {
             // What the paper did not try is compared with MHBs, and so distorts as much.
             let printed = model
-                .printed(&algorithm.id())
+                .printed(&marking.id())
                 .or_else(|| model.printed(&AlgorithmId::MHB));
             let distortion = printed.context("MHBs are in every table")?.d_rmse;
-            let study = Study::new(&scene, algorithm.as_ref(), distortion);
+            let study = Study::new(&scene, marking.as_ref(), distortion);
             columns.push(self.column(&study, &mut heat));
         }
         pictures.extend(heat.painted()?);
@@ -75,8 +74,8 @@ impl Campaign<'_> {
 
     fn column(&mut self, study: &Study<'_>, heat: &mut Heat<'_>) -> Column {
         let mut column = Column {
-            algorithm: study.algorithm.id(),
-            name: study.algorithm.name(),
+            algorithm: study.marking.id(),
+            name: study.marking.name(),
             distortion: study.distortion,
             preparation: None,
             strength: None,
@@ -100,9 +99,11 @@ impl Campaign<'_> {
         let strength = study.strength()?;
         column.strength = Some(strength);
         let (model, alpha) = (&self.standin.model, strength.alpha);
-        let attacks: Vec<&Attack> = plan::all_attacks(model).collect();
-        let signatures = 0..self.setup.signatures.len();
-        let marked: Vec<_> = signatures.map(|number| Target::marked(number, alpha)).collect();
+        let attacks = plan::attacks_on(&column.algorithm, model);
+        let signatures = plan::signatures(&column.algorithm, self.setup.signatures.len());
+        let marked: Vec<_> = (0..signatures)
+            .map(|number| Target::marked(number, alpha))
+            .collect();
         let (marks, trials) = self.measured(study, &marked, &attacks);
         column.trials = trials?.into_iter().flatten().collect();
         column.marks = marks.into_iter().collect::<Result<_>>()?;
@@ -202,15 +203,14 @@ impl Campaign<'_> {
         study.prepare()?;
         let file = self.setup.work.join("marked.ply");
         study.write(target, &file)?;
-        let reference = study.reference(target)?;
-        let finder = Finder::new(&reference)?;
-        let algorithm = study.algorithm.id();
+        let judge = study.judge(target)?;
+        let algorithm = study.marking.id();
         let work = |&attack: &&Attack| {
             if progress.is_over() {
                 return None;
             }
             let size = plan::picture_size(&self.standin.model, &algorithm, target, attack);
-            let cell = study.cell(target, attack, &finder, &file, size);
+            let cell = study.cell(target, attack, judge.as_ref(), &file, size);
             progress.done(vertices, Some(&self.words(study, target, attack, cell.as_ref())));
             Some(cell)
         };
@@ -227,7 +227,7 @@ impl Campaign<'_> {
             false => "unmarked".into(),
         };
         let model = &self.standin.model.name;
-        format!("{model}, {}, {mesh}, {what}", study.algorithm.name())
+        format!("{model}, {}, {mesh}, {what}", study.marking.name())
     }
 
     /// A line of progress.
@@ -243,7 +243,7 @@ impl Campaign<'_> {
             Ok(cell) => cell,
             Err(error) => return format!("{name}: {error:#}"),
         };
-        let printed = self.standin.model.printed_rate(&study.algorithm.id(), attack);
+        let printed = self.standin.model.printed_rate(&study.marking.id(), attack);
         let printed = printed.filter(|_| target.is_marked);
         let printed = printed.map_or(String::new(), |printed| format!(", printed {printed}"));
         let seconds = cell.attack_seconds + cell.registration_seconds + cell.reading_seconds;

@@ -2,7 +2,7 @@
 //! with it.
 //!
 //! `cargo xtask reproduce` is [`reproduce::run`]. From the outside in: a run goes through `models`; of each, a `campaign` runs what is
-//! in the `plan`; a `study` is one algorithm on one mesh, and one cell of a table is made in `study/cell.rs`. What is finished stands in
+//! in the `plan`; a `study` is one way to mark one mesh, and one cell of a table is made in `study/cell.rs`. What is finished stands in
 //! the `store`, by what it depends on and the code that computed it. `pages` writes what came out, and `audit` fails the run where a
 //! figure is missing or can't be right.
 //!

@@ -16,10 +16,11 @@ pub struct Options {
     /// The folder with the models' meshes
     #[arg(long, value_name = "DIR", requires = "full")]
     pub meshes: Option<PathBuf>,
-    /// Only these models, by the paper's name or the file's; may be given again
+    /// Only these models, by the paper's name or the file's; may be given again. A full run can be made in such pieces: what they finish is kept, and one
+    /// without this option then writes it all into one set of pages, if all of it is by the same code
     #[arg(long, value_name = "MODEL", requires = "full")]
     pub only: Vec<String>,
-    /// Only these algorithms: mhb, lbf, rbf, or with --full others, too; may be given again
+    /// Only these algorithms: mhb, lbf, rbf, sigmark, sigmark-tag, or with --full others, too; may be given again
     #[arg(long, value_name = "NAME")]
     pub algorithm: Vec<String>,
     /// How many signatures each figure is a mean over

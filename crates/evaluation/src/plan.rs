@@ -1,7 +1,7 @@
 //! What a run does on each model: algorithms, attacks, strengths, pictures; and how much work that is.
 
 use anyhow::{Result, bail};
-use baselines::{Algorithm, AlgorithmId, entries};
+use baselines::{AlgorithmId, entries};
 
 use crate::{
     attacks::{self, Attack},
@@ -9,7 +9,10 @@ use crate::{
     options::Options,
     paper::{Model, ModelId},
     progress::Progress,
-    study::Target,
+    study::{
+        ByBits, Marking, Target,
+        product::{Product, SIGMARK, SIGMARK_TAG},
+    },
 };
 
 /// Multiples of Table 4's α in the sweep of Fig. 2.
@@ -45,23 +48,34 @@ pub(crate) const SERIES: [(&str, ModelId, &[&str]); 5] = [
     ),
 ];
 
-/// The algorithms of a model: the paper's three, what `sigmark embed` does today, and on small models those that the paper did not try; MHBs alone on a model that is
+/// What marks a model: the paper's three algorithms, on small models those that the paper did not try, and Sigmark; MHBs alone on a model that is
 /// there again.
-pub(crate) fn algorithms(model: &Model, options: &Options) -> Vec<Box<dyn Algorithm>> {
+pub(crate) fn markings(model: &Model, options: &Options) -> Vec<Box<dyn Marking>> {
     let beyond = options.full && model.patches <= MOST_PATCHES_BEYOND;
     let wanted = |id: AlgorithmId| {
         let asked = options.algorithm.is_empty() || options.algorithm.contains(&id.to_string());
-        let usual = (beyond || model.printed(&id).is_some()) && !model.again;
-        asked && (usual || id == AlgorithmId::MHB || (id == AlgorithmId::POOLED_MHB && !model.again))
+        let is_sigmark = id == SIGMARK || id == SIGMARK_TAG;
+        let usual = (beyond || is_sigmark || model.printed(&id).is_some()) && !model.again;
+        asked && (usual || id == AlgorithmId::MHB)
     };
-    let all = entries(model.functions).into_iter();
-    all.filter(|algorithm| wanted(algorithm.id())).collect()
+    let all = all_markings(model.functions).into_iter();
+    all.filter(|marking| wanted(marking.id())).collect()
+}
+
+/// All that there are; `functions` is m of LBFs.
+pub(crate) fn all_markings(functions: usize) -> Vec<Box<dyn Marking>> {
+    let by_bits = entries(functions).into_iter();
+    let by_bits = by_bits.map(|algorithm| Box::new(ByBits(algorithm)) as Box<dyn Marking>);
+    let product = Product::ALL.map(|product| Box::new(product) as Box<dyn Marking>);
+    by_bits.chain(product).collect()
 }
 
 /// Fails if an algorithm was asked for by an id that none has.
 pub(crate) fn check_algorithms(asked: &[String]) -> Result<()> {
-    let known = entries(1);
-    let known: Vec<String> = known.iter().map(|algorithm| algorithm.id().to_string()).collect();
+    let known: Vec<String> = all_markings(1)
+        .iter()
+        .map(|marking| marking.id().to_string())
+        .collect();
     match asked.iter().find(|id| !known.contains(id)) {
         Some(id) => bail!(
             "--algorithm {id}: there is none of that name; there are {}",
@@ -80,9 +94,38 @@ pub(crate) fn all_attacks(model: &Model) -> impl Iterator<Item = &'static Attack
     model.attacks().chain(by_meshlab).chain(others)
 }
 
-/// Unmarked meshes are read by MHBs for Fig. 11, and on the bunny by all.
+/// What a mark meets. Of Sigmark's tag only what Fig. 11 counts is asked.
+pub(crate) fn attacks_on(algorithm: &AlgorithmId, model: &Model) -> Vec<&'static Attack> {
+    match *algorithm == SIGMARK_TAG {
+        true => model.attacks().collect(),
+        false => all_attacks(model).collect(),
+    }
+}
+
+/// How many of the signatures are written.
+pub(crate) fn signatures(algorithm: &AlgorithmId, signatures: usize) -> usize {
+    match *algorithm == SIGMARK_TAG {
+        true => 1,
+        false => signatures,
+    }
+}
+
+/// Unmarked meshes are read by MHBs and by Sigmark for Fig. 11, and on the bunny by all but the tag's reader, which is Sigmark's.
 pub(crate) fn reads_unmarked(algorithm: &AlgorithmId, model: &Model) -> bool {
-    (*algorithm == AlgorithmId::MHB && !model.again) || model.id == ModelId::Bunny
+    let in_figure = *algorithm == AlgorithmId::MHB || *algorithm == SIGMARK;
+    let is_bunny = model.id == ModelId::Bunny && *algorithm != SIGMARK_TAG;
+    (in_figure && !model.again) || is_bunny
+}
+
+/// Whether plainer readers are asked, too: of Sigmark's marks on the bunny, under the attacks of Table 4.
+pub(crate) fn reads_by_steps(
+    algorithm: &AlgorithmId,
+    model: &Model,
+    target: Target,
+    attack: &Attack,
+) -> bool {
+    let is_bunny = model.id == ModelId::Bunny && !model.again;
+    is_bunny && *algorithm == SIGMARK && target.is_marked && attacks::tables().table4.contains(attack)
 }
 
 /// The model whose α is swept: the paper's eros, or the bunny where it is alone.
@@ -118,9 +161,9 @@ pub(crate) fn progress(candidates: &[Candidate], options: &Options) -> Progress 
     let (mut pieces, mut vertices) = (0, 0.0);
     for candidate in candidates {
         let model = &candidate.model;
-        for algorithm in algorithms(model, options) {
-            let id = algorithm.id();
-            let mut cells = options.signatures.max(1) * all_attacks(model).count();
+        for marking in markings(model, options) {
+            let id = marking.id();
+            let mut cells = signatures(&id, options.signatures.max(1)) * attacks_on(&id, model).len();
             if reads_unmarked(&id, model) {
                 cells += model.attacks().count();
             }

@@ -1,4 +1,4 @@
-//! From an attacked mesh to bits: the same way for every algorithm, which sees neither the signature nor the true pose.
+//! From an attacked mesh to bits: the same way for every algorithm of `baselines`, which sees neither the signature nor the true pose.
 //!
 //! The paper's rule reads in the one pose that the surfaces agree on best, as the paper prints it. An algorithm's other methods read as
 //! `sigmark verify` does, by the same code: in all the poses that there are, which they better.
@@ -9,8 +9,8 @@ use anyhow::Result;
 use baselines::{DetectorId, Prepared};
 use job::Job;
 use mesh::{Similarity, TriMesh};
-use registration::Alignment;
-use sigmark::mark::{self, Reader, Suspect};
+use registration::{Alignment, PreparedMesh};
+use sigmark::mark::{self, Reader, SoftBits, Suspect};
 
 /// What suspects are brought onto.
 pub(crate) struct Finder {
@@ -26,7 +26,7 @@ pub(crate) struct Found {
     /// For the other methods.
     poses: mark::Found,
     /// In any pose.
-    suspect: Suspect,
+    pub(crate) suspect: Suspect,
     pub(crate) seconds: f64,
 }
 
@@ -39,16 +39,16 @@ pub(crate) struct Read {
     pub(crate) seconds: f64,
 }
 
-/// The bits that one way to read gave.
+/// What one way to read gave.
 pub(crate) struct Reading {
     pub(crate) detector: DetectorId,
-    pub(crate) bits: Vec<bool>,
+    pub(crate) soft: SoftBits,
     /// Of how many readings they could have been chosen.
     pub(crate) tries: usize,
 }
 
 impl Finder {
-    pub(crate) fn new(reference: &TriMesh) -> Result<Self> {
+    pub(crate) fn new(reference: impl Into<PreparedMesh>) -> Result<Self> {
         let begun = Instant::now();
         Ok(Self {
             reader: Reader::new(reference)?,
@@ -73,6 +73,11 @@ impl Finder {
             seconds: begun.elapsed().as_secs_f64(),
         })
     }
+
+    /// A suspect of which no vertex is taken to be found again.
+    pub(crate) fn surface(&self, found: &Found) -> Suspect {
+        self.reader.surface(found.poses.suspect().clone())
+    }
 }
 
 impl Found {
@@ -83,14 +88,14 @@ impl Found {
         let registered = self.suspect.sample(&self.alignment.transform, &job)?;
         let mut readings = vec![Reading {
             detector: DetectorId::PAPER,
-            bits: prepared.extract(&registered, alpha, &job)?.hard(),
+            soft: prepared.extract(&registered, alpha, &job)?,
             tries: 1,
         }];
         for (detector, method) in prepared.methods(alpha)? {
             let reading = self.poses.read(&method, expected, &job)?;
             readings.push(Reading {
                 detector,
-                bits: reading.soft.hard(),
+                soft: reading.soft,
                 tries: reading.tries,
             });
         }

@@ -1,7 +1,7 @@
 //! `cargo xtask reproduce`: the paper's tables and figures from real meshes, with what it prints beside what we measure.
 //!
 //! Every algorithm gets the same meshes, patches, signatures and attacks, and is made as strong as gives the paper's d_rmse. What is
-//! read is judged here; an algorithm sees bits only when it writes them. Every suspect is moved by a random similarity before
+//! read is judged here; an algorithm sees bits only when it writes them. Sigmark, as people use it, is judged by its own verifier. Every suspect is moved by a random similarity before
 //! anything is read from it.
 
 use std::{

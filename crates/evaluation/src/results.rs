@@ -5,7 +5,7 @@ use baselines::{AlgorithmId, DetectorId};
 use crate::{
     attacks::Attack,
     paper::{Model, Printed},
-    study::{Cell, Mark, Preparation, Rated, Strength, Target},
+    study::{Cell, Mark, Preparation, Rated, Strength, Target, product::VERIFIER},
 };
 
 /// Everything that the pages are made of.
@@ -114,6 +114,18 @@ impl Column {
         rated.map(|(_, rated)| 100.0 * rated.rate).collect()
     }
 
+    /// T₀ of a detector after an attack, where it is known.
+    pub(crate) fn margins(&self, attack: &Attack, detector: &DetectorId) -> Vec<f64> {
+        let rated = self.rated(attack, detector);
+        rated.filter_map(|(_, rated)| rated.margin).collect()
+    }
+
+    /// Whether T₀ of its readings is known.
+    pub(crate) fn has_margins(&self) -> bool {
+        let mut readings = self.trials.iter().flat_map(|trial| &trial.cell.readings);
+        readings.any(|rated| rated.margin.is_some())
+    }
+
     /// The detectors that read this algorithm's marks, the paper's first.
     pub(crate) fn detectors(&self) -> Vec<DetectorId> {
         let Some(trial) = self.trials.first() else {
@@ -125,7 +137,7 @@ impl Column {
 
     /// As a table's row is called.
     pub(crate) fn title(&self, detector: &DetectorId) -> String {
-        if *detector == DetectorId::PAPER {
+        if *detector == DetectorId::PAPER || *detector == VERIFIER {
             self.name.clone()
         } else {
             format!("{}, {}", self.name, detector.name())

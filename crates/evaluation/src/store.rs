@@ -154,7 +154,8 @@ mod tests {
         for (file, defined) in [
             ("attacks.rs", "pub fn random_similarity("),
             ("reproduce.rs", "fn strangers("),
-            ("study/cell.rs", "fn rated("),
+            ("study/by_bits.rs", "fn rated("),
+            ("study/product.rs", "fn rated("),
         ] {
             let path = folder.join(file);
             assert!(fs::read_to_string(&path).unwrap().contains(defined), "{file}");

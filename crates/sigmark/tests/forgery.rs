@@ -465,7 +465,11 @@ fn steered(claimed: &Signed, s: &TriMesh) -> (f64, f64) {
     let of_patch = |index: usize, patch: &Patch, basis: &PatchBasis| {
         let coefficients = basis.transform(&patch.gather(&moved));
         let mut said = vec![0.0; bits.len()];
-        for (chip, received) in layout.chips(index).iter().zip(layout.received(index, &coefficients)) {
+        for (chip, received) in layout
+            .chips(index)
+            .iter()
+            .zip(layout.received(index, &coefficients))
+        {
             said[chip.bit] += received;
         }
         let norm = said.iter().map(|x| x * x).sum::<f64>().sqrt();

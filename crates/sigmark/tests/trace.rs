@@ -56,7 +56,10 @@ impl Shop {
     fn made_of(&self, colluders: &[usize], rule: impl Fn(&mut [f64]) -> f64) -> TriMesh {
         let original = self.original.mesh();
         let coordinate = |v: usize, axis: usize| {
-            let mut own: Vec<f64> = colluders.iter().map(|&c| self.copies[c].positions()[v][axis]).collect();
+            let mut own: Vec<f64> = colluders
+                .iter()
+                .map(|&c| self.copies[c].positions()[v][axis])
+                .collect();
             own.sort_by(f64::total_cmp);
             rule(&mut own)
         };
@@ -101,17 +104,29 @@ fn who_gave_copies_together_are_named_one_after_the_other() {
         let middle = own[own.len() / 2];
         if middle - low > high - middle { low } else { high }
     };
-    let rules: [(&str, &dyn Fn(&mut [f64]) -> f64); 4] =
-        [("mean", &mean), ("median", &middle), ("min-max", &ends), ("minority", &minority)];
+    let rules: [(&str, &dyn Fn(&mut [f64]) -> f64); 4] = [
+        ("mean", &mean),
+        ("median", &middle),
+        ("min-max", &ends),
+        ("minority", &minority),
+    ];
     for (name, rule) in rules {
         let colluders = [2, 11, 19];
-        let trace = tracer.trace(&shop.made_of(&colluders, rule), &Job::default()).unwrap();
+        let trace = tracer
+            .trace(&shop.made_of(&colluders, rule), &Job::default())
+            .unwrap();
         let named = named(&trace);
         assert!(named.len() >= 2, "{name}: {:?}", trace.accused);
-        assert!(named.iter().all(|c| colluders.contains(c)), "{name}: {:?}", trace.accused);
+        assert!(
+            named.iter().all(|c| colluders.contains(c)),
+            "{name}: {:?}",
+            trace.accused
+        );
     }
     let twelve: Vec<usize> = (0..12).collect();
-    let trace = tracer.trace(&shop.made_of(&twelve, mean), &Job::default()).unwrap();
+    let trace = tracer
+        .trace(&shop.made_of(&twelve, mean), &Job::default())
+        .unwrap();
     assert!(named(&trace).len() >= 5, "{:?}", trace.accused);
     assert!(named(&trace).iter().all(|&c| c < 12));
 }
@@ -122,10 +137,20 @@ fn nobody_is_named_for_what_no_buyer_had() {
     let job = Job::default();
     let tracer = shop.tracer();
     let embedder = Embedder::new(&key(1)).message("© 2026 Studio");
-    let to_another = embedder.clone().recipient("order 4711").embed_in(&shop.original, &job).unwrap();
+    let to_another = embedder
+        .clone()
+        .recipient("order 4711")
+        .embed_in(&shop.original, &job)
+        .unwrap();
     let by_another = Embedder::new(&key(2)).embed_in(&shop.original, &job).unwrap();
     let unmarked = shop.original.mesh();
-    for suspect in [unmarked, to_another.mesh(), by_another.mesh(), &shapes::bumpy_sphere(5, 4), &shapes::tetrahedron()] {
+    for suspect in [
+        unmarked,
+        to_another.mesh(),
+        by_another.mesh(),
+        &shapes::bumpy_sphere(5, 4),
+        &shapes::tetrahedron(),
+    ] {
         let trace = tracer.trace(suspect, &job).unwrap();
         assert!(!trace.is_found(), "{:?}", trace.accused);
     }
@@ -154,7 +179,10 @@ fn innocents_agree_as_fair_coins_do() {
     let mean = correlations.iter().sum::<f64>() / 2000.0;
     let square = correlations.iter().map(|t| t * t).sum::<f64>() / 2000.0;
     // Standard deviations of mean and square are 0.022 and 0.032.
-    assert!(mean.abs() < 0.11 && (square - 1.0).abs() < 0.16, "{mean} {square}");
+    assert!(
+        mean.abs() < 0.11 && (square - 1.0).abs() < 0.16,
+        "{mean} {square}"
+    );
     assert!(correlations.iter().all(|&t| t < 5.0));
 }
 
@@ -191,6 +219,16 @@ fn certificates_that_were_edited_name_nobody() {
 fn certificates_of_other_originals_and_keys_are_refused() {
     let shop = Shop::new(&shapes::bumpy_sphere(4, 3), 1);
     let issued = shop.certificates[0].clone().into();
-    assert!(Tracer::new(&shapes::bumpy_sphere(4, 5), &key(1).public_key()).unwrap().add(&issued).is_err());
-    assert!(Tracer::new(shop.original.mesh(), &key(2).public_key()).unwrap().add(&issued).is_err());
+    assert!(
+        Tracer::new(&shapes::bumpy_sphere(4, 5), &key(1).public_key())
+            .unwrap()
+            .add(&issued)
+            .is_err()
+    );
+    assert!(
+        Tracer::new(shop.original.mesh(), &key(2).public_key())
+            .unwrap()
+            .add(&issued)
+            .is_err()
+    );
 }

@@ -48,7 +48,14 @@ pub struct Measured {
     pub digits: usize,
     /// Whether it is a rate in per cent, of which more is better: then it stands out where it is far from the printed one.
     pub rate: bool,
+    /// T₀ in the mean, where it is shown.
+    pub margin: Option<f64>,
+    /// How many of how many signatures were verified, where that is shown.
+    pub verified: Option<[usize; 2]>,
 }
+
+/// A greater T₀ says only that there is hardly any noise.
+const MOST_MARGIN: f64 = 999.0;
 
 /// Points of extraction rate below the printed figure that need an explanation.
 pub const TOLERATED: f64 = 5.0;
@@ -61,6 +68,26 @@ impl Measured {
             printed,
             digits,
             rate: false,
+            margin: None,
+            verified: None,
+        }
+    }
+
+    /// With T₀ beside it: the mean of what was measured, if anything was.
+    pub fn with_margins(self, margins: &[f64]) -> Self {
+        let mean = margins.iter().sum::<f64>() / margins.len() as f64;
+        Self {
+            margin: (!margins.is_empty()).then_some(mean),
+            ..self
+        }
+    }
+
+    /// With the number of signatures that were verified beside it, if there are any.
+    pub fn with_verified(self, verified: &[bool]) -> Self {
+        let count = verified.iter().filter(|verified| **verified).count();
+        Self {
+            verified: (!verified.is_empty()).then_some([count, verified.len()]),
+            ..self
         }
     }
 
@@ -109,10 +136,22 @@ impl Measured {
         if self.falls_short() {
             words = format!("**{words}**");
         }
-        match self.printed {
-            Some(printed) => format!("{words} ({printed})"),
-            None => words,
+        let printed = self.printed.map(|printed| printed.to_string());
+        let beside: Vec<String> = printed.into_iter().chain(self.beside()).collect();
+        match beside.is_empty() {
+            true => words,
+            false => format!("{words} ({})", beside.join(", ")),
         }
+    }
+
+    /// T₀, and how many were verified.
+    fn beside(&self) -> Vec<String> {
+        let margin = self.margin.map(|margin| match margin > MOST_MARGIN {
+            true => format!("T₀ > {MOST_MARGIN}"),
+            false => format!("T₀ {margin:.0}"),
+        });
+        let verified = self.verified.map(|[count, of]| format!("{count}/{of}"));
+        margin.into_iter().chain(verified).collect()
     }
 
     fn html(&self) -> String {
@@ -126,11 +165,61 @@ impl Measured {
         let printed = self
             .printed
             .map_or(String::new(), |printed| format!("<i>{printed}</i>"));
-        format!("<td class=\"{class}\">{mean}{spread}{printed}</td>")
+        let beside: String = self
+            .beside()
+            .iter()
+            .map(|words| format!("<b>{}</b>", escaped(words)))
+            .collect();
+        format!("<td class=\"{class}\">{mean}{spread}{printed}{beside}</td>")
+    }
+}
+
+/// Which fields of CSV a column takes.
+struct Kind {
+    is_figure: bool,
+    has_margin: bool,
+    has_verified: bool,
+}
+
+impl Kind {
+    /// Those behind the first, by name.
+    fn fields(&self) -> Vec<&'static str> {
+        let all = [
+            ("spread", self.is_figure),
+            ("paper", self.is_figure),
+            ("T0", self.has_margin),
+            ("verified", self.has_verified),
+        ];
+        all.into_iter()
+            .filter_map(|(name, is_there)| is_there.then_some(name))
+            .collect()
+    }
+
+    /// All of a figure.
+    fn values(&self, figure: &Measured) -> Vec<String> {
+        let number = |value: Option<f64>| value.map_or(String::new(), |value| value.to_string());
+        let mut values: Vec<String> = [figure.mean(), figure.spread(), figure.printed]
+            .map(number)
+            .into();
+        if self.has_margin {
+            values.push(number(figure.margin));
+        }
+        if self.has_verified {
+            let verified = figure.verified.map(|[count, of]| format!("{count}/{of}"));
+            values.push(verified.unwrap_or_default());
+        }
+        values
     }
 }
 
 impl Entry {
+    fn figure(&self) -> Option<&Measured> {
+        match self {
+            Self::Text(_) => None,
+            Self::Measured(figure) => Some(figure),
+        }
+    }
+
     fn markdown(&self) -> String {
         match self {
             Self::Text(text) => text.clone(),
@@ -232,36 +321,24 @@ impl Table {
         )
     }
 
-    /// RFC 4180. A column of figures takes three fields: mean, spread, printed.
+    /// RFC 4180. A column of figures takes three fields: mean, spread, printed; and T₀ and how many were verified, where one of its figures has them.
     pub fn csv(&self) -> String {
-        let is_figure = |i| {
-            self.rows
-                .iter()
-                .any(|row| matches!(row.get(i), Some(Entry::Measured(_))))
-        };
-        let figures: Vec<bool> = (0..self.header.len()).map(is_figure).collect();
+        let kinds: Vec<Kind> = (0..self.header.len()).map(|i| self.kind(i)).collect();
         let mut lines: Vec<Vec<String>> = vec![Vec::new()];
-        for (name, &figure) in self.header.iter().zip(&figures) {
+        for (name, kind) in self.header.iter().zip(&kinds) {
             lines[0].push(name.clone());
-            if figure {
-                lines[0].extend([format!("{name}: spread"), format!("{name}: paper")]);
-            }
+            let more = kind.fields().into_iter().map(|field| format!("{name}: {field}"));
+            lines[0].extend(more);
         }
-        let number = |value: Option<f64>| value.map_or(String::new(), |value| value.to_string());
         for row in &self.rows {
-            let mut line = Vec::new();
-            for (entry, &figure) in row.iter().zip(&figures) {
-                match entry {
-                    Entry::Text(text) => {
-                        line.push(text.clone());
-                        line.extend(vec![String::new(); if figure { 2 } else { 0 }]);
-                    }
-                    Entry::Measured(figure) => {
-                        line.extend([figure.mean(), figure.spread(), figure.printed].map(number));
-                    }
+            let fields = row.iter().zip(&kinds).flat_map(|(entry, kind)| match entry {
+                Entry::Text(text) => {
+                    let empty = vec![String::new(); kind.fields().len()];
+                    [vec![text.clone()], empty].concat()
                 }
-            }
-            lines.push(line);
+                Entry::Measured(figure) => kind.values(figure),
+            });
+            lines.push(fields.collect());
         }
         let quoted = |field: &String| match field.contains([',', '"', '\n']) {
             true => format!("\"{}\"", field.replace('"', "\"\"")),
@@ -269,6 +346,16 @@ impl Table {
         };
         let line = |fields: &Vec<String>| fields.iter().map(quoted).collect::<Vec<_>>().join(",") + "\n";
         lines.iter().map(line).collect()
+    }
+
+    /// What the entries of a column hold.
+    fn kind(&self, column: usize) -> Kind {
+        let figures = || self.rows.iter().filter_map(move |row| row.get(column)?.figure());
+        Kind {
+            is_figure: figures().next().is_some(),
+            has_margin: figures().any(|figure| figure.margin.is_some()),
+            has_verified: figures().any(|figure| figure.verified.is_some()),
+        }
     }
 
     /// Writes the table as [CSV](Self::csv).
@@ -296,6 +383,27 @@ mod tests {
         assert_eq!(Measured::rates(vec![], Some(50.0)).markdown(), "– (50)");
         assert_eq!(Measured::rates(vec![50.0], None).markdown(), "50.0");
         assert_eq!(Measured::new(vec![0.25], Some(9.0), 3).markdown(), "0.250 (9)");
+    }
+
+    #[test]
+    fn a_margin_and_what_was_verified_stand_behind_the_rate() {
+        let figure = Measured::rates(vec![98.4], None).with_margins(&[40.0, 42.0]);
+        assert_eq!(figure.markdown(), "98.4 (T₀ 41)");
+        let figure = figure.with_verified(&[true, true, false]);
+        assert_eq!(figure.markdown(), "98.4 (T₀ 41, 2/3)");
+        assert!(figure.html().contains("<b>T₀ 41</b><b>2/3</b>"));
+        let mut table = Table::new("t", &["model", "rate"]);
+        table.row([
+            Entry::from("a"),
+            Measured::rates(vec![1.0], None).with_margins(&[]).into(),
+        ]);
+        table.row([Entry::from("b"), figure.into()]);
+        assert_eq!(
+            table.csv(),
+            "model,rate,rate: spread,rate: paper,rate: T0,rate: verified\na,1,,,,\nb,98.4,,,41,2/3\n"
+        );
+        let clean = Measured::rates(vec![100.0], None).with_margins(&[4000.0]);
+        assert_eq!(clean.markdown(), "100.0 (T₀ > 999)");
     }
 
     #[test]

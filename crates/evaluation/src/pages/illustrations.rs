@@ -2,7 +2,7 @@
 
 use baselines::{AlgorithmId, DetectorId};
 
-use super::roc::Roc;
+use super::{roc::Roc, verdicts::Verdicts};
 use crate::{
     attacks,
     output::{
@@ -11,30 +11,37 @@ use crate::{
     },
     plan,
     results::{Column, Illustration, Outcome, Results, Trial},
-    study::SCHEME,
+    study::{
+        SCHEME,
+        product::{SIGMARK, VERIFIER},
+    },
 };
 
 /// The threshold that the paper chooses.
 const PAPER_THRESHOLD: f64 = 0.561;
+
+/// Thresholds between no bit and all, for Sigmark: the bits of its code.
+const STEPS: usize = 2048;
 
 pub(super) fn all(results: &Results) -> Vec<Illustration> {
     let mut shown = Vec::new();
     shown.extend(strengths(results));
     shown.extend(results.pictures.iter().cloned());
     shown.extend(attacked(results));
-    let detectors = of_mhb(results).find(|(_, column)| !column.trials.is_empty());
-    let detectors = detectors.map_or_else(|| vec![DetectorId::PAPER], |(_, column)| column.detectors());
+    let first = of(results, AlgorithmId::MHB).find(|(_, column)| !column.trials.is_empty());
+    let detectors = first.map_or_else(|| vec![DetectorId::PAPER], |(_, column)| column.detectors());
     let rates = detectors
         .iter()
         .filter_map(|detector| error_rates(results, detector));
     shown.extend(rates);
+    shown.extend(error_rates_of_sigmark(results));
     shown
 }
 
-/// MHBs on every model.
-fn of_mhb(results: &Results) -> impl Iterator<Item = (&Outcome, &Column)> {
+/// One algorithm on every model.
+fn of(results: &Results, algorithm: AlgorithmId) -> impl Iterator<Item = (&Outcome, &Column)> {
     let columns = results.columns();
-    columns.filter(|(_, column)| column.algorithm == AlgorithmId::MHB)
+    columns.filter(move |(_, column)| column.algorithm == algorithm)
 }
 
 /// Fig. 2: extraction rate over distortion; none without a sweep.
@@ -76,7 +83,7 @@ fn attacked(results: &Results) -> Vec<Illustration> {
     let mut shown = Vec::new();
     for (figure, model, attacks) in plan::SERIES {
         let is_shown = |outcome: &Outcome| outcome.model.id == model && !outcome.model.again;
-        for (outcome, column) in of_mhb(results).filter(|(outcome, _)| is_shown(outcome)) {
+        for (outcome, column) in of(results, AlgorithmId::MHB).filter(|(outcome, _)| is_shown(outcome)) {
             let wanted =
                 |trial: &&Trial| attacks.contains(&trial.attack.spec.as_str()) && trial.target.is_first();
             let wanted = column.trials.iter().filter(wanted);
@@ -109,13 +116,9 @@ fn suspect(figure: &str, outcome: &Outcome, column: &Column, trial: &Trial) -> O
 
 /// Fig. 11 for a detector: how often a threshold errs; none without both kinds of meshes.
 fn error_rates(results: &Results, detector: &DetectorId) -> Option<Illustration> {
-    let roc = roc(results, detector);
+    let roc = roc(results, AlgorithmId::MHB, detector)?;
     let (marked, unmarked) = roc.counts();
-    if marked == 0 || unmarked == 0 {
-        return None;
-    }
     let (equal, paper) = (roc.equal_error(SCHEME.bits()), roc.at(PAPER_THRESHOLD));
-    let per_cent = |rate: f64| format!("{:.2} %", 100.0 * rate);
     let name = detector.name();
     let (file, title) = if *detector == DetectorId::PAPER {
         ("fig11.svg".into(), "Fig. 11: MHBs, the paper's extraction".into())
@@ -139,10 +142,34 @@ fn error_rates(results: &Results, detector: &DetectorId) -> Option<Illustration>
     })
 }
 
-/// As in the paper, one marked and one unmarked mesh for each model and attack of Tables 4 and 5: the first signature's.
-fn roc(results: &Results, detector: &DetectorId) -> Roc {
+/// The same for Sigmark, whose verifier says more than a threshold of rates: what it says of these meshes, in words.
+fn error_rates_of_sigmark(results: &Results) -> Option<Illustration> {
+    let roc = roc(results, SIGMARK, &VERIFIER)?;
+    let (marked, unmarked) = roc.counts();
+    let equal = roc.equal_error(STEPS);
+    Some(Illustration {
+        file: "fig11_sigmark.svg".into(),
+        title: "As Fig. 11: Sigmark".into(),
+        caption: format!(
+            "{marked} marked and {unmarked} unmarked meshes, by the share of right bits of the code. Area under the curve {:.4}. Errors are equal at {} ({} false positives, {} false negatives). {}",
+            roc.area(),
+            per_cent(equal.threshold),
+            per_cent(equal.false_positives),
+            per_cent(equal.false_negatives),
+            Verdicts::of(results).in_words(),
+        ),
+        bytes: roc.svg(STEPS).into_bytes(),
+    })
+}
+
+fn per_cent(rate: f64) -> String {
+    format!("{:.2} %", 100.0 * rate)
+}
+
+/// As in the paper, one marked and one unmarked mesh for each model and attack of Tables 4 and 5: the first signature's. None without both kinds.
+fn roc(results: &Results, algorithm: AlgorithmId, detector: &DetectorId) -> Option<Roc> {
     let (mut marked, mut unmarked) = (Vec::new(), Vec::new());
-    for (outcome, column) in of_mhb(results).filter(|(outcome, _)| !outcome.model.again) {
+    for (outcome, column) in of(results, algorithm).filter(|(outcome, _)| !outcome.model.again) {
         let printed = |trial: &&Trial| outcome.model.attacks().any(|attack| attack == trial.attack);
         for trial in column.trials.iter().filter(printed) {
             let rates = trial.rated(detector).map(|rated| rated.rate);
@@ -153,5 +180,6 @@ fn roc(results: &Results, detector: &DetectorId) -> Roc {
             }
         }
     }
-    Roc::new(marked, unmarked)
+    let is_there = !marked.is_empty() && !unmarked.is_empty();
+    is_there.then(|| Roc::new(marked, unmarked))
 }

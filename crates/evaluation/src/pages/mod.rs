@@ -5,6 +5,7 @@ mod illustrations;
 mod published;
 mod roc;
 mod tables;
+mod verdicts;
 
 use std::{fmt::Write, fs, path::Path};
 
@@ -90,7 +91,7 @@ const STYLE: &str = "body{font:15px/1.5 system-ui,-apple-system,'Segoe UI','Deja
 h1{font-size:1.7rem}h2{font-size:1.15rem;margin:2.2rem 0 .5rem}p{max-width:60rem;color:#3e4c59}.wide{overflow-x:auto}\
 table{border-collapse:collapse;font-size:12px;font-variant-numeric:tabular-nums;white-space:nowrap}\
 th,td{padding:.3rem .45rem;border-bottom:1px solid #e4e7eb;text-align:right}th{font-weight:600;background:#f5f7fa;position:sticky;top:0}\
-th:nth-child(-n+2),td:nth-child(-n+2){text-align:left}td i{display:block;color:#7b8794;font-style:normal;font-size:11px}td s{color:#9aa5b1;text-decoration:none;font-size:10px}\
+th:nth-child(-n+2),td:nth-child(-n+2){text-align:left}td i,td b{display:block;color:#7b8794;font-style:normal;font-weight:400;font-size:11px}td s{color:#9aa5b1;text-decoration:none;font-size:10px}\
 td.below{background:#ffe3d3}td.above{background:#dff3e4}figure{display:inline-block;margin:0 1rem 1.5rem 0;max-width:100%;vertical-align:top}\
 figure img{width:400px;max-width:100%}figure svg{max-width:100%;height:auto}figure img,figure svg{border:1px solid #e4e7eb;border-radius:6px}figcaption{max-width:400px;font-size:13px;color:#52606d}\
 .missing{background:#fff3bf;padding:.5rem 1rem;border-radius:6px}footer{margin-top:3rem;font-size:12px;color:#7b8794}";
@@ -99,7 +100,7 @@ fn html(results: &Results, models: &str, tables: &[Table], shown: &[Illustration
     let mut page = format!(
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width\">\
          <title>The paper, reproduced</title><style>{STYLE}</style></head><body>\n<h1>The paper, reproduced</h1>\n<p>{}</p>\n<p>{}</p>\n\
-         <p>In each cell ours stands above, the paper's figure below in grey. Orange cells are more than five points below it, green ones more than five above.</p>\n",
+         <p>In each cell ours stands above; in grey below it the paper's figure, or T₀ and how many signatures were verified. Orange cells are more than five points below it, green ones more than five above.</p>\n",
         escaped(&INTRODUCTION.replace('`', "")),
         escaped(models)
     );

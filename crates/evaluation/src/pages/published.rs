@@ -2,16 +2,21 @@
 
 use std::{collections::HashMap, fs};
 
-use baselines::{DetectorId, entries};
+use baselines::DetectorId;
 
 use super::{illustrations, tables};
 use crate::{
     attacks,
     models::cast,
     output::table::Table,
+    plan,
     process::root,
     results::{Column, Outcome, Results, Trial},
-    study::{Cell, Mark, Rated, Strength, Target, metrics},
+    study::{
+        Cell, Mark, Rated, Step, Strength, Target, metrics,
+        product::{SIGMARK, VERIFIER},
+        steps::READERS,
+    },
 };
 
 /// The fields of a line of CSV.
@@ -69,7 +74,7 @@ fn results() -> Results {
         }
         let columns = &mut outcomes.last_mut().unwrap().columns;
         if columns.last().is_none_or(|last| last.name != line["algorithm"]) {
-            let entry = entries(1)
+            let entry = plan::all_markings(1)
                 .into_iter()
                 .find(|entry| entry.name() == line["algorithm"]);
             columns.push(Column {
@@ -88,12 +93,24 @@ fn results() -> Results {
             });
         }
         let column = columns.last_mut().unwrap();
+        let step = READERS.iter().find(|reader| reader.id.name() == line["detector"]);
+        if let Some(reader) = step {
+            let steps = &mut column.trials.last_mut().unwrap().cell.steps;
+            steps.push(Step {
+                reader: reader.id.clone(),
+                rate: number("rate"),
+                margin: number("margin"),
+            });
+            continue;
+        }
         let rated = Rated {
-            detector: [DetectorId::PAPER, DetectorId::LEAST_SQUARES]
+            detector: [DetectorId::PAPER, DetectorId::LEAST_SQUARES, VERIFIER]
                 .into_iter()
                 .find(|detector| detector.name() == line["detector"])
                 .unwrap(),
             rate: number("rate"),
+            margin: line.get("margin").and_then(|margin| margin.parse().ok()),
+            p_value: number("p_value"),
             tries: line.get("tries").map_or(1, |tries| tries.parse().unwrap()),
             rate_in_true_pose: line["rate_in_true_pose"].parse().ok(),
             strangers: vec![0.5],
@@ -113,7 +130,7 @@ fn results() -> Results {
             }
             &mut column.sweep.last_mut().unwrap().1
         };
-        if rated.detector != DetectorId::PAPER {
+        if rated.detector == DetectorId::LEAST_SQUARES {
             trials.last_mut().unwrap().cell.readings.push(rated);
             continue;
         }
@@ -128,6 +145,7 @@ fn results() -> Results {
                 overlap: number("overlap"),
                 missing: number("missing"),
                 readings: vec![rated],
+                steps: Vec::new(),
                 attack_seconds: number("attack_seconds"),
                 reference_seconds: number("reference_seconds"),
                 registration_seconds: number("registration_seconds"),
@@ -143,6 +161,11 @@ fn results() -> Results {
         pictures: Vec::new(),
         foot: String::new(),
     }
+}
+
+/// Whether there are Sigmark's, which were not always among them.
+fn of_sigmark(results: &Results) -> bool {
+    results.columns().any(|(_, column)| column.algorithm == SIGMARK)
 }
 
 /// What of a table does not depend on the marks' distortion, by the names of its columns.
@@ -179,7 +202,8 @@ fn the_published_cells_make_the_published_page() {
     let results = results();
     let page = fs::read_to_string(root().join("results/paper.md")).unwrap();
     let shown = illustrations::all(&results);
-    assert_eq!(shown.len(), 3, "Fig. 2, and Fig. 11 by both detectors");
+    let by_sigmark = usize::from(of_sigmark(&results));
+    assert_eq!(shown.len(), 3 + by_sigmark, "Fig. 2, and Fig. 11 by all readers");
     for picture in shown {
         let section = format!(
             "### {}\n\n![{}]({})\n\n{}\n",

@@ -1,22 +1,28 @@
-//! One model and one algorithm: its strength, its marks, and what is left of them after each attack.
+//! One model and one way to mark it: its strength, its marks, and what is left of them after each attack.
 
+mod by_bits;
 mod cell;
 mod mark;
+mod marking;
 pub(crate) mod metrics;
+pub(crate) mod product;
 mod record;
+pub(crate) mod steps;
 mod strength;
 
-pub(crate) use record::{Cell, Mark, Preparation, Rated, Strength, Target};
+pub(crate) use by_bits::ByBits;
+pub(crate) use marking::Marking;
+pub(crate) use record::{Cell, Mark, Preparation, Rated, Step, Strength, Target};
 
+use marking::Ready;
 use metrics::Metrics;
 
 use std::{path::Path, sync::OnceLock, time::Instant};
 
 use anyhow::{Context, Result};
-use baselines::{Algorithm, Prepared, Subject};
 use job::{Job, JobError};
 use mesh::TriMesh;
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 use sigmark::{
     PublicKey, Scheme, Signature,
     mark::{PatchCount, Patches},
@@ -57,13 +63,13 @@ pub(crate) struct Scene<'a> {
     metrics: OnceLock<Metrics>,
 }
 
-/// One algorithm on one scene. What costs much is computed when it is first needed.
+/// One way to mark on one scene. What costs much is computed when it is first needed.
 pub(crate) struct Study<'a> {
     scene: &'a Scene<'a>,
-    pub(crate) algorithm: &'a dyn Algorithm,
+    pub(crate) marking: &'a dyn Marking,
     /// d_rmse, in per cent.
     pub(crate) distortion: f64,
-    prepared: OnceLock<Box<dyn Prepared>>,
+    prepared: OnceLock<Box<dyn Ready>>,
 }
 
 impl<'a> Scene<'a> {
@@ -89,10 +95,10 @@ impl<'a> Scene<'a> {
 }
 
 impl<'a> Study<'a> {
-    pub(crate) fn new(scene: &'a Scene<'a>, algorithm: &'a dyn Algorithm, distortion: f64) -> Self {
+    pub(crate) fn new(scene: &'a Scene<'a>, marking: &'a dyn Marking, distortion: f64) -> Self {
         Self {
             scene,
-            algorithm,
+            marking,
             distortion,
             prepared: OnceLock::new(),
         }
@@ -103,7 +109,7 @@ impl<'a> Study<'a> {
         let mut inputs = json!({
             "mesh": self.scene.standin.digest,
             "patches": self.scene.patches.len(),
-            "algorithm": key(self.algorithm),
+            "algorithm": self.marking.key(),
             "scheme": SCHEME,
         });
         if let (Some(all), Value::Object(more)) = (inputs.as_object_mut(), more) {
@@ -133,18 +139,13 @@ impl<'a> Study<'a> {
     }
 
     /// Computes what does not depend on the signature, if it is not there yet and the time is not over.
-    pub(crate) fn prepare(&self) -> Result<&dyn Prepared> {
+    pub(crate) fn prepare(&self) -> Result<&dyn Ready> {
         if self.prepared.get().is_none() {
             if self.setup().progress.is_over() {
                 return Err(JobError::Cancelled.into());
             }
             let begun = Instant::now();
-            let subject = Subject {
-                mesh: self.original(),
-                patches: &self.scene.patches,
-                bits: SCHEME.bits(),
-            };
-            let prepared = self.algorithm.prepare(&subject, &self.job())?;
+            let prepared = self.marking.prepare(self.scene, &self.job())?;
             let preparation = Preparation {
                 patches: prepared.patches(),
                 functions: prepared.functions(),
@@ -170,8 +171,8 @@ impl<'a> Study<'a> {
     }
 
     fn positions(&self, signature: usize, alpha: f64) -> Result<Vec<[f64; 3]>> {
-        let bits = self.signature(signature).bits();
-        Ok(self.prepare()?.embed(&bits, alpha, &self.job())?)
+        let signed = &self.setup().signatures[signature];
+        self.prepare()?.positions(signed, alpha, &self.job())
     }
 
     /// The mesh with a signature.
@@ -179,35 +180,5 @@ impl<'a> Study<'a> {
         Ok(self
             .original()
             .with_positions(self.positions(signature, alpha)?)?)
-    }
-}
-
-/// What finished work knows an algorithm by.
-fn key(algorithm: &dyn Algorithm) -> Value {
-    let parameters = algorithm.parameters().into_iter();
-    let parameters: Map<String, Value> = parameters
-        .map(|(name, value)| (name.to_string(), json!(value)))
-        .collect();
-    json!({"id": algorithm.id(), "parameters": parameters})
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use baselines::{Lbf, Mhb, entries};
-
-    #[test]
-    fn finished_work_knows_algorithms_by_id_and_parameters() {
-        let mhb = json!({"id": "mhb", "parameters": {"chip rate": "3", "methods": ""}});
-        assert_eq!(key(&Mhb::default()), mhb);
-        assert_ne!(key(&Mhb::default().chip_rate(1)), mhb);
-        assert_ne!(key(&Lbf::new(400)), key(&Lbf::new(500)));
-        let mut keys: Vec<String> = entries(400)
-            .iter()
-            .map(|entry| key(entry.as_ref()).to_string())
-            .collect();
-        keys.sort();
-        keys.dedup();
-        assert_eq!(keys.len(), entries(400).len());
     }
 }

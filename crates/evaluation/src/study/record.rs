@@ -93,6 +93,8 @@ pub(crate) struct Cell {
     pub(crate) missing: f64,
     /// By each way to read them, the paper's first.
     pub(crate) readings: Vec<Rated>,
+    /// By ever better readers, where they were asked.
+    pub(crate) steps: Vec<Step>,
     pub(crate) attack_seconds: f64,
     /// The reference's search structures, which the cells of a mesh share.
     pub(crate) reference_seconds: f64,
@@ -118,12 +120,26 @@ pub(crate) struct Rated {
     pub(crate) detector: DetectorId,
     /// Eq. 18, from 0 to 1.
     pub(crate) rate: f64,
-    /// Of how many readings this could have been chosen: what a p-value is to be multiplied by.
+    /// T₀ of what was read; none where the suspect did not fit the original.
+    pub(crate) margin: Option<f64>,
+    /// How likely chance agrees as well, at most.
+    pub(crate) p_value: f64,
+    /// Of how many readings this could have been chosen: what the p-value was multiplied by.
     pub(crate) tries: usize,
     /// With the true transform in place of the one found; none where it is not known, or where the paper's rule read all bits.
     pub(crate) rate_in_true_pose: Option<f64>,
     /// Agreement with signatures that are in no mesh.
     pub(crate) strangers: Vec<f64>,
-    /// Whether the bits are a signature of the message (eqs. 19, 20).
+    /// Whether the bits are a signature of the message (eqs. 19, 20), or Sigmark's verdict.
     pub(crate) verified: bool,
+}
+
+/// What one of the [readers](super::steps::READERS) read.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Step {
+    pub(crate) reader: DetectorId,
+    /// As [`Rated::rate`].
+    pub(crate) rate: f64,
+    /// T₀.
+    pub(crate) margin: f64,
 }

@@ -29,7 +29,7 @@ impl Study<'_> {
         let sizes = self.sizes(&base)?;
         // The mean beside the first, which is the one that is measured.
         let mean = sizes.iter().sum::<f64>() / (sizes.len() as f64 * sizes[0]);
-        if let Some(alpha) = self.algorithm.paper_alpha() {
+        if let Some(alpha) = self.marking.paper_alpha() {
             let found = self.d_rmse(&self.marked(0, alpha)?)?;
             if (found * mean / self.distortion - 1.0).abs() < NEAR_ENOUGH {
                 return Ok(Strength {
@@ -60,7 +60,7 @@ impl Study<'_> {
             let pairs = base.iter().zip(&unit);
             let squares = pairs.map(|(p, q)| (0..3).map(|i| (p[i] - q[i]).powi(2)).sum::<f64>());
             let size = (squares.sum::<f64>() / base.len() as f64).sqrt();
-            ensure!(size > 0.0, "{}: a mark has no size", self.algorithm.name());
+            ensure!(size > 0.0, "{}: a mark has no size", self.marking.name());
             Ok(size)
         };
         (0..self.setup().signatures.len()).map(size).collect()
@@ -75,8 +75,8 @@ impl Study<'_> {
         };
         let wanted = self.distortion.powi(2) - least.powi(2);
         if wanted <= 0.0 {
-            let name = self.algorithm.name();
-            let alpha = self.algorithm.paper_alpha();
+            let name = self.marking.name();
+            let alpha = self.marking.paper_alpha();
             let alpha = alpha.with_context(|| {
                 format!("{name} distorts by {least:.4} % unmarked, and there is no other strength to take")
             })?;
@@ -99,7 +99,7 @@ impl Study<'_> {
             ensure!(
                 marked > 0.0,
                 "{}: a stronger mark distorts no more",
-                self.algorithm.name()
+                self.marking.name()
             );
             alpha *= (wanted / marked).sqrt();
         }

@@ -1,7 +1,10 @@
 use mesh::Similarity;
 use registration::MatchedBy;
 
-use crate::{mark::AttackModel, payload::PayloadKind};
+use crate::{
+    mark::{AttackModel, SoftBits},
+    payload::PayloadKind,
+};
 
 /// The answer to "is this our model?".
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -116,6 +119,8 @@ pub struct Verdict {
     /// T₀ = T / √(1 − T²/l), the signal-to-noise ratio of the whole mark; `None` if the suspect does not fit the original. By vertices and the paper's rule, bits that the
     /// layout marks unequally spread as noise does: where all are right it says little.
     pub margin: Option<f64>,
+    /// The bits of the mark as they were read; `None` if the suspect does not fit.
+    pub soft: Option<SoftBits>,
     /// Of how many bits of the mark something was read, of l at most.
     pub bits: usize,
     /// How many of those are wrong, before the code mends any; `None` if the suspect does not fit.

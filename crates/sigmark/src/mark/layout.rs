@@ -4,8 +4,8 @@ use job::Job;
 use mesh::Vec3;
 
 use super::{
-    Chip, ChipPlan, MarkError, Original, Patch, PatchBasis, PatchRotation, Rotation, Strength, slivers::level,
-    strength::distortion,
+    Chip, ChipPlan, MarkError, Original, Patch, PatchBasis, PatchRotation, Rotation, Strength,
+    slivers::level, strength::distortion,
 };
 
 /// Where a mark lies in an original, in which order, and how strong it is in each patch, whatever its bits are.

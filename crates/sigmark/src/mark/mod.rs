@@ -27,7 +27,9 @@ mod traversal;
 pub use basis::PatchBasis;
 pub use bits::{SoftBits, correlation, extraction_rate};
 pub use chips::{Chip, ChipLayout, ChipPlan};
-pub use detect::{AttackModel, Bending, CoefficientDetector, Detector, JointEstimate, JointEstimator};
+pub use detect::{
+    AttackModel, Bending, CoefficientDetector, Detector, JointEstimate, JointEstimator, JointModel,
+};
 pub use error::MarkError;
 pub use layout::{MarkLayout, Written};
 pub use original::{Borders, Original};

@@ -95,10 +95,12 @@ impl Rotation {
 
     /// Chips of the three axes take turns in their order.
     fn turn(&self, patch: usize, x: &[f64], turn: Turn, turned: &mut [f64]) {
-        let every_third = |all: &[f64], axis: usize| -> Vec<f64> { all.iter().skip(axis).step_by(3).copied().collect() };
+        let every_third =
+            |all: &[f64], axis: usize| -> Vec<f64> { all.iter().skip(axis).step_by(3).copied().collect() };
         for axis in 0..3 {
             let mut run = every_third(x, axis);
-            let [first, second] = [0, 1].map(|round| every_third(&self.signs[round][self.range(patch)], axis));
+            let [first, second] =
+                [0, 1].map(|round| every_third(&self.signs[round][self.range(patch)], axis));
             turn([&first, &second], &mut run);
             for (place, value) in turned.iter_mut().skip(axis).step_by(3).zip(run) {
                 *place = value;
@@ -237,7 +239,16 @@ mod tests {
     fn a_chip_is_spread_over_neighbours_of_its_own_patch_and_axis() {
         let functions = [3, 96, 30];
         let rotation = Rotation::keyed(&[9; 32], &functions);
-        for chip in [0, 3, 6, 6 + 4, 6 + 3 * 50 + 1, 6 + 3 * 94, 6 + 285 + 2, rotation.len() - 1] {
+        for chip in [
+            0,
+            3,
+            6,
+            6 + 4,
+            6 + 3 * 50 + 1,
+            6 + 3 * 94,
+            6 + 285 + 2,
+            rotation.len() - 1,
+        ] {
             let mut x = vec![0.0; rotation.len()];
             x[chip] = 1.0;
             let patch = (0..3).find(|&i| chip < rotation.starts[i + 1]).unwrap();
@@ -249,7 +260,10 @@ mod tests {
             let range = rotation.starts[patch]..rotation.starts[patch + 1];
             assert!(moved.iter().all(|i| range.contains(i) && (i % 3) == chip % 3));
             let of_axis = functions[patch] - 1;
-            assert!(moved.len() >= block(of_axis) / 2 && moved.len() <= 2 * Rotation::GROUP, "{moved:?}");
+            assert!(
+                moved.len() >= block(of_axis) / 2 && moved.len() <= 2 * Rotation::GROUP,
+                "{moved:?}"
+            );
         }
     }
 

@@ -4,6 +4,7 @@ mod cells;
 mod costs;
 mod marks;
 mod rates;
+mod steps;
 
 use baselines::AlgorithmId;
 
@@ -11,14 +12,22 @@ pub(super) use cells::cells;
 
 use crate::{attacks, output::table::Table, results::Results};
 
+/// What the figures in brackets behind rates that are not the paper's rule's say.
+const MARGINS: &str = " T₀: the signal-to-noise ratio of all bits together. Sigmark: what `sigmark embed` writes by default, at the same d_rmse, its rate that of the code's bits as `sigmark verify` reads them, with T₀ and how many of the signatures \
+     were verified, every bit of them; reading stops where it has all, so that T₀ is then of the patches read so far. Its tag is written in one mesh each.";
+
 /// All tables that have rows, by their files' names.
 pub(super) fn all(results: &Results) -> Vec<(&'static str, Table)> {
     let tables = attacks::tables();
-    let note = format!(
+    let shows_margins = results.columns().any(|(_, column)| column.has_margins());
+    let mut note = format!(
         "Ours, mean ± standard deviation over {} signatures (paper's). Bold: more than five points below the printed figure. Rows without brackets are not in the paper. \
          At d_rmse of the paper's own table for that size class, in per cent of the diagonal.",
         results.signatures
     );
+    if shows_margins {
+        note += MARGINS;
+    }
     let beyond = "Crops keep that share of the vertices. Bits: coordinates rounded to so many. LIRIS: noise and smoothing as the benchmark of Wang, Lavoué et al. (2010) defines them.";
     let meshlab = "As Table 4. MeshLab removes the cheapest edge of all each time, as in the paper's source; fast-simplification, which stands in Table 4, removes all edges below a rising threshold.";
     let times = |title, note, algorithm| costs::times(results, title, note, algorithm);
@@ -46,6 +55,7 @@ pub(super) fn all(results: &Results) -> Vec<(&'static str, Table)> {
             rates("Table 4, simplification by MeshLab", meshlab, &tables.meshlab),
         ),
         ("beyond", rates(others, beyond, &tables.beyond)),
+        ("readers", steps::steps(results)),
         ("shortfalls", rates::shortfalls(results)),
         ("distortion", marks::distortion(results)),
         ("fig2", marks::sweep(results)),

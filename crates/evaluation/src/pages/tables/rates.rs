@@ -8,14 +8,27 @@ use crate::{
     output::table::{Entry, Measured, Table},
     plan,
     results::{Column, Outcome, Results},
-    study::metrics,
+    study::{metrics, product::VERIFIER},
 };
 
 /// The rates of an attack beside the printed one.
 fn beside_printed(outcome: &Outcome, column: &Column, attack: &Attack, detector: &DetectorId) -> Measured {
     let printed = outcome.model.printed_rate(&column.algorithm, attack);
     let comparable = *detector == DetectorId::PAPER;
-    Measured::rates(column.rates(attack, detector), printed.filter(|_| comparable))
+    let rates = Measured::rates(column.rates(attack, detector), printed.filter(|_| comparable));
+    if comparable {
+        return rates;
+    }
+    let verified: Vec<bool> = match *detector == VERIFIER {
+        true => column
+            .rated(attack, detector)
+            .map(|(_, rated)| rated.verified)
+            .collect(),
+        false => Vec::new(),
+    };
+    rates
+        .with_margins(&column.margins(attack, detector))
+        .with_verified(&verified)
 }
 
 /// Table 4 or 5, and tables like them: a row for each model, algorithm and detector.
@@ -26,7 +39,8 @@ pub(super) fn robustness(results: &Results, title: &str, note: &str, attacks: &[
     header.extend(attacks.iter().map(|attack| attack.name.as_str()));
     let mut table = table(title, note, &header);
     for (outcome, column) in results.columns() {
-        let tried = plan::all_attacks(&outcome.model).any(|attack| attacks.contains(attack));
+        let tried = plan::attacks_on(&column.algorithm, &outcome.model);
+        let tried = tried.into_iter().any(|attack| attacks.contains(attack));
         if !tried || column.trials.is_empty() {
             continue;
         }

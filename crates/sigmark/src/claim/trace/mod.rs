@@ -24,9 +24,7 @@ use super::{
     verify::{another_original, cut_as},
 };
 use crate::{
-    mark::{
-        AttackModel, Found, JointEstimator, MarkLayout, MarkStage, Reader, Reading, ReadingMethod,
-    },
+    mark::{AttackModel, Found, JointEstimator, MarkLayout, MarkStage, Reader, Reading, ReadingMethod},
     payload::{GeometryDigest, Signature},
 };
 
@@ -245,7 +243,9 @@ impl Tracer {
             let readings = found.readings(&lot.method, job)?;
             let readings = readings.of_every_way(job)?;
             traced.trace.describe(&readings, found.alignment().is_none());
-            let residues = readings.iter().filter_map(|reading| Residue::of(reading, &lot.order));
+            let residues = readings
+                .iter()
+                .filter_map(|reading| Residue::of(reading, &lot.order));
             traced.residues.push(residues.collect());
         }
         Ok(traced)

@@ -52,7 +52,11 @@ impl Pattern {
     pub fn decoy(seed: u64, number: u64, bits: usize) -> Self {
         let seed = Sha256::new_with_prefix(b"sigmark decoy\0").chain_update(seed.to_le_bytes());
         let hash: [u8; 32] = seed.chain_update(number.to_le_bytes()).finalize().into();
-        let block = |i: u64| Sha256::new_with_prefix(hash).chain_update(i.to_le_bytes()).finalize();
+        let block = |i: u64| {
+            Sha256::new_with_prefix(hash)
+                .chain_update(i.to_le_bytes())
+                .finalize()
+        };
         let bytes = (0..).flat_map(block);
         let all = bytes.flat_map(|byte| (0..8).map(move |bit| byte >> bit & 1 == 1));
         Self {
@@ -143,7 +147,11 @@ impl Residue {
         };
         let gram = Mat::from_fn(count, count, |i, j| weighed(&self.found[i], &self.found[j]));
         let right = Mat::from_fn(count, 1, |i, _| {
-            self.found[i].iter().zip(&self.means).map(|(s, x)| s * x).sum::<f64>()
+            self.found[i]
+                .iter()
+                .zip(&self.means)
+                .map(|(s, x)| s * x)
+                .sum::<f64>()
         });
         // Random patterns are all but orthogonal; one that was taken out twice leaves what was there.
         let Ok(factor) = gram.llt(Side::Lower) else {

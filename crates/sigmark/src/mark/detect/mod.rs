@@ -4,7 +4,7 @@ mod coefficients;
 mod joint;
 
 pub use coefficients::CoefficientDetector;
-pub use joint::{AttackModel, Bending, JointEstimate, JointEstimator};
+pub use joint::{AttackModel, Bending, JointEstimate, JointEstimator, JointModel};
 
 use job::Job;
 

@@ -4,7 +4,7 @@ use faer::Mat;
 use mesh::{Similarity, Vec3};
 
 use super::{
-    Bending,
+    Bending, JointModel,
     fields::{
         BENDING_FIELDS, FIELDS, RIGID_FIELDS, SIMILARITY_FIELDS, SMOOTHING_FIELDS, bending_fields,
         similarity_fields,
@@ -22,6 +22,8 @@ pub(super) struct Design<'a> {
     pub(super) diagonal: f64,
     /// To the frame in which the centre is 0 and the diagonal 1.
     to_unit: Similarity,
+    /// Which fields there are.
+    pub(super) model: JointModel,
 }
 
 /// The patch of some observations, and where its chips are. Its unknowns come first, then the fields: where chips are [spread](crate::mark::Rotation) over harmonics the part of the mark
@@ -96,13 +98,18 @@ impl<'a> View<'a> {
 }
 
 impl<'a> Design<'a> {
-    pub(super) fn new(original: &'a Original, smoothing: &'a [[Vec3; SMOOTHING_FIELDS]]) -> Self {
+    pub(super) fn new(
+        original: &'a Original,
+        smoothing: &'a [[Vec3; SMOOTHING_FIELDS]],
+        model: JointModel,
+    ) -> Self {
         let bounds = original.mesh().bounding_box();
         Self {
             smoothing,
             centre: Vec3(bounds.centre()),
             diagonal: bounds.diagonal(),
             to_unit: bounds.to_unit_frame(),
+            model,
         }
     }
 
@@ -125,6 +132,8 @@ impl<'a> Design<'a> {
             let smoothing = self.smoothing[patch.vertices()[observation.vertex] as usize];
             let fields = similarity_fields(place, observation.along).into_iter();
             let fields = fields.chain(smoothing.map(|field| observation.along.dot(field)));
+            // A column of zeros is no unknown.
+            let fields = fields.map(|value| if self.model.has_interference() { value } else { 0.0 });
             let fields = fields.chain(observation.tessellation_bias);
             let fields = fields.chain(bending_fields(place, observation.along));
             for (j, value) in fields.chain([observation.displacement]).enumerate() {

@@ -150,7 +150,12 @@ impl System for NormalEquations {
 
     const IS_OF_BITS: bool = true;
 
-    fn of(patches: &BTreeMap<usize, PatchEquations>, bits: usize, redundancy: f64, bending: &RangeInclusive<usize>) -> Self {
+    fn of(
+        patches: &BTreeMap<usize, PatchEquations>,
+        bits: usize,
+        redundancy: f64,
+        bending: &RangeInclusive<usize>,
+    ) -> Self {
         let mut equations = Self::empty(bits, redundancy);
         patches.values().for_each(|patch| equations.add(patch));
         let fields = equations.fields();
@@ -206,15 +211,21 @@ impl System for NormalEquations {
 
     fn mark_explains(&self, solved: &Solved) -> f64 {
         let last = self.unknowns();
-        (0..self.bits).map(|t| solved.solution[(t, 0)] * self.entry(last, t)).sum()
+        (0..self.bits)
+            .map(|t| solved.solution[(t, 0)] * self.entry(last, t))
+            .sum()
     }
 
     fn theta(&self, solved: &Solved) -> Vec<f64> {
-        (self.bits..self.unknowns()).map(|j| solved.solution[(j, 0)]).collect()
+        (self.bits..self.unknowns())
+            .map(|j| solved.solution[(j, 0)])
+            .collect()
     }
 
     fn fields(&self) -> Mat<f64> {
-        Mat::from_fn(FIELDS + 1, FIELDS + 1, |i, j| self.entry(self.bits + i, self.bits + j))
+        Mat::from_fn(FIELDS + 1, FIELDS + 1, |i, j| {
+            self.entry(self.bits + i, self.bits + j)
+        })
     }
 }
 

@@ -51,15 +51,17 @@ mod design;
 mod equations;
 mod fields;
 mod gains;
+mod model;
 mod observations;
 mod patch;
 mod patchwise;
 mod robust;
+mod solving;
 mod system;
 
 use std::{
     collections::BTreeMap,
-    ops::{Range, RangeInclusive},
+    ops::RangeInclusive,
     sync::{Arc, OnceLock},
 };
 
@@ -71,20 +73,15 @@ use super::Detector;
 #[cfg(doc)]
 use crate::mark::ChipPlan;
 use crate::mark::{MarkError, MarkLayout, Patch, PatchBasis, Registered, SoftBits};
+pub use model::JointModel;
+
 use design::{Design, View};
-use equations::{NormalEquations, REWEIGHTINGS};
-use fields::{
-    BENDING_DEGREES, BENDING_FIELDS, FIELDS, RIGID_FIELDS, SIMILARITY_FIELDS, SMOOTHING_FIELDS,
-    bending_fields, smoothing_fields,
-};
-use gains::Gains;
+use equations::NormalEquations;
+use fields::{BENDING_DEGREES, BENDING_FIELDS, SMOOTHING_FIELDS, bending_fields, smoothing_fields};
 use observations::observations;
 use patch::PatchEquations;
 use patchwise::PatchwiseEquations;
-use system::System;
-
-/// Beside the noisiest patch none counts as less noisy than this: one without noise would be all that counts.
-const LEAST_NOISE: f64 = 1e-6;
+use solving::{Solving, number_bits, places};
 
 /// Estimates the bits together with a misalignment, smoothing and tessellation bias, by robust least squares over what was seen.
 ///
@@ -95,6 +92,7 @@ const LEAST_NOISE: f64 = 1e-6;
 pub struct JointEstimator {
     layout: Arc<MarkLayout>,
     unknowns: Unknowns,
+    model: JointModel,
     /// Built when it is first needed.
     smoothing: Arc<OnceLock<Vec<[Vec3; SMOOTHING_FIELDS]>>>,
 }
@@ -189,6 +187,7 @@ impl JointEstimator {
         Self {
             layout: Arc::clone(layout),
             unknowns: Unknowns::Bits,
+            model: JointModel::default(),
             smoothing: Arc::default(),
         }
     }
@@ -202,6 +201,11 @@ impl JointEstimator {
         }
     }
 
+    /// The same estimator that takes less into account, to compare with.
+    pub fn with_model(self, model: JointModel) -> Self {
+        Self { model, ..self }
+    }
+
     /// Where the marks lie, and how strong they are.
     pub fn layout(&self) -> &Arc<MarkLayout> {
         &self.layout
@@ -212,6 +216,7 @@ impl JointEstimator {
         Self {
             layout: Arc::new(self.layout.among(patches)),
             unknowns: self.unknowns,
+            model: self.model,
             smoothing: Arc::clone(&self.smoothing),
         }
     }
@@ -236,142 +241,42 @@ impl JointEstimator {
         let original = layout.original();
         suspect.check(original.mesh().vertex_count())?;
         let smoothing = self.smoothing.get_or_init(|| smoothing_fields(original.mesh()));
-        let design = Design::new(original, smoothing);
+        let design = Design::new(original, smoothing, self.model);
         let redundancy = suspect.redundancy();
         let of_patch = |index: usize, patch: &Patch, basis: &PatchBasis| {
             let view = View::new(layout, index, patch, basis);
-            let seen = observations(patch, basis, suspect, design.diagonal);
+            let mut seen = observations(patch, basis, suspect, design.diagonal);
+            seen.iter_mut()
+                .for_each(|observation| self.model.limit(observation));
             Ok((index, PatchEquations::new(&design, &view, seen, redundancy)?))
         };
         let patches = layout.map_seen(&suspect.positions, of_patch, job)?;
         let mut patches: BTreeMap<usize, PatchEquations> =
             patches.into_iter().collect::<Result<_, MarkError>>()?;
+        let solving = |bits| Solving {
+            design: &design,
+            layout,
+            model: self.model,
+            suspect,
+            bits,
+            bending,
+        };
         match self.unknowns {
             Unknowns::Bits => {
                 let seen = number_bits(&mut patches);
-                let solving = Solving { design: &design, layout, suspect, bits: seen.len(), bending };
+                let solving = solving(seen.len());
                 let mut estimate = solving.estimate::<NormalEquations>(patches, job)?;
                 estimate.place_among(&seen, layout.bits());
                 Ok(estimate)
             }
             Unknowns::Coefficients => {
                 let places = places(layout, patches.keys());
-                let solving = Solving { design: &design, layout, suspect, bits: 0, bending };
+                let solving = solving(0);
                 let mut estimate = solving.estimate::<PatchwiseEquations>(patches, job)?;
                 estimate.place_among(&places, layout.chip_count());
                 Ok(estimate)
             }
         }
-    }
-}
-
-/// Numbers the bits of patches among those that any of them carries, which are returned, ascending.
-fn number_bits(patches: &mut BTreeMap<usize, PatchEquations>) -> Vec<usize> {
-    let bits = patches.values().flat_map(|patch| patch.bits().iter().copied());
-    let mut seen: Vec<usize> = bits.collect();
-    seen.sort_unstable();
-    seen.dedup();
-    patches.values_mut().for_each(|patch| patch.number_among(&seen));
-    seen
-}
-
-/// The places of some patches' chips among those of all.
-fn places<'a>(layout: &MarkLayout, patches: impl Iterator<Item = &'a usize>) -> Vec<usize> {
-    let counts: Vec<usize> = (0..layout.alphas().len()).map(|i| layout.chips(i).len()).collect();
-    let start = |i: usize| counts[..i].iter().sum::<usize>();
-    patches.flat_map(|&i| start(i)..start(i) + counts[i]).collect()
-}
-
-/// What all patches are solved with.
-struct Solving<'a> {
-    design: &'a Design<'a>,
-    layout: &'a MarkLayout,
-    suspect: &'a Registered,
-    /// How many bits there are.
-    bits: usize,
-    bending: &'a RangeInclusive<usize>,
-}
-
-impl Solving<'_> {
-    /// Weighs observations and patches, and solves.
-    fn estimate<S: System>(
-        &self,
-        mut patches: BTreeMap<usize, PatchEquations>,
-        job: &Job,
-    ) -> Result<JointEstimate, MarkError> {
-        let redundancy = self.suspect.redundancy();
-        let mut system: S = self.system(&patches);
-        let mut noise = None;
-        let waiting: usize = patches.values().map(PatchEquations::waiting).sum();
-        if system.can_weigh(waiting) {
-            for _ in 0..REWEIGHTINGS {
-                let (solution, left) = system.solved(noise)?;
-                noise = Some(left);
-                let of_patch = |index: usize, patch: &Patch, basis: &PatchBasis| {
-                    let view = View::new(self.layout, index, patch, basis);
-                    let own = system.own(index, &patches[&index], &solution);
-                    let weighed = patches[&index].weighed_by(self.design, &view, &own, redundancy);
-                    (index, weighed)
-                };
-                let seen = &self.suspect.positions;
-                patches = self.layout.map_seen(seen, of_patch, job)?.into_iter().collect();
-                system = self.system(&patches);
-            }
-        }
-        let (solution, _) = system.solved(noise)?;
-        let noise_of = |(&index, patch): (&usize, &PatchEquations)| {
-            patch.noise(&system.own(index, patch, &solution))
-        };
-        let mut noises: Vec<f64> = patches.iter().map(noise_of).collect();
-        let largest = noises.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
-        noises
-            .iter_mut()
-            .for_each(|noise| *noise = noise.max(LEAST_NOISE * largest));
-        let with_noise = noises.iter().map(|noise| redundancy * noise);
-        let gains = Gains::of(patches.values().zip(with_noise));
-        for (patch, noise) in patches.values_mut().zip(&noises) {
-            patch.weigh(largest / noise);
-            patch.weaken(&gains);
-        }
-        self.solved(&self.system::<S>(&patches), redundancy * largest)
-    }
-
-    fn system<S: System>(&self, patches: &BTreeMap<usize, PatchEquations>) -> S {
-        S::of(patches, self.bits, self.suspect.redundancy(), self.bending)
-    }
-
-    /// What the equations of all patches say, beginning with so much noise.
-    fn solved<S: System>(&self, system: &S, noise: f64) -> Result<JointEstimate, MarkError> {
-        let (solution, variances) = system.posterior(Some(noise))?;
-        let (theta, fields, squares) = (system.theta(&solution), system.fields(), system.squares());
-        let of_similarity: [f64; SIMILARITY_FIELDS] = std::array::from_fn(|j| theta[j]);
-        let bending: [f64; BENDING_FIELDS] = std::array::from_fn(|j| theta[RIGID_FIELDS + j]);
-        let share = |explained: f64| if squares > 0.0 { explained / squares } else { 0.0 };
-        let explained = |of: Range<usize>| share(of.map(|j| theta[j] * fields[(FIELDS, j)]).sum());
-        let smoothing = SIMILARITY_FIELDS + SMOOTHING_FIELDS;
-        let mark = share(system.mark_explains(&solution));
-        // The fields of translation are the components of u, which has length 1 or little more.
-        let weight: f64 = (SIMILARITY_FIELDS - 3..SIMILARITY_FIELDS).map(|j| fields[(j, j)]).sum();
-        let means = system.means(&solution);
-        let values = match S::IS_OF_BITS {
-            true => SoftBits::ratios(log_likelihood_ratios(means, &variances)),
-            false => SoftBits::new(means),
-        };
-        Ok(JointEstimate {
-            noise: (system.squares_left(&solution) / weight).sqrt(),
-            known: variances.iter().map(|v| (1.0 - v).clamp(0.0, 1.0)).collect(),
-            soft: values,
-            misalignment: self.design.similarity(of_similarity),
-            bending: bending.iter().any(|&c| c != 0.0).then(|| self.design.bending(bending)),
-            attack_model: AttackModel {
-                mark,
-                misalignment: explained(0..SIMILARITY_FIELDS),
-                smoothing: explained(SIMILARITY_FIELDS..smoothing),
-                tessellation_bias: explained(smoothing..RIGID_FIELDS),
-                bending: explained(RIGID_FIELDS..FIELDS),
-                noise: 1.0 - mark - explained(0..FIELDS),
-            },
-        })
     }
 }
 
@@ -392,11 +297,4 @@ impl JointEstimate {
         self.soft = self.soft.with_values(values);
         self.known = known;
     }
-}
-
-/// Of bits with these posterior means and variances.
-fn log_likelihood_ratios(means: Vec<f64>, variances: &[f64]) -> Vec<f64> {
-    let most = JointEstimate::MOST_CERTAIN;
-    let ratio = |(b, &v): (f64, &f64)| (2.0 * b / v.max(f64::MIN_POSITIVE)).clamp(-most, most);
-    means.into_iter().zip(variances).map(ratio).collect()
 }

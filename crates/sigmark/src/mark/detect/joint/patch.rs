@@ -52,6 +52,9 @@ impl PatchEquations {
             weight: 1.0,
             bands: view.bands(),
         };
+        if !design.model.has_weights() {
+            return Ok(of(&observations));
+        }
         if observations.len() < enough {
             return Ok(Self {
                 observations: Some(observations.clone()),

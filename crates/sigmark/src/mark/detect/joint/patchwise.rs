@@ -130,7 +130,11 @@ impl System for PatchwiseEquations {
             solved.push((beside, (0..system.nrows()).map(variance).collect()));
         }
         for i in 0..FIELDS {
-            let ridge = if i < FIELDS - BENDING_FIELDS { RIDGE } else { BENDING_RIDGE };
+            let ridge = if i < FIELDS - BENDING_FIELDS {
+                RIDGE
+            } else {
+                BENDING_RIDGE
+            };
             fields[(i, i)] += ridge * self.fields[(i, i)] + f64::MIN_POSITIVE;
         }
         for left_out in (0..FIELDS).filter(|&field| !self.takes_part(field)) {
@@ -149,7 +153,12 @@ impl System for PatchwiseEquations {
             SolvedBlock { u, variances }
         };
         Ok(PatchwiseSolution {
-            blocks: self.blocks.keys().copied().zip(solved.into_iter().map(of_block)).collect(),
+            blocks: self
+                .blocks
+                .keys()
+                .copied()
+                .zip(solved.into_iter().map(of_block))
+                .collect(),
             theta,
             noise,
         })
@@ -161,13 +170,19 @@ impl System for PatchwiseEquations {
 
     /// The normal equations make it Σ w (u·d)² − ⟨x, right-hand side⟩ − σ² Σ u².
     fn squares_left(&self, solution: &PatchwiseSolution) -> f64 {
-        let fields: f64 = (0..FIELDS).map(|j| solution.theta[(j, 0)] * self.fields[(FIELDS, j)]).sum();
+        let fields: f64 = (0..FIELDS)
+            .map(|j| solution.theta[(j, 0)] * self.fields[(FIELDS, j)])
+            .sum();
         let squares: f64 = self.means(solution).iter().map(|u| u * u).sum();
         (self.squares() - self.mark_explains(solution) - fields - solution.noise * squares).max(0.0)
     }
 
     fn means(&self, solution: &PatchwiseSolution) -> Vec<f64> {
-        solution.blocks.values().flat_map(|block| block.u.iter().copied()).collect()
+        solution
+            .blocks
+            .values()
+            .flat_map(|block| block.u.iter().copied())
+            .collect()
     }
 
     fn variances(&self, solution: &PatchwiseSolution) -> Vec<f64> {
@@ -178,7 +193,9 @@ impl System for PatchwiseEquations {
     fn own(&self, index: usize, _: &PatchEquations, solution: &PatchwiseSolution) -> Mat<f64> {
         let (u, gains) = (&solution.blocks[&index].u, &self.blocks[&index].gains);
         let own = u.iter().zip(gains).map(|(u, gain)| gain * u);
-        let own: Vec<f64> = own.chain(solution.theta.col_as_slice(0).iter().copied()).collect();
+        let own: Vec<f64> = own
+            .chain(solution.theta.col_as_slice(0).iter().copied())
+            .collect();
         Mat::from_fn(own.len(), 1, |i, _| own[i])
     }
 
