@@ -69,7 +69,11 @@ impl Rule {
         let count = own.len();
         let any = own[rng.next_u32() as usize % count];
         own.sort_by(f64::total_cmp);
-        let (least, most, median) = (own[0], own[count - 1], 0.5 * (own[(count - 1) / 2] + own[count / 2]));
+        let (least, most, median) = (
+            own[0],
+            own[count - 1],
+            0.5 * (own[(count - 1) / 2] + own[count / 2]),
+        );
         match self {
             Self::Average => own.iter().sum::<f64>() / count as f64,
             Self::Interleaving => any,
@@ -113,6 +117,9 @@ mod tests {
         assert!([1.0, 2.0, 6.0].contains(&of(Rule::Interleaving)));
         // Of ±1 on known harmonics, the minority is the sign that two of three don't have.
         let signs: [&[f64]; 3] = [&[1.0], &[1.0], &[-1.0]];
-        assert_eq!(Rule::Minority.mixed(&signs, &mut ChaCha20Rng::from_seed([1; 32])), [-1.0]);
+        assert_eq!(
+            Rule::Minority.mixed(&signs, &mut ChaCha20Rng::from_seed([1; 32])),
+            [-1.0]
+        );
     }
 }

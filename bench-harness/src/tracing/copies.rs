@@ -13,7 +13,7 @@ use sigmark::{
     Certificate, Curve, Embedder, SigningKey,
     claim::{
         Tracer,
-        trace::{Order, Pattern, Residue},
+        trace::{Order, Pattern, Residue, TracedSuspect},
     },
     mark::{MarkLayout, Original, Patch, PatchBasis},
 };
@@ -116,6 +116,14 @@ impl Shop {
         &self.copies[buyer]
     }
 
+    /// T₀ of a buyer's copy in a suspect that was read.
+    pub(super) fn margin(&self, buyer: usize, read: &TracedSuspect) -> f64 {
+        let residues = read.residues().iter().flatten();
+        let t = residues.map(|residue| residue.correlation(&self.patterns[buyer]));
+        let t = t.fold(0.0, f64::max);
+        t / (1.0 - t * t / self.order.bits() as f64).max(1e-4).sqrt()
+    }
+
     /// Displacement of a copy.
     pub(super) fn rms(&self) -> f64 {
         rms(self.original(), &self.copies[0])
@@ -145,8 +153,10 @@ impl Shop {
                 self.displacement(&rule.mixed(&own, &mut rng), job)?
             }
             Domain::Coordinates => {
-                let fields: Result<Vec<Vec<f64>>> =
-                    coefficients.iter().map(|own| self.displacement(own, job)).collect();
+                let fields: Result<Vec<Vec<f64>>> = coefficients
+                    .iter()
+                    .map(|own| self.displacement(own, job))
+                    .collect();
                 let fields = fields?;
                 let own: Vec<&[f64]> = fields.iter().map(Vec::as_slice).collect();
                 rule.mixed(&own, &mut rng)
@@ -178,7 +188,10 @@ impl Shop {
         let t = self.patterns[..colluders].iter().map(best).collect();
         let first = self.tracer.candidates() as u64;
         let decoys = (0..BUYERS as u64 - first).map(|i| Pattern::decoy(1, first + i, self.order.bits()));
-        let innocents = self.patterns[colluders..].iter().map(best).chain(decoys.map(|decoy| best(&decoy)));
+        let innocents = self.patterns[colluders..]
+            .iter()
+            .map(best)
+            .chain(decoys.map(|decoy| best(&decoy)));
         let innocent = innocents.fold(0.0, f64::max);
         let (named, wrong) = right_and_wrong(&self.tracer.accuse(read, job)?, colluders);
         Ok(traced(t, innocent, named, wrong))
@@ -194,8 +207,12 @@ impl Shop {
         job: &Job,
     ) -> Result<Traced> {
         let read = self.tracer.read(suspect, job)?;
-        let residue = read.residues().first().and_then(|ways| ways.first()).context("nothing was read")?;
-        let said = residue.values();
+        let residue = read
+            .residues()
+            .first()
+            .and_then(|ways| ways.first())
+            .context("nothing was read")?;
+        let said = &residue.values();
         let score = |buyer: u64| match layout {
             Layout::Tardos => tardos.score(buyer, said),
             _ => {
@@ -216,7 +233,9 @@ impl Shop {
     fn plain(&self, pattern: &Pattern) -> Vec<f64> {
         let patches = 0..self.layout.alphas().len();
         let chips = patches.flat_map(|patch| self.layout.chips(patch).iter());
-        chips.map(|chip| if pattern.bits[chip.bit] { 1.0 } else { -1.0 }).collect()
+        chips
+            .map(|chip| if pattern.bits[chip.bit] { 1.0 } else { -1.0 })
+            .collect()
     }
 
     /// What coefficients, in units of the amplitude, add to all coordinates, x, y and z of one vertex after the other.
@@ -231,7 +250,12 @@ impl Shop {
         let of_patch = |index: usize, _: &Patch, basis: &PatchBasis| {
             let amplitude = self.layout.amplitude(index);
             let mut of_basis = vec![[0.0; 3]; self.original.functions()[index]];
-            for (chip, u) in self.layout.chips(index).iter().zip(&coefficients[starts[index]..]) {
+            for (chip, u) in self
+                .layout
+                .chips(index)
+                .iter()
+                .zip(&coefficients[starts[index]..])
+            {
                 of_basis[chip.frequency][chip.axis] = amplitude[chip.axis] * u;
             }
             basis.inverse_transform(&of_basis)
@@ -280,7 +304,11 @@ fn quantised(original: &TriMesh, displacement: &[f64]) -> Result<TriMesh> {
             bounds.min[axis] + step * (x / step).round()
         })
     };
-    let positions = original.positions().iter().zip(displacement.chunks_exact(3)).map(rounded);
+    let positions = original
+        .positions()
+        .iter()
+        .zip(displacement.chunks_exact(3))
+        .map(rounded);
     Ok(original.with_positions(positions.collect())?)
 }
 
@@ -319,8 +347,16 @@ impl Tardos {
     /// The symmetric score over its standard deviation.
     fn score(&self, buyer: u64, said: &[f64]) -> f64 {
         let of_place = |((chip, p), said): ((f64, &f64), &f64)| {
-            let (p_said, same) = if *said >= 0.0 { (*p, chip > 0.0) } else { (1.0 - p, chip < 0.0) };
-            if same { ((1.0 - p_said) / p_said).sqrt() } else { -(p_said / (1.0 - p_said)).sqrt() }
+            let (p_said, same) = if *said >= 0.0 {
+                (*p, chip > 0.0)
+            } else {
+                (1.0 - p, chip < 0.0)
+            };
+            if same {
+                ((1.0 - p_said) / p_said).sqrt()
+            } else {
+                -(p_said / (1.0 - p_said)).sqrt()
+            }
         };
         let places = self.chips(buyer).into_iter().zip(&self.biases).zip(said);
         places.map(of_place).sum::<f64>() / (self.biases.len() as f64).sqrt()
@@ -340,7 +376,9 @@ mod tests {
     fn tardos_names_colluders_and_no_innocents() {
         let tardos = Tardos::new(4000);
         let own: Vec<Vec<f64>> = (0..3).map(|buyer| tardos.chips(buyer)).collect();
-        let said: Vec<f64> = (0..4000).map(|i| own.iter().map(|own| own[i]).sum::<f64>()).collect();
+        let said: Vec<f64> = (0..4000)
+            .map(|i| own.iter().map(|own| own[i]).sum::<f64>())
+            .collect();
         let innocents: Vec<f64> = (3..203).map(|buyer| tardos.score(buyer, &said)).collect();
         let square = innocents.iter().map(|t| t * t).sum::<f64>() / 200.0;
         assert!((0.5..2.0).contains(&square), "{square}");

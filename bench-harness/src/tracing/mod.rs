@@ -56,7 +56,7 @@ const CHARTED: [usize; 7] = [1, 2, 3, 5, 8, 12, 20];
 const AFTERWARDS: [&str; 4] = ["simplify:30", "laplacian:5", "remesh", "crop:50"];
 
 /// What leaves little of one copy.
-const WEAK: [&str; 4] = ["noise:3", "noise:5", "simplify:1", "laplacian:30"];
+const WEAK: [&str; 4] = ["noise:1", "simplify:2", "laplacian:50", "simplify:1"];
 
 /// A probability by which somebody is named.
 const BOUND: f64 = 1e-5;
@@ -83,7 +83,7 @@ struct Traced {
 #[derive(Serialize, Deserialize)]
 struct Leak {
     suspect: String,
-    /// T₀ of the buyer's copy; none where nobody's copy was asked for.
+    /// T₀ of the buyer's copy, named or not; none where nobody's copy is in it.
     margin: Option<f64>,
     /// Of the first who was named.
     p: Option<f64>,
@@ -116,7 +116,11 @@ impl TracingBench {
         let code = sources::digest_of_all_but(&NO_PART)?;
         let folder = kept::folder(&format!("tracing/{code}"))?;
         let defaults: Vec<String> = MODELS.iter().map(ToString::to_string).collect();
-        let only = if self.only.is_empty() { &defaults } else { &self.only };
+        let only = if self.only.is_empty() {
+            &defaults
+        } else {
+            &self.only
+        };
         let mut models = Vec::new();
         let mut pictures = None;
         for path in mesh_files(&self.meshes)? {
@@ -126,11 +130,16 @@ impl TracingBench {
             }
             let asset = Asset::open(&path)?;
             let figures = || self.of_model(&name, asset.mesh(), &python);
-            models.push(kept::figures(&folder, &format!("{name}-{}", self.codes), figures)?);
+            models.push(kept::figures(
+                &folder,
+                &format!("{name}-{}", self.codes),
+                figures,
+            )?);
             pictures = Some(path);
         }
         let shown = self.meshes.display();
-        let last = pictures.with_context(|| format!("{shown}: no mesh file there has a name that was asked for"))?;
+        let last =
+            pictures.with_context(|| format!("{shown}: no mesh file there has a name that was asked for"))?;
         ensure!(!models.is_empty(), "{shown}: nothing was traced");
         page::picture(Asset::open(&last)?.mesh())?;
         page::write(&models, &python, &code)
@@ -156,7 +165,9 @@ impl TracingBench {
             for &domain in Domain::ALL {
                 for colluders in COLLUDERS {
                     for rule in RULES {
-                        model.traced.push(shop.collude(layout, domain, rule, colluders, &job)?.1);
+                        model
+                            .traced
+                            .push(shop.collude(layout, domain, rule, colluders, &job)?.1);
                     }
                 }
             }
@@ -171,7 +182,11 @@ impl TracingBench {
             let suspect = attacked(python, &mixed, &format!("{name}-tracing"), spec, seed)?;
             let suspect = shapes::moved(&suspect, &random_similarity(&suspect, seed));
             let traced = shop.judged(&suspect, 8, &job)?;
-            model.afterwards.push(Traced { attack: spec.into(), rms: of.rms, ..traced });
+            model.afterwards.push(Traced {
+                attack: spec.into(),
+                rms: of.rms,
+                ..traced
+            });
         }
         Ok(model)
     }
@@ -181,17 +196,21 @@ impl TracingBench {
         let mut leaks = Vec::new();
         for (seed, spec) in (1..).zip(WEAK) {
             let suspect = attacked(python, shop.copy(0), &format!("{name}-copy"), spec, seed)?;
-            leaks.push(self.leak(spec, &suspect, shop.tracer(1)?, Some(0), job)?);
+            leaks.push(self.leak(shop, spec, &suspect, shop.tracer(1)?, Some(0), job)?);
         }
-        let nobody = [("unmarked", shop.original()), ("a copy that is not asked for", shop.copy(1))];
+        let nobody = [
+            ("unmarked", shop.original()),
+            ("a copy that is not asked for", shop.copy(1)),
+        ];
         for (what, suspect) in nobody {
-            leaks.push(self.leak(what, suspect, shop.tracer(1)?, None, job)?);
+            leaks.push(self.leak(shop, what, suspect, shop.tracer(1)?, None, job)?);
         }
         Ok(leaks)
     }
 
     fn leak(
         &self,
+        shop: &Shop,
         what: &str,
         suspect: &TriMesh,
         tracer: Tracer,
@@ -202,12 +221,16 @@ impl TracingBench {
         let tracer = tracer.with_decoys(codes, 7);
         let moved = shapes::moved(suspect, &random_similarity(suspect, 3));
         let read = tracer.read(&moved, job)?;
+        let margin = leaked.map(|buyer| shop.margin(buyer, &read));
         let begun = Instant::now();
         let trace = tracer.accuse(read, job)?;
-        let accused = trace.accused.iter().find(|accused| Some(accused.candidate) == leaked);
+        let accused = trace
+            .accused
+            .iter()
+            .find(|accused| Some(accused.candidate) == leaked);
         Ok(Leak {
             suspect: what.into(),
-            margin: accused.map(|accused| accused.margin),
+            margin,
             p: accused.map(|accused| accused.p_value),
             named: usize::from(accused.is_some()),
             wrong: trace.accused.len() + trace.unsigned.len() - usize::from(accused.is_some()),
@@ -235,7 +258,11 @@ fn is_named(t: f64) -> bool {
 
 /// How many of the first candidates are named, and how many others.
 fn right_and_wrong(trace: &Trace, colluders: usize) -> (usize, usize) {
-    let right = trace.accused.iter().filter(|accused| accused.candidate < colluders).count();
+    let right = trace
+        .accused
+        .iter()
+        .filter(|accused| accused.candidate < colluders)
+        .count();
     (right, trace.accused.len() + trace.unsigned.len() - right)
 }
 

@@ -67,9 +67,19 @@ fn words() -> String {
 
 fn summary(models: &[Model]) -> String {
     let all = |models: &[Model], f: &dyn Fn(&Traced) -> usize| -> usize {
-        models.iter().flat_map(|m| m.traced.iter().chain(&m.charted).chain(&m.afterwards)).map(f).sum()
+        models
+            .iter()
+            .flat_map(|m| m.traced.iter().chain(&m.charted).chain(&m.afterwards))
+            .map(f)
+            .sum()
     };
-    let wrong = all(models, &|traced| if traced.layout == Layout::Rotated.name() { traced.wrong } else { 0 });
+    let wrong = all(models, &|traced| {
+        if traced.layout == Layout::Rotated.name() {
+            traced.wrong
+        } else {
+            0
+        }
+    });
     let least = |colluders: usize, is: &dyn Fn(&Traced) -> bool| {
         let cells = models.iter().flat_map(|m| &m.traced);
         let cells = cells.filter(|t| t.layout == Layout::Rotated.name() && t.colluders == colluders && is(t));
@@ -102,8 +112,12 @@ fn attacks(model: &Model, domain: Domain) -> Table {
         for colluders in COLLUDERS {
             let of = |layout: Layout| {
                 model.traced.iter().find(|traced| {
-                    (traced.layout.as_str(), traced.domain.as_str(), traced.attack.as_str(), traced.colluders)
-                        == (layout.name(), domain.name(), rule.name(), colluders)
+                    (
+                        traced.layout.as_str(),
+                        traced.domain.as_str(),
+                        traced.attack.as_str(),
+                        traced.colluders,
+                    ) == (layout.name(), domain.name(), rule.name(), colluders)
                 })
             };
             row.push(of(Layout::Rotated).map_or_else(String::new, |t| format!("{:.3}", 100.0 * t.rms)));
@@ -143,9 +157,26 @@ fn afterwards(model: &Model) -> Table {
 fn leaks(model: &Model) -> Table {
     let mut table = Table::new(
         "One copy among very many codes",
-        ["suspect", "codes", "T₀", "p", "named", "innocents named", "seconds"],
+        [
+            "suspect",
+            "codes",
+            "T₀",
+            "p",
+            "named",
+            "innocents named",
+            "seconds",
+        ],
     );
-    for Leak { suspect, margin, p, named, wrong, codes, seconds } in &model.leaks {
+    for Leak {
+        suspect,
+        margin,
+        p,
+        named,
+        wrong,
+        codes,
+        seconds,
+    } in &model.leaks
+    {
         table.row([
             suspect.clone(),
             codes.to_string(),
@@ -201,13 +232,18 @@ fn chart(models: &[Model]) -> String {
         let room = [70.0 + 400.0 * i as f64, 60.0, 310.0, 260.0];
         let title = format!("{}: T of colluders, average", model.name);
         let mut panel = Panel::new(room, "colluders", &title);
-        CHARTED.iter().for_each(|&c| panel.tick_x(across(c as f64), &c.to_string()));
+        CHARTED
+            .iter()
+            .for_each(|&c| panel.tick_x(across(c as f64), &c.to_string()));
         (0..=HIGHEST as usize)
             .step_by(STEP)
             .for_each(|t| panel.tick_y(up(t as f64), &t.to_string()));
         let chips = model.chips as f64;
         for (row, (layout, colour)) in Layout::ALL.into_iter().zip([OURS, PLAIN, THEIRS]).enumerate() {
-            let of = model.charted.iter().filter(|traced| traced.layout == layout.name());
+            let of = model
+                .charted
+                .iter()
+                .filter(|traced| traced.layout == layout.name());
             panel.curve(of.map(|t| (across(t.colluders as f64), up(mean(t)))), colour);
             panel.legend(0.6, row, layout.name(), colour);
             let theory = |c: f64| match layout {

@@ -23,7 +23,8 @@ use std::process::ExitCode;
 
 use args::Command;
 use commands::{
-    align, compare, completions, dispute, embed, inspect, keygen, man, partition, spectrum, stamp, trace, verify,
+    align, compare, completions, dispute, embed, inspect, keygen, man, partition, spectrum, stamp, trace,
+    verify,
 };
 
 /// What a command that was carried out has to say.

@@ -689,6 +689,7 @@ fn every_command_has_help_with_an_example() {
         "keygen",
         "embed",
         "verify",
+        "trace",
         "dispute",
         "stamp request",
         "stamp attach",

@@ -15,10 +15,11 @@ use mesh::shapes;
 use mesh_io::{Asset, Precision};
 use serde_json::Value;
 
-const COMMANDS: [&str; 11] = [
+const COMMANDS: [&str; 12] = [
     "keygen",
     "embed",
     "verify",
+    "trace",
     "dispute",
     "stamp request",
     "stamp attach",
@@ -140,6 +141,18 @@ fn folder() -> Folder {
     let odd = folder.text("odd.obj") + "vn up\n";
     folder.write("odd.obj", odd);
     folder.done("embed signed.ply -o stolen.ply -k other.pem --chip-rate 1");
+    // What another signed in the name of the owner, and what is none.
+    let seal = |name: &str| -> Value {
+        let certificate: Value = serde_json::from_str(&folder.text(name)).unwrap();
+        certificate["seal"].clone()
+    };
+    let (own, other) = (seal("signed.ply.cert.json"), seal("stolen.ply.cert.json"));
+    let edited = folder
+        .text("signed.ply.cert.json")
+        .replace(own.as_str().unwrap(), other.as_str().unwrap());
+    fs::create_dir(folder.path("edited")).unwrap();
+    folder.write("edited/signed.cert.json", edited);
+    folder.write("edited/bad.cert.json", "{}");
     for (name, original, signed, key) in [
         ("mine", "model", "signed", "owner"),
         ("theirs", "signed", "stolen", "other"),
@@ -165,6 +178,11 @@ fn lines(command: &str) -> &'static [&'static str] {
         "verify" => &[
             "verify signed.ply --certificate signed.ply.cert.json",
             "verify worn.ply torus.ply bad.ply --certificate signed.ply.cert.json",
+        ],
+        "trace" => &[
+            "trace signed.ply --original model.ply --certificates signed.ply.cert.json",
+            "trace worn.ply torus.ply bad.ply --original model.ply --certificates edited signed.ply.cert.json",
+            "trace signed.ply --original model.ply --certificates edited",
         ],
         "dispute" => &[
             "dispute mine.claim.json theirs.claim.json",

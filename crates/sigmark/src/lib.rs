@@ -29,7 +29,7 @@
 //! # Three floors
 //! - [`mark`]: bits in a shape, and back. It knows neither keys nor certificates.
 //! - [`payload`]: which bits those are: a codeword for a signature, or for a tag of one.
-//! - [`claim`]: who says what about which original: keys, certificates, p-values and verdicts.
+//! - [`claim`]: who says what about which original: keys, certificates, p-values and verdicts; and [whose copy](claim::trace) a suspect is.
 //!
 //! Each knows only those above it in this list.
 //!

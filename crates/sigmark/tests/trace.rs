@@ -15,6 +15,9 @@ use sigmark::{
 
 const BUYERS: usize = 24;
 
+/// What colluders make of the coordinates that each has, the least first.
+type Rule<'a> = &'a dyn Fn(&mut [f64]) -> f64;
+
 fn key(number: u8) -> SigningKey {
     SigningKey::generate(Curve::P256, &mut ChaCha20Rng::from_seed([number; 32]))
 }
@@ -104,7 +107,7 @@ fn who_gave_copies_together_are_named_one_after_the_other() {
         let middle = own[own.len() / 2];
         if middle - low > high - middle { low } else { high }
     };
-    let rules: [(&str, &dyn Fn(&mut [f64]) -> f64); 4] = [
+    let rules: [(&str, Rule<'_>); 4] = [
         ("mean", &mean),
         ("median", &middle),
         ("min-max", &ends),
@@ -113,7 +116,7 @@ fn who_gave_copies_together_are_named_one_after_the_other() {
     for (name, rule) in rules {
         let colluders = [2, 11, 19];
         let trace = tracer
-            .trace(&shop.made_of(&colluders, rule), &Job::default())
+            .trace(shop.made_of(&colluders, rule), &Job::default())
             .unwrap();
         let named = named(&trace);
         assert!(named.len() >= 2, "{name}: {:?}", trace.accused);
@@ -125,7 +128,7 @@ fn who_gave_copies_together_are_named_one_after_the_other() {
     }
     let twelve: Vec<usize> = (0..12).collect();
     let trace = tracer
-        .trace(&shop.made_of(&twelve, mean), &Job::default())
+        .trace(shop.made_of(&twelve, mean), &Job::default())
         .unwrap();
     assert!(named(&trace).len() >= 5, "{:?}", trace.accused);
     assert!(named(&trace).iter().all(|&c| c < 12));
@@ -154,7 +157,7 @@ fn nobody_is_named_for_what_no_buyer_had() {
         let trace = tracer.trace(suspect, &job).unwrap();
         assert!(!trace.is_found(), "{:?}", trace.accused);
     }
-    let trace = tracer.trace(&shapes::tetrahedron(), &job).unwrap();
+    let trace = tracer.trace(shapes::tetrahedron(), &job).unwrap();
     assert!(trace.mismatch.is_some());
 }
 

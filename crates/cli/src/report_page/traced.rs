@@ -72,7 +72,9 @@ impl<'a> TracePage<'a> {
 
     fn add(&mut self, path: &Path, body: Html) {
         let path = path.display().to_string();
-        let section = Html::foreign(&path).named("h2", self.sections.len() + 1).and(body);
+        let section = Html::foreign(&path)
+            .named("h2", self.sections.len() + 1)
+            .and(body);
         self.sections.push(section.within("section", Some("suspect")));
         self.names.push(path);
     }
@@ -107,13 +109,23 @@ impl<'a> TracePage<'a> {
 fn answer(trace: &Trace) -> Html {
     let asked = report::counted(trace.candidates, "copy", "copies");
     let (class, word, sentence) = match (trace.accused.len(), trace.mismatch) {
-        (0, Some(mismatch)) => ("verdict no", "Nobody named", format!("This is another shape: {}.", remark(mismatch))),
+        (0, Some(mismatch)) => (
+            "verdict no",
+            "Nobody named",
+            format!("This is another shape: {}.", remark(mismatch)),
+        ),
         (0, None) => (
             "verdict no",
             "Nobody named",
-            format!("It has the shape of the original, but nothing of the marks of {asked} that were asked for is in it beyond what chance explains."),
+            format!(
+                "It has the shape of the original, but nothing of the marks of {asked} that were asked for is in it beyond what chance explains."
+            ),
         ),
-        (1, _) => ("verdict yes", "One copy named", format!("Of {asked} that were asked for, this was made of one.")),
+        (1, _) => (
+            "verdict yes",
+            "One copy named",
+            format!("Of {asked} that were asked for, this was made of one."),
+        ),
         (count, _) => (
             "verdict yes",
             "Several copies named",
@@ -121,7 +133,8 @@ fn answer(trace: &Trace) -> Html {
         ),
     };
     let word = Html::markup(word).within("strong", None);
-    word.and(Html::text(sentence).within("p", None)).within("div", Some(class))
+    word.and(Html::text(sentence).within("p", None))
+        .within("div", Some(class))
 }
 
 /// Who, and how sure it is.
@@ -149,17 +162,26 @@ fn measured(trace: &Trace, copies: &Copies) -> Html {
     if copies.passed_over > 0 {
         facts.add(
             "Passed over",
-            Html::text(format!("{} certificates of other originals or keys", report::grouped(copies.passed_over))),
+            Html::text(format!(
+                "{} certificates of other originals or keys",
+                report::grouped(copies.passed_over)
+            )),
         );
     }
     for path in &copies.unreadable {
         facts.add("Unreadable", Html::foreign(path.display().to_string()));
     }
     facts.add("Public key", Html::digits(&copies.key.fingerprint()));
-    facts.add("Suspect\u{2019}s surface", Html::text(format!("{} of it lies on the original", share(trace.overlap))));
+    facts.add(
+        "Suspect\u{2019}s surface",
+        Html::text(format!("{} of it lies on the original", share(trace.overlap))),
+    );
     if trace.transform.is_some() {
         let seen = share(1.0 - trace.missing);
-        facts.add("Vertices seen", Html::text(format!("{seen} of the original\u{2019}s")));
+        facts.add(
+            "Vertices seen",
+            Html::text(format!("{seen} of the original\u{2019}s")),
+        );
     }
     Html::markup("Measured").within("h3", None).and(facts.table())
 }

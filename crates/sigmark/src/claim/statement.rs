@@ -223,7 +223,7 @@ impl Statement {
     /// Checks every field that can be checked without the original, and hashes all; labels are unpacked piece by piece on the way, so
     /// that a small file can't ask for much memory.
     pub(super) fn checked(&self) -> Result<Checked, CertificateError> {
-        self.checked_with(|labels, vertices, patches| labels.summary(vertices, patches))
+        self.checked_with(PackedLabels::summary)
     }
 
     /// As [`checked`](Self::checked), with what unpacks labels, given the numbers of vertices and patches.

@@ -13,9 +13,11 @@ use sha2::{Digest, Sha256};
 /// are as strong in all, and are found again by its transpose.
 #[derive(Clone, Debug)]
 pub struct Rotation {
+    /// m − 1 of each patch: how many chips it has along each axis.
+    useful: Vec<usize>,
     /// Where the chips of each patch begin, and where the last one's end.
     starts: Vec<usize>,
-    /// ±1 before each of the two rounds, for all chips.
+    /// ±1 before each of the two rounds, for all chips in the order of [runs](Self::in_runs).
     signs: [Vec<f64>; 2],
 }
 
@@ -29,32 +31,30 @@ impl Rotation {
     /// The signs are the bits of SHA-256(domain ‖ key ‖ i), i = 0, 1, … as 64-bit little-endian integers, most significant first, 1 for −1: those of the first round for all chips, patch after patch, then
     /// those of the second.
     pub fn keyed(key: &[u8; 32], functions: &[usize]) -> Self {
+        let useful: Vec<usize> = functions.iter().map(|m| m.saturating_sub(1)).collect();
         let mut starts = vec![0];
-        for m in functions {
-            starts.push(starts[starts.len() - 1] + 3 * m.saturating_sub(1));
-        }
+        useful
+            .iter()
+            .for_each(|useful| starts.push(starts[starts.len() - 1] + 3 * useful));
         let chips = starts[starts.len() - 1];
-        let mut signs = Vec::with_capacity(2 * chips + 256);
-        for i in 0_u64.. {
-            if signs.len() >= 2 * chips {
-                break;
-            }
-            let hash = Sha256::new_with_prefix(b"sigmark rotation v7\0")
-                .chain_update(key)
-                .chain_update(i.to_le_bytes())
-                .finalize();
-            let of_byte = |byte: &u8| {
-                let byte = *byte;
-                (0..8).map(move |bit| if byte << bit & 128 == 0 { 1.0 } else { -1.0 })
-            };
-            signs.extend(hash.iter().flat_map(of_byte));
-        }
-        signs.truncate(2 * chips);
-        let second = signs.split_off(chips);
-        Self {
+        let stream = stream(key, (2 * chips).div_ceil(8));
+        let mut rotation = Self {
+            useful,
             starts,
-            signs: [signs, second],
+            signs: [vec![1.0; chips], vec![1.0; chips]],
+        };
+        for (round, signs) in rotation.signs.iter_mut().enumerate() {
+            for (patch, &useful) in rotation.useful.iter().enumerate() {
+                let start = rotation.starts[patch];
+                for p in 0..3 * useful {
+                    let bit = round * chips + start + p;
+                    if stream[bit / 8] << (bit % 8) & 128 != 0 {
+                        signs[start + p % 3 * useful + p / 3] = -1.0;
+                    }
+                }
+            }
         }
+        rotation
     }
 
     /// How many chips there are in all patches.
@@ -67,50 +67,62 @@ impl Rotation {
         self.len() == 0
     }
 
-    /// R x, what chips x of all patches add to the coefficients, in units of the amplitude; both in the order of the chips.
+    /// Turns what chips of all patches say into what they add to the coefficients, in units of the amplitude: R x. Both in the order of [runs](Self::in_runs).
     ///
     /// # Panics
     /// When there is not one number a chip.
-    pub fn coefficients(&self, x: &[f64]) -> Vec<f64> {
-        self.by_patch(x, coefficients)
+    pub fn to_coefficients(&self, x: &mut [f64]) {
+        self.turn(0..self.useful.len(), x, coefficients);
     }
 
-    /// Rᵀ u, what coefficients u of all patches say of the chips.
+    /// Turns coefficients of all patches into what they say of the chips: Rᵀ u. Both in the order of [runs](Self::in_runs).
     ///
     /// # Panics
     /// When there is not one number a chip.
-    pub fn chips(&self, u: &[f64]) -> Vec<f64> {
-        self.by_patch(u, chips)
+    pub fn to_chips(&self, u: &mut [f64]) {
+        self.turn(0..self.useful.len(), u, chips);
     }
 
-    fn by_patch(&self, x: &[f64], turn: Turn) -> Vec<f64> {
-        assert_eq!(x.len(), self.len(), "a number a chip");
-        let mut turned = vec![0.0; x.len()];
-        for patch in 0..self.starts.len() - 1 {
-            let range = self.range(patch);
-            self.turn(patch, &x[range.clone()], turn, &mut turned[range]);
-        }
-        turned
+    /// The numbers of all chips in the order of runs: patch after patch, and in each axis after axis, where the chips of an axis stand in the order of their frequencies.
+    pub fn in_runs(&self) -> Vec<usize> {
+        let patches = self.useful.iter().zip(&self.starts);
+        let of_patch = |(&useful, &start)| (0..3 * useful).map(move |i| start + in_run(i, useful));
+        patches.flat_map(of_patch).collect()
     }
 
-    /// Chips of the three axes take turns in their order.
-    fn turn(&self, patch: usize, x: &[f64], turn: Turn, turned: &mut [f64]) {
-        let every_third =
-            |all: &[f64], axis: usize| -> Vec<f64> { all.iter().skip(axis).step_by(3).copied().collect() };
-        for axis in 0..3 {
-            let mut run = every_third(x, axis);
-            let [first, second] =
-                [0, 1].map(|round| every_third(&self.signs[round][self.range(patch)], axis));
-            turn([&first, &second], &mut run);
-            for (place, value) in turned.iter_mut().skip(axis).step_by(3).zip(run) {
-                *place = value;
+    fn turn(&self, patches: Range<usize>, x: &mut [f64], turn: Turn) {
+        let first = self.starts[patches.start];
+        assert_eq!(x.len(), self.starts[patches.end] - first, "a number a chip");
+        for patch in patches {
+            let useful = self.useful[patch];
+            for axis in 0..3 {
+                let start = self.starts[patch] + axis * useful;
+                let run = start..start + useful;
+                let signs = [&self.signs[0][run.clone()], &self.signs[1][run]];
+                turn(signs, &mut x[start - first..start - first + useful]);
             }
         }
     }
+}
 
-    fn range(&self, patch: usize) -> Range<usize> {
-        self.starts[patch]..self.starts[patch + 1]
+/// The chip of a patch that stands in a place of its runs.
+fn in_run(place: usize, useful: usize) -> usize {
+    3 * (place % useful) + place / useful
+}
+
+/// So many bytes that follow from a key.
+fn stream(key: &[u8; 32], bytes: usize) -> Vec<u8> {
+    let mut stream = Vec::with_capacity(bytes + 32);
+    for i in 0_u64.. {
+        if stream.len() >= bytes {
+            break;
+        }
+        let hash = Sha256::new_with_prefix(b"sigmark rotation v7\0")
+            .chain_update(key)
+            .chain_update(i.to_le_bytes());
+        stream.extend_from_slice(&hash.finalize());
     }
+    stream
 }
 
 /// The rotation of one patch.
@@ -144,9 +156,14 @@ impl PatchRotation {
     }
 
     fn turned(&self, x: &[f64], turn: Turn) -> Vec<f64> {
-        assert_eq!(x.len(), self.all.range(self.patch).len(), "a number a chip");
+        let useful = self.all.useful[self.patch];
+        assert_eq!(x.len(), 3 * useful, "a number a chip");
+        let mut runs: Vec<f64> = (0..x.len()).map(|i| x[in_run(i, useful)]).collect();
+        self.all.turn(self.patch..self.patch + 1, &mut runs, turn);
         let mut turned = vec![0.0; x.len()];
-        self.all.turn(self.patch, x, turn, &mut turned);
+        for (i, value) in runs.into_iter().enumerate() {
+            turned[in_run(i, useful)] = value;
+        }
         turned
     }
 }
@@ -220,17 +237,41 @@ mod tests {
         a.iter().zip(b).map(|(a, b)| a * b).sum()
     }
 
+    fn turned(rotation: &Rotation, x: &[f64], forth: bool) -> Vec<f64> {
+        let mut turned = x.to_vec();
+        match forth {
+            true => rotation.to_coefficients(&mut turned),
+            false => rotation.to_chips(&mut turned),
+        }
+        turned
+    }
+
     proptest! {
         #[test]
         fn it_is_orthogonal(key: [u8; 32], functions in prop::collection::vec(1usize..120, 1..6), seed in 0u64..1000) {
             let rotation = Rotation::keyed(&key, &functions);
             prop_assert_eq!(rotation.len(), functions.iter().map(|m| 3 * (m - 1)).sum::<usize>());
-            let x = numbers(rotation.len(), seed);
-            let y = numbers(rotation.len(), seed + 1);
-            let back = rotation.chips(&rotation.coefficients(&x));
+            let (x, y) = (numbers(rotation.len(), seed), numbers(rotation.len(), seed + 1));
+            let u = turned(&rotation, &x, true);
+            let back = turned(&rotation, &u, false);
             prop_assert!(back.iter().zip(&x).all(|(a, b)| (a - b).abs() < 1e-12));
-            let (left, right) = (dot(&rotation.coefficients(&x), &y), dot(&x, &rotation.chips(&y)));
+            let (left, right) = (dot(&u, &y), dot(&x, &turned(&rotation, &y, false)));
             prop_assert!((left - right).abs() < 1e-9 * (1.0 + left.abs()));
+        }
+
+        /// In the order of chips, patch by patch, it is the same rotation.
+        #[test]
+        fn patches_turn_alone_as_they_do_together(key: [u8; 32], functions in prop::collection::vec(1usize..60, 1..5), seed in 0u64..1000) {
+            let rotation = Arc::new(Rotation::keyed(&key, &functions));
+            let (x, order) = (numbers(rotation.len(), seed), rotation.in_runs());
+            let runs: Vec<f64> = order.iter().map(|&i| x[i]).collect();
+            let together = turned(&rotation, &runs, true);
+            let mut alone = Vec::new();
+            for patch in 0..functions.len() {
+                let range = rotation.starts[patch]..rotation.starts[patch + 1];
+                alone.extend(PatchRotation::new(&rotation, patch).coefficients(&x[range]));
+            }
+            prop_assert!(order.iter().zip(&together).all(|(&i, u)| (alone[i] - u).abs() < 1e-12));
         }
     }
 
@@ -239,43 +280,40 @@ mod tests {
     fn a_chip_is_spread_over_neighbours_of_its_own_patch_and_axis() {
         let functions = [3, 96, 30];
         let rotation = Rotation::keyed(&[9; 32], &functions);
-        for chip in [
-            0,
-            3,
-            6,
-            6 + 4,
-            6 + 3 * 50 + 1,
-            6 + 3 * 94,
-            6 + 285 + 2,
-            rotation.len() - 1,
-        ] {
-            let mut x = vec![0.0; rotation.len()];
-            x[chip] = 1.0;
-            let patch = (0..3).find(|&i| chip < rotation.starts[i + 1]).unwrap();
-            let moved: Vec<usize> = (0..x.len())
-                .zip(rotation.coefficients(&x))
-                .filter(|(_, u)| u.abs() > 1e-12)
-                .map(|(i, _)| i)
-                .collect();
-            let range = rotation.starts[patch]..rotation.starts[patch + 1];
-            assert!(moved.iter().all(|i| range.contains(i) && (i % 3) == chip % 3));
-            let of_axis = functions[patch] - 1;
-            assert!(
-                moved.len() >= block(of_axis) / 2 && moved.len() <= 2 * Rotation::GROUP,
-                "{moved:?}"
-            );
+        let runs = rotation.useful.iter().flat_map(|&useful| [useful; 3]);
+        let mut start = 0;
+        for useful in runs {
+            for chip in start..start + useful {
+                let mut x = vec![0.0; rotation.len()];
+                x[chip] = 1.0;
+                let moved: Vec<usize> = (0..x.len())
+                    .zip(turned(&rotation, &x, true))
+                    .filter(|(_, u)| u.abs() > 1e-12)
+                    .map(|(i, _)| i)
+                    .collect();
+                assert!(moved.iter().all(|i| (start..start + useful).contains(i)));
+                let near = |&i: &usize| i.abs_diff(chip) < 3 * Rotation::GROUP;
+                assert!(moved.iter().all(near));
+                assert!(
+                    moved.len() >= block(useful) / 2 && moved.len() <= 2 * Rotation::GROUP,
+                    "{moved:?}"
+                );
+            }
+            start += useful;
         }
     }
 
     #[test]
     fn the_signs_are_those_that_the_certificate_page_prints() {
         let rotation = Rotation::keyed(&[7; 32], &[40, 60]);
-        let bytes: Vec<u8> = (0..3_u64)
+        let bytes: Vec<u8> = (0..4_u64)
             .flat_map(|i| Sha256::digest([b"sigmark rotation v7\0", &[7; 32][..], &i.to_le_bytes()].concat()))
             .collect();
+        let order = rotation.in_runs();
         let signs = rotation.signs.concat();
-        for (i, sign) in signs.iter().enumerate().take(8 * bytes.len()) {
-            let bit = bytes[i / 8] >> (7 - i % 8) & 1;
+        for (i, sign) in signs.iter().enumerate() {
+            let place = i / order.len() * order.len() + order[i % order.len()];
+            let bit = bytes[place / 8] >> (7 - place % 8) & 1;
             assert_eq!(*sign, if bit == 1 { -1.0 } else { 1.0 });
         }
         assert_eq!(signs.len(), 2 * 3 * (39 + 59));

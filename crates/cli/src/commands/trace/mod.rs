@@ -40,7 +40,11 @@ pub(crate) fn run(arguments: &args::Trace) -> Result<Answer> {
     let mut first = Some(begun());
     check_report(arguments)?;
     let original = files::open_mesh(&arguments.original)?;
-    let key = arguments.public_key.as_deref().map(keys::read_public).transpose()?;
+    let key = arguments
+        .public_key
+        .as_deref()
+        .map(keys::read_public)
+        .transpose()?;
     let suspects = batch::meshes(&arguments.suspects, None)?;
     if let Some(report) = &arguments.report {
         for Found { path, .. } in &suspects {
@@ -61,7 +65,10 @@ pub(crate) fn run(arguments: &args::Trace) -> Result<Answer> {
             ..copies
         },
     };
-    let mut page = arguments.report.as_ref().map(|_| TracePage::new(arguments, SystemTime::now()));
+    let mut page = arguments
+        .report
+        .as_ref()
+        .map(|_| TracePage::new(arguments, SystemTime::now()));
     let mut count = Count::default();
     for (i, Found { path, .. }) in suspects.iter().enumerate() {
         let progress = first.take().unwrap_or_else(begun);

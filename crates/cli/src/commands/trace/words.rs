@@ -27,7 +27,9 @@ pub(super) fn summary(
         [] if trace.mismatch.is_some() => {
             format!("NOBODY NAMED: {suspect} is not {original}, nor a part of it")
         }
-        [] => format!("NOBODY NAMED: {suspect} has the shape of {original}, and nothing in it of any of {asked}"),
+        [] => format!(
+            "NOBODY NAMED: {suspect} has the shape of {original}, and nothing in it of any of {asked}"
+        ),
         [(_, copy)] => format!("NAMED: {suspect} was made of the copy for {}", named(copy)),
         several => format!(
             "NAMED: {suspect} was made of {} copies at least",
@@ -97,11 +99,21 @@ fn tell_of_certificates(lines: &mut Lines, trace: &Trace, copies: &Copies) {
     }
     if !copies.unreadable.is_empty() {
         let count = report::counted(copies.unreadable.len(), "file", "files");
-        lines.field("unreadable", format!("{count}; whose copy they are for was not asked for"));
+        lines.field(
+            "unreadable",
+            format!("{count}; whose copy they are for was not asked for"),
+        );
     }
-    for copy in trace.unsigned.iter().filter_map(|&number| copies.copies.get(number)) {
+    for copy in trace
+        .unsigned
+        .iter()
+        .filter_map(|&number| copies.copies.get(number))
+    {
         let path = copy.certificate.display();
-        lines.field("not named", format!("{path}: its mark is there, but the key did not sign it: it was edited"));
+        lines.field(
+            "not named",
+            format!("{path}: its mark is there, but the key did not sign it: it was edited"),
+        );
     }
 }
 

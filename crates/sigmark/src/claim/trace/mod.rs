@@ -6,6 +6,28 @@
 //!
 //! Where several gave their copies together, the mark that is there most surely is taken out, and the others are asked for once more: in round k, that of the one found before. Who is innocent is not in what is taken out,
 //! so that his chance stays what it is.
+//!
+//! ```
+//! use rand_chacha::{ChaCha20Rng, rand_core::SeedableRng};
+//! use job::Job;
+//! use sigmark::{Curve, Embedder, SigningKey, claim::Tracer};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let (original, job) = (mesh::shapes::icosphere(4), Job::default());
+//! let key = SigningKey::generate(Curve::P256, &mut ChaCha20Rng::from_seed([7; 32])); // for real keys: the system's generator
+//! let prepared = Embedder::new(&key).message("© 2026 Studio").prepare(&original, &job)?;
+//! let mut tracer = Tracer::new(&original, &key.public_key())?;
+//! let mut copies = Vec::new();
+//! for recipient in ["Anna", "Bert"] {
+//!     let signed = prepared.embed_for(recipient, &job)?;
+//!     tracer.add(&signed.certificate().clone().into())?;
+//!     copies.push(signed.mesh().clone());
+//! }
+//! let trace = tracer.trace(&copies[1], &job)?;
+//! assert_eq!(trace.accused.iter().map(|accused| accused.candidate).collect::<Vec<_>>(), [1]);
+//! # Ok(())
+//! # }
+//! ```
 
 mod residue;
 

@@ -9,7 +9,9 @@ use crate::mark::{MarkLayout, Reading, Rotation, correlation};
 #[derive(Clone, Debug)]
 pub struct Order {
     functions: Vec<usize>,
-    /// Of each chip.
+    /// The chip in each place of the [runs](Rotation::in_runs), in whose order everything here is kept.
+    chips: Vec<usize>,
+    /// Its bit.
     bits: Vec<usize>,
     /// l.
     count: usize,
@@ -19,12 +21,32 @@ impl Order {
     /// That of a layout whose chips are pooled.
     pub fn of(layout: &MarkLayout) -> Self {
         let patches = 0..layout.alphas().len();
-        let chips = patches.flat_map(|patch| layout.chips(patch).iter());
+        let bits: Vec<usize> = patches
+            .flat_map(|patch| layout.chips(patch).iter())
+            .map(|chip| chip.bit)
+            .collect();
+        let functions = layout.original().functions().to_vec();
+        let chips = Rotation::keyed(&[0; 32], &functions).in_runs();
         Self {
-            functions: layout.original().functions().to_vec(),
-            bits: chips.map(|chip| chip.bit).collect(),
+            bits: chips.iter().map(|&chip| bits[chip]).collect(),
+            chips,
+            functions,
             count: layout.bits(),
         }
+    }
+
+    /// What belongs to chips, in the order of runs.
+    fn in_runs(&self, of_chips: &[f64]) -> Vec<f64> {
+        self.chips.iter().map(|&chip| of_chips[chip]).collect()
+    }
+
+    /// What stands in the order of runs, in that of chips.
+    fn of_chips(&self, in_runs: &[f64]) -> Vec<f64> {
+        let mut of_chips = vec![0.0; in_runs.len()];
+        for (&chip, &value) in self.chips.iter().zip(in_runs) {
+            of_chips[chip] = value;
+        }
+        of_chips
     }
 
     /// How many chips there are, and coefficients.
@@ -65,11 +87,16 @@ impl Pattern {
         }
     }
 
-    /// What the mark adds to each coefficient, in units of its amplitude.
+    /// What the mark adds to each coefficient, in units of its amplitude and in the order of chips.
     pub fn coefficients(&self, order: &Order) -> Vec<f64> {
+        order.of_chips(&self.in_runs(order))
+    }
+
+    fn in_runs(&self, order: &Order) -> Vec<f64> {
         let sign = |&bit: &usize| if self.bits[bit] { 1.0 } else { -1.0 };
-        let chips: Vec<f64> = order.bits.iter().map(sign).collect();
-        Rotation::keyed(&self.hash, &order.functions).coefficients(&chips)
+        let mut all: Vec<f64> = order.bits.iter().map(sign).collect();
+        Rotation::keyed(&self.hash, &order.functions).to_coefficients(&mut all);
+        all
     }
 }
 
@@ -93,14 +120,16 @@ pub struct Residue {
 impl Residue {
     /// What a reading of coefficients says; none where it is of another layout.
     pub fn of(reading: &Reading, order: &Arc<Order>) -> Option<Self> {
-        let means = reading.soft.values().to_vec();
-        let known = reading.known.to_vec();
-        (means.len() == order.chips() && known.len() == order.chips()).then(|| Self {
-            order: Arc::clone(order),
-            left: means.clone(),
-            means,
-            known,
-            found: Vec::new(),
+        let (means, known) = (reading.soft.values(), &reading.known);
+        (means.len() == order.chips() && known.len() == order.chips()).then(|| {
+            let means = order.in_runs(means);
+            Self {
+                order: Arc::clone(order),
+                left: means.clone(),
+                means,
+                known: order.in_runs(known),
+                found: Vec::new(),
+            }
         })
     }
 
@@ -113,8 +142,8 @@ impl Residue {
     }
 
     /// What is said of each coefficient, in the order of chips: Σ⁻¹ û, less what was taken out.
-    pub fn values(&self) -> &[f64] {
-        &self.left
+    pub fn values(&self) -> Vec<f64> {
+        self.order.of_chips(&self.left)
     }
 
     /// yₜ of a pattern's bits, l of them.
@@ -123,8 +152,10 @@ impl Residue {
             functions,
             bits,
             count,
+            ..
         } = &*self.order;
-        let chips = Rotation::keyed(&pattern.hash, functions).chips(&self.left);
+        let mut chips = self.left.clone();
+        Rotation::keyed(&pattern.hash, functions).to_chips(&mut chips);
         let mut said = vec![0.0; *count];
         for (&bit, chip) in bits.iter().zip(chips) {
             said[bit] += chip;
@@ -139,7 +170,7 @@ impl Residue {
 
     /// Takes a pattern out that is in the suspect, together with those before.
     pub fn take_out(&mut self, pattern: &Pattern) {
-        self.found.push(pattern.coefficients(&self.order));
+        self.found.push(pattern.in_runs(&self.order));
         let count = self.found.len();
         let weighed = |a: &[f64], b: &[f64]| -> f64 {
             let products = a.iter().zip(b).zip(&self.known);

@@ -14,6 +14,8 @@
 //! original are not independent: σ² is then as many times larger as there are samples to a vertex of the suspect. Vertices that
 //! were not seen take no part. The mark is noise to θ, and θ takes nothing from the bits.
 //!
+//! **Coefficients.** A mark of a pooled layout goes to the coefficients through a keyed rotation. Patches are set up for what it adds to each coefficient; bits follow from these by the transposed rotation. Whoever asks for many marks of one original at once solves for the coefficients themselves (`patchwise.rs`).
+//!
 //! **Soft bits.** vₜ is the variance that is left to bₜ where it was 1 before. Without the prior the observations would say bₜ / (1 − vₜ) with the variance
 //! vₜ / (1 − vₜ), and ln P(1) / P(0) is twice the one by the other, 2 bₜ / vₜ. Noise is not all in e: neighbouring samples err alike, and another mark may lie on the same harmonics. But the mean of bₜ² would be 1 − vₜ, so σ² grows until
 //! it is.
