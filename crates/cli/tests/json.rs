@@ -146,13 +146,28 @@ fn folder() -> Folder {
         let certificate: Value = serde_json::from_str(&folder.text(name)).unwrap();
         certificate["seal"].clone()
     };
-    let (own, other) = (seal("signed.ply.cert.json"), seal("stolen.ply.cert.json"));
+    folder.done("embed model.ply --recipients list.csv -o sold -k owner.pem --chip-rate 1");
+    let [anna, bert] = ["anna", "bert"].map(|name| {
+        let sold = fs::read_dir(folder.path("sold"))
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name());
+        let mut sold = sold.map(|name| name.into_string().unwrap());
+        format!(
+            "sold/{}/model.ply.cert.json",
+            sold.find(|found| found.starts_with(name)).unwrap()
+        )
+    });
+    let (own, other) = (seal(&bert), seal(&anna));
     let edited = folder
-        .text("signed.ply.cert.json")
+        .text(&bert)
         .replace(own.as_str().unwrap(), other.as_str().unwrap());
-    fs::create_dir(folder.path("edited")).unwrap();
-    folder.write("edited/signed.cert.json", edited);
-    folder.write("edited/bad.cert.json", "{}");
+    folder.write(&bert, edited);
+    fs::copy(
+        folder.path(&bert).with_extension("").with_extension(""),
+        folder.path("leak.ply"),
+    )
+    .unwrap();
+    folder.write("sold/bad.cert.json", "{}");
     for (name, original, signed, key) in [
         ("mine", "model", "signed", "owner"),
         ("theirs", "signed", "stolen", "other"),
@@ -181,8 +196,8 @@ fn lines(command: &str) -> &'static [&'static str] {
         ],
         "trace" => &[
             "trace signed.ply --original model.ply --certificates signed.ply.cert.json",
-            "trace worn.ply torus.ply bad.ply --original model.ply --certificates edited signed.ply.cert.json",
-            "trace signed.ply --original model.ply --certificates edited",
+            "trace worn.ply torus.ply bad.ply --original model.ply --certificates sold signed.ply.cert.json",
+            "trace leak.ply --original model.ply --certificates sold",
         ],
         "dispute" => &[
             "dispute mine.claim.json theirs.claim.json",

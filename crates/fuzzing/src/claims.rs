@@ -19,7 +19,11 @@ pub(crate) fn check_text(bytes: &[u8]) {
     let Ok(text) = std::str::from_utf8(bytes) else {
         return;
     };
-    if let Ok(certificate) = Certificate::from_json(text) {
+    let alone = Certificate::from_json(text);
+    // Who reads many reads each as who reads one.
+    let among = CertificateReader::new().read(text).and_then(Issued::check);
+    assert_eq!(alone.as_ref().ok(), among.as_ref().ok());
+    if let Ok(certificate) = alone {
         check_fixpoint(&certificate);
     }
 }

@@ -211,11 +211,13 @@ fn certificates_that_were_edited_name_nobody() {
         let value: serde_json::Value = serde_json::from_str(text).unwrap();
         value["seal"].as_str().unwrap().to_owned()
     };
-    let edited = text.replace(&seal(&text), &seal(&other));
-    tracer.add(&reader.read(&edited).unwrap()).unwrap();
+    let edited = reader.read(&text.replace(&seal(&text), &seal(&other))).unwrap();
+    assert!(tracer.add(&edited).is_err(), "the first of a layout is checked");
+    tracer.add(&reader.read(&other).unwrap()).unwrap();
+    tracer.add(&edited).unwrap();
     let trace = tracer.trace(&shop.copies[1], &job).unwrap();
     assert!(!trace.is_found());
-    assert_eq!(trace.unsigned, [0]);
+    assert_eq!(trace.unsigned, [1]);
 }
 
 #[test]

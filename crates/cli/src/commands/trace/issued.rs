@@ -123,6 +123,10 @@ impl Collected<'_> {
                 let error = anyhow::Error::new(error).context(path.display().to_string());
                 self.refused.get_or_insert(error);
             }
+            Err(error @ SigmarkError::Certificate(_)) => {
+                report::failure(&anyhow::Error::new(error).context(path.display().to_string()));
+                self.unreadable.push(path.into());
+            }
             Err(error) => return Err(anyhow::Error::new(error).context(path.display().to_string())),
         }
         Ok(())

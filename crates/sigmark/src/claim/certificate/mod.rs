@@ -243,7 +243,8 @@ impl Certificate {
         (self.contents.signature, sealed, self.seal)
     }
 
-    fn check(&self) -> Result<(), CertificateError> {
+    /// Whether signature and seal are those of the key that it names.
+    pub(super) fn check(&self) -> Result<(), CertificateError> {
         let Contents {
             statement, signature, ..
         } = &self.contents;

@@ -40,7 +40,7 @@ use mesh::{Similarity, TriMesh};
 use registration::{AlignOptions, MatchedBy, PreparedMesh};
 
 use super::{
-    Issued, Mismatch, SigmarkError, Statement,
+    Certificate, Issued, Mismatch, SigmarkError, Statement,
     keys::PublicKey,
     statistics::{margin_of, rademacher_tail},
     verify::{another_original, cut_as},
@@ -174,7 +174,7 @@ impl Tracer {
     ///
     /// # Errors
     /// [`SigmarkError::AnotherKey`], [`SigmarkError::AnotherOriginal`] where the certificate is of another claim; [`SigmarkError::PaperProfile`], since marks of the paper's profile tell no copies apart;
-    /// [`SigmarkError::AnotherCut`].
+    /// [`SigmarkError::AnotherCut`]; [`SigmarkError::Certificate`] for the first of a layout that the key did not sign, so that nobody makes a reader take up a layout of his own.
     pub fn add(&mut self, issued: &Issued) -> Result<usize, SigmarkError> {
         let certificate = issued.unchecked();
         let statement = certificate.statement();
@@ -187,7 +187,13 @@ impl Tracer {
         }
         let hash = *certificate.statement_hash();
         let (signature, sealed, seal) = certificate.parts();
-        let lot = self.lot_of(statement, certificate.last_eigenvalues())?;
+        let lot = match self.lot_of(certificate) {
+            Some(lot) => lot,
+            None => {
+                certificate.check()?;
+                self.open_lot(certificate)?
+            }
+        };
         self.candidates.push(Candidate {
             lot,
             pattern: Pattern {
@@ -214,7 +220,9 @@ impl Tracer {
         self.candidates.len()
     }
 
-    fn lot_of(&mut self, statement: &Statement, eigenvalues: &[f64]) -> Result<usize, SigmarkError> {
+    /// The lot of a certificate's layout, if there is one.
+    fn lot_of(&self, certificate: &Certificate) -> Option<usize> {
+        let (statement, eigenvalues) = (certificate.statement(), certificate.last_eigenvalues());
         let is_same = |lot: &Lot| {
             lot.of.labels == statement.labels
                 && lot.of.functions == statement.functions
@@ -224,9 +232,12 @@ impl Tracer {
                 && (lot.of.scheme, lot.of.payload) == (statement.scheme, statement.payload)
                 && lot.eigenvalues == eigenvalues
         };
-        if let Some(lot) = self.lots.iter().position(is_same) {
-            return Ok(lot);
-        }
+        self.lots.iter().position(is_same)
+    }
+
+    /// A lot for a certificate's layout.
+    fn open_lot(&mut self, certificate: &Certificate) -> Result<usize, SigmarkError> {
+        let (statement, eigenvalues) = (certificate.statement(), certificate.last_eigenvalues());
         let original = cut_as(&self.original, statement)?.expecting(eigenvalues.to_vec())?;
         let plan = statement.plan([0; 32])?;
         let layout = MarkLayout::new(Arc::new(original), plan, statement.alphas.clone())?;
