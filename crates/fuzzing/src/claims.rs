@@ -8,7 +8,7 @@ use mhb_core::LaplacianKind;
 use rand_chacha::{ChaCha20Rng, rand_core::SeedableRng};
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
-use sigmark::claim::{Carrier, PackedLabels};
+use sigmark::claim::{Carrier, CertificateReader, Issued, PackedLabels};
 use sigmark::{
     Certificate, Curve, Embedder, Outcome, PayloadKind, Scheme, Signature, Signed, SigningKey, Statement,
     Verifier,

@@ -15,7 +15,7 @@ The copies were made by
   sigmark embed model.glb --recipients buyers.csv -o copies/ --key owner.pem
 
 The suspect is read once, whoever may have had it, and asked for the mark of every copy for which a certificate lies in the folders. It may \
-be in any format, moved, scaled, cropped, decimated or re-meshed, as for `sigmark verify`; a copy is named where far too little is left \
+be in any format, moved, scaled, cropped, decimated or re-meshed, as for `sigmark verify`, but parts that were moved alone are not put back; a copy is named where far too little is left \
 to be read. Where several gave their copies together, in whatever way these were mixed, the surest is named first, then what he had is taken out, and the others are asked for again, until nobody is \
 left. Who is not named is not hinted at.
 

@@ -203,6 +203,7 @@ fn limits() -> Html {
     let limits = [
         "It says of which copy the file was made, not who gave it away: a copy can be stolen from the one who bought it, or lost, or sold on.",
         "Whoever issues the copies has all of them, and could have given away any. Only what the recipient alone has had since, such as a copy that was handed over before witnesses, rules that out.",
+        "p is for certificates that existed before the suspect turned up, which time stamps show. Who could make one up afterwards can try many recipients and messages until one fits: between strangers, p has to be below 2<sup>\u{2212}120</sup>.",
         "Who is not named may have taken part: where many mix their copies, each leaves little. Nothing is said of anybody who is not named.",
         "The certificates hold what is hidden in the copies. With one of them and the original the mark can be removed: neither belongs into other hands than the owner\u{2019}s and the judge\u{2019}s.",
     ];
