@@ -20,7 +20,7 @@ use job::Job;
 use mesh::{TriMesh, shapes};
 use mesh_io::Asset;
 use serde::{Deserialize, Serialize};
-use sigmark::claim::{Trace, Tracer, statistics::rademacher_tail};
+use sigmark::claim::{Trace, statistics::rademacher_tail};
 
 use crate::{kept, suspects::attacked};
 use collusion::{Domain, RULES, Rule};

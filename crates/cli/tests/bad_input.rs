@@ -634,8 +634,8 @@ fn certificates_that_are_none_are_refused() {
     folder.write("empty.json", "");
     folder.write("cut.json", &json[..json.len() / 2]);
     folder.write("other.json", "{\"asset\": {\"version\": \"2.0\"}}");
-    folder.write("next.json", json.replace("\"version\": 6", "\"version\": 7"));
-    folder.write("before.json", json.replace("\"version\": 6", "\"version\": 2"));
+    folder.write("next.json", json.replace("\"version\": 7", "\"version\": 8"));
+    folder.write("before.json", json.replace("\"version\": 7", "\"version\": 2"));
     folder.write("extra.json", json.replacen('{', "{\"note\": \"mine\",", 1));
     folder.write("deep.json", "[".repeat(100_000));
     let remedy = ".cert.json file that `sigmark embed` wrote";
