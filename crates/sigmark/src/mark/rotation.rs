@@ -46,10 +46,12 @@ impl Rotation {
         for (round, signs) in rotation.signs.iter_mut().enumerate() {
             for (patch, &useful) in rotation.useful.iter().enumerate() {
                 let start = rotation.starts[patch];
-                for p in 0..3 * useful {
-                    let bit = round * chips + start + p;
-                    if stream[bit / 8] << (bit % 8) & 128 != 0 {
-                        signs[start + p % 3 * useful + p / 3] = -1.0;
+                let runs = &mut signs[start..start + 3 * useful];
+                for frequency in 0..useful {
+                    for axis in 0..3 {
+                        let q = round * chips + start + 3 * frequency + axis;
+                        let bit = stream[q / 8] >> (7 - q % 8) & 1;
+                        runs[axis * useful + frequency] = 1.0 - 2.0 * f64::from(bit);
                     }
                 }
             }
