@@ -44,6 +44,14 @@ pub(super) enum Layout {
 impl Layout {
     pub(super) const ALL: [Self; 3] = [Self::Rotated, Self::Plain, Self::Tardos];
 
+    /// In which domains its copies are mixed. Others than ours are weaker among harmonics, which is where their chips are.
+    pub(super) fn domains(self) -> &'static [Domain] {
+        match self {
+            Self::Rotated => Domain::ALL,
+            _ => &[Domain::Harmonics],
+        }
+    }
+
     pub(super) fn name(self) -> &'static str {
         match self {
             Self::Rotated => "rotated",

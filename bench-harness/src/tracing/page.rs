@@ -100,10 +100,15 @@ fn summary(models: &[Model]) -> String {
 }
 
 fn attacks(model: &Model, domain: Domain) -> Table {
+    let layouts = || {
+        Layout::ALL
+            .into_iter()
+            .filter(|layout| layout.domains().contains(&domain))
+    };
     let mut header = vec!["rule".to_string()];
     for colluders in COLLUDERS {
         header.push(format!("{colluders}: moved, %"));
-        header.extend(Layout::ALL.map(|layout| format!("{colluders}: {}", layout.name())));
+        header.extend(layouts().map(|layout| format!("{colluders}: {}", layout.name())));
     }
     let title = format!("Mixed by {}", domain.name());
     let mut table = Table::new(&title, header.iter().map(String::as_str));
@@ -121,7 +126,7 @@ fn attacks(model: &Model, domain: Domain) -> Table {
                 })
             };
             row.push(of(Layout::Rotated).map_or_else(String::new, |t| format!("{:.3}", 100.0 * t.rms)));
-            row.extend(Layout::ALL.map(|layout| of(layout).map_or_else(String::new, cell)));
+            row.extend(layouts().map(|layout| of(layout).map_or_else(String::new, cell)));
         }
         table.row(row);
     }
