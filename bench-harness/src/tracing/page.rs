@@ -65,38 +65,31 @@ fn words() -> String {
     )
 }
 
+/// In a line a model: how many are named, and how many innocents.
 fn summary(models: &[Model]) -> String {
-    let all = |models: &[Model], f: &dyn Fn(&Traced) -> usize| -> usize {
-        models
-            .iter()
-            .flat_map(|m| m.traced.iter().chain(&m.charted).chain(&m.afterwards))
-            .map(f)
-            .sum()
-    };
-    let wrong = all(models, &|traced| {
-        if traced.layout == Layout::Rotated.name() {
-            traced.wrong
-        } else {
-            0
-        }
+    let lines = models.iter().map(|model| {
+        let ours = || model.traced.iter().filter(|t| t.layout == Layout::Rotated.name());
+        let least = |colluders: usize, is: &dyn Fn(&Traced) -> bool| {
+            let cells = ours().filter(|t| t.colluders == colluders && is(t));
+            cells.map(|t| t.named).min().unwrap_or(0)
+        };
+        let in_files = |t: &Traced| t.domain == Domain::Coordinates.name();
+        let wrong: usize = ours().chain(&model.afterwards).map(|t| t.wrong).sum();
+        let codes: usize = model.leaks.iter().map(|leak| leak.codes).sum();
+        let false_names: usize = model.leaks.iter().map(|leak| leak.wrong).sum();
+        format!(
+            "- **{}**, {} chips. Under each rule, of three colluders at least {} are named where they mix what their files have and {} where they mix harmonics; of eight {} and {}; of twenty who average {}. \
+             Innocents that were named: {wrong} by all mixtures, {false_names} of {codes} fresh codes.\n",
+            model.name,
+            model.chips,
+            least(3, &in_files),
+            least(3, &|t| !in_files(t)),
+            least(8, &in_files),
+            least(8, &|t| !in_files(t)),
+            least(20, &|t| t.attack == Rule::Average.name()),
+        )
     });
-    let least = |colluders: usize, is: &dyn Fn(&Traced) -> bool| {
-        let cells = models.iter().flat_map(|m| &m.traced);
-        let cells = cells.filter(|t| t.layout == Layout::Rotated.name() && t.colluders == colluders && is(t));
-        cells.map(|t| t.named).min().unwrap_or(0)
-    };
-    let codes: usize = models.iter().flat_map(|m| &m.leaks).map(|leak| leak.codes).sum();
-    let false_names: usize = models.iter().flat_map(|m| &m.leaks).map(|leak| leak.wrong).sum();
-    let in_files = Domain::Coordinates.name();
-    let average = Rule::Average.name();
-    format!(
-        "Of three colluders under each rule at least {} are named where they mix what their files have, {} where they mix harmonics; of eight at least {} and {}; of twenty who average at least {}. Innocents that were named: {wrong} by all mixtures, {false_names} of {codes} fresh codes.\n",
-        least(3, &|t| t.domain == in_files),
-        least(3, &|t| t.domain != in_files),
-        least(8, &|t| t.domain == in_files),
-        least(8, &|t| t.domain != in_files),
-        least(20, &|t| t.attack == average),
-    )
+    lines.collect()
 }
 
 fn attacks(model: &Model, domain: Domain) -> Table {
