@@ -20,7 +20,7 @@ use super::{
 };
 use crate::results;
 
-const PLAIN: &str = "#c0504d";
+const PLAIN: &str = "#3f9142";
 
 /// Writes the page, its chart and its CSV file. `code`: the digest of what the figures depend on.
 pub(super) fn write(models: &[Model], python: &Python, code: &str) -> Result<()> {
@@ -29,7 +29,7 @@ pub(super) fn write(models: &[Model], python: &Python, code: &str) -> Result<()>
     results::write(&results.join("tracing.svg"), chart(models))?;
     let mut sections = vec![words()];
     sections.push(summary(models));
-    sections.push("![T of colluders who average their copies](tracing.svg)\n".into());
+    sections.push("![T of colluders who average their copies](tracing.svg)\n\nThe mean T of those who average. Dashes are what theory says where there is no noise.\n".into());
     for model in models {
         sections.push(format!(
             "## {}\n\n{} chips; a copy is {:.3} % of the diagonal off (RMS). Reading a suspect took {:.1} s, asking 10 000 copies {:.2} s.\n",
@@ -245,7 +245,8 @@ fn chart(models: &[Model]) -> String {
             panel.curve(of.map(|t| (across(t.colluders as f64), up(mean(t)))), colour);
             panel.legend(0.6, row, layout.name(), colour);
             let theory = |c: f64| match layout {
-                Layout::Rotated => (chips / (chips / CODE_BITS + c - 1.0)).sqrt(),
+                // A codeword has as many bits as the power of two below its chips.
+                Layout::Rotated => (chips / (chips / chips.log2().floor().exp2() + c - 1.0)).sqrt(),
                 Layout::Plain => (chips / c).sqrt(),
                 Layout::Tardos => std::f64::consts::FRAC_2_PI * chips.sqrt() / c,
             };
@@ -259,9 +260,6 @@ fn chart(models: &[Model]) -> String {
     }
     svg_page(70.0 + 400.0 * models.len() as f64, 380.0, &drawn)
 }
-
-/// Of a codeword with so many chips.
-const CODE_BITS: f64 = 2048.0;
 
 /// What two rules make of a model, beside the original.
 pub(super) fn picture(mesh: &TriMesh) -> Result<()> {
