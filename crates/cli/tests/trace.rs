@@ -131,6 +131,15 @@ fn what_can_t_be_asked_is_said_with_its_remedy() {
         &format!("trace model.ply {TRACE} --report model.ply"),
         &["model.ply"],
     );
+    let certificate = "copies/order-3/model.ply.cert.json";
+    refused(
+        &format!("trace model.ply {TRACE} --report {certificate} --force"),
+        &["is a certificate"],
+    );
+    refused(
+        &format!("trace model.ply {TRACE} --time-limit 0.000001"),
+        &["--time-limit"],
+    );
     // One that can't be read is said, and the others are asked for.
     fs::write(copies.join("order-3/model.ply.cert.json"), "{").unwrap();
     folder.write_mesh("found.ply", &copy(&folder, "order-4"), Precision::Double);

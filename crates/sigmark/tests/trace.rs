@@ -218,6 +218,10 @@ fn certificates_that_were_edited_name_nobody() {
     let trace = tracer.trace(&shop.copies[1], &job).unwrap();
     assert!(!trace.is_found());
     assert_eq!(trace.unsigned, [1]);
+    // Beside the true one it shields nobody, whichever comes first.
+    tracer.add(&reader.read(&text).unwrap()).unwrap();
+    let trace = tracer.trace(&shop.copies[1], &job).unwrap();
+    assert_eq!((named(&trace), trace.candidates), (vec![2], 2));
 }
 
 #[test]

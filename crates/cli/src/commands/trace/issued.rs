@@ -44,14 +44,14 @@ pub(crate) struct Copies {
 }
 
 impl Copies {
-    /// Reads all certificates in some folders, or of some names, for an original; without a key by that of the first.
+    /// Reads certificates, which lie where some paths were named, for an original; without a key by that of the first.
     pub(crate) fn read(
         original: &mesh::TriMesh,
         key: Option<PublicKey>,
         named: &[PathBuf],
+        paths: &[PathBuf],
         job: &Job,
     ) -> Result<Self> {
-        let paths = listed(named)?;
         let reader = CertificateReader::new();
         let mut all = Collected {
             original,
@@ -163,7 +163,7 @@ impl Collected<'_> {
 }
 
 /// The files that were named, and in the order of their names those in folders that were and that are named as certificates are.
-fn listed(named: &[PathBuf]) -> Result<Vec<PathBuf>> {
+pub(super) fn listed(named: &[PathBuf]) -> Result<Vec<PathBuf>> {
     let mut paths = Vec::new();
     for path in named {
         if !path.is_dir() {

@@ -55,7 +55,17 @@ pub(crate) fn run(arguments: &args::Trace) -> Result<Answer> {
         let progress = Arc::new(begun());
         let job = progress.job(arguments.common.threads());
         let key = key.map(|(key, _)| key);
-        Copies::read(original.mesh(), key, &arguments.certificates, &job)?
+        let paths = issued::listed(&arguments.certificates)?;
+        if let Some(report) = &arguments.report {
+            for path in &paths {
+                files::check_apart(report, path, "a certificate")?;
+            }
+        }
+        let read = Copies::read(original.mesh(), key, &arguments.certificates, &paths, &job);
+        read.map_err(|error| match job.is_cancelled() {
+            true => arguments.time_limit.exceeded(),
+            false => error,
+        })?
     };
     let inquiry = Inquiry {
         arguments,
@@ -103,9 +113,6 @@ fn check_report(arguments: &args::Trace) -> Result<()> {
     if let Some(key) = &arguments.public_key {
         files::check_apart(path, key, "the public key")?;
     }
-    for certificate in &arguments.certificates {
-        files::check_apart(path, certificate, "a certificate")?;
-    }
     files::check_free(path, arguments.force)
 }
 
@@ -125,7 +132,11 @@ impl Inquiry<'_> {
         let trace = traced.map_err(|error| self.blame(error, path))?;
         if let Some(page) = page {
             progress.begin("report", "drawing");
-            page.judged(path, self.original, &suspect, &trace, &self.copies, &job)?;
+            let judged = page.judged(path, self.original, &suspect, &trace, &self.copies, &job);
+            judged.map_err(|error| match job.is_cancelled() {
+                true => self.arguments.time_limit.exceeded(),
+                false => error,
+            })?;
         }
         let seconds = progress.finish();
         let mut object = self.described(&trace);

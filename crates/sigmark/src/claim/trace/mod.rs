@@ -2,9 +2,9 @@
 //!
 //! All copies have one layout, and each its own statement h: its own bits, through its own rotation. What the suspect says of the coefficients is read once, whatever marks may be in it. A mark that has
 //! nothing to do with it agrees by a sum of fair coins, whatever was done to the copies that it was made of: its bits were added to a stream of h, which nobody could know who had not the original.
-//! So p of each is exact, times the number of all that are asked for.
+//! So p of each is an upper bound, times the number of all that are asked for.
 //!
-//! Where several gave their copies together, the mark that is there most surely is taken out, and the others are asked for once more: in round k, that of the one found before. Who is innocent is not in what is taken out,
+//! Where several gave their copies together, the mark that is there most surely is taken out, and the others are asked for once more. Who is innocent is not in what is taken out,
 //! so that his chance stays what it is.
 //!
 //! ```
@@ -170,7 +170,7 @@ impl Tracer {
         self
     }
 
-    /// Adds one who has a copy, and returns his number, from 0. Who is added twice is asked for once, under his first number.
+    /// Adds one who has a copy, and returns his number, from 0. Who is added twice is asked for once, under the first number that the key signed: an edited certificate shields nobody.
     ///
     /// # Errors
     /// [`SigmarkError::AnotherKey`], [`SigmarkError::AnotherOriginal`] where the certificate is of another claim; [`SigmarkError::PaperProfile`], since marks of the paper's profile tell no copies apart;
@@ -352,7 +352,13 @@ impl Tracer {
         let mut numbers: Vec<usize> = (0..self.candidates.len()).collect();
         let hash = |&i: &usize| self.candidates[i].pattern.hash;
         numbers.sort_by_key(|i| (hash(i), *i));
-        numbers.dedup_by_key(|i| hash(i));
+        numbers.dedup_by(|later, kept| {
+            let is_same = hash(later) == hash(kept);
+            if is_same && !self.is_signed(*kept) && self.is_signed(*later) {
+                *kept = *later;
+            }
+            is_same
+        });
         numbers.sort_unstable();
         let decoys = self.decoys.map_or(0, |decoys| decoys.count);
         numbers.extend((0..decoys).map(|i| self.candidates.len() + i));
