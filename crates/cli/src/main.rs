@@ -17,6 +17,7 @@ mod progress;
 mod report;
 mod report_page;
 mod stamps;
+mod suspects;
 mod usage;
 
 use std::process::ExitCode;

@@ -54,6 +54,13 @@ fn a_leaked_copy_is_named_and_said_with_its_certificate() {
     assert!(!run.out.contains("order-6"), "{}", run.out);
     let page = folder.text("report.html");
     assert!(page.contains("order-7") && page.contains("One copy named") && !page.contains("order-6"));
+    for line in [
+        "  copies/order-7/model.ply.cert.json\n",
+        "  found.obj\n",
+        "sigmark trace found.obj \\\n    --original model.ply \\\n    --certificates copies",
+    ] {
+        assert!(page.contains(line), "{line} is not in the page");
+    }
     let report = folder.done(&format!("trace found.obj {TRACE} --json")).json();
     assert_eq!(named(&report), ["order-7"]);
     assert_eq!(

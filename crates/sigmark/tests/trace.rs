@@ -5,8 +5,9 @@
 use std::sync::Arc;
 
 use job::Job;
-use mesh::{TriMesh, shapes};
+use mesh::{Similarity, TriMesh, components, shapes};
 use rand_chacha::{ChaCha20Rng, rand_core::SeedableRng};
+use registration::MatchedBy;
 use sigmark::{
     Certificate, Curve, Embedder, SigningKey,
     claim::{CertificateReader, Trace, Tracer},
@@ -132,6 +133,41 @@ fn who_gave_copies_together_are_named_one_after_the_other() {
         .unwrap();
     assert!(named(&trace).len() >= 5, "{:?}", trace.accused);
     assert!(named(&trace).iter().all(|&c| c < 12));
+}
+
+/// A model of parts is taken apart, and each part goes another way; two parts are alike.
+#[test]
+fn parts_that_were_moved_alone_name_the_buyer() {
+    let wheel = shapes::bumpy_torus(60, 30, 2);
+    let scene = shapes::disjoint_union(&[
+        shapes::bumpy_sphere(4, 1),
+        shapes::translated(&wheel, [6.0, 0.0, 0.0]),
+        shapes::translated(&wheel, [6.0, 8.0, 0.0]),
+    ]);
+    let shop = Shop::new(&scene, BUYERS);
+    let taken_apart = |mesh: &TriMesh| {
+        let of_vertex = components(mesh).of_vertex;
+        let moved = |(v, position): (usize, &[f64; 3])| {
+            let part = f64::from(of_vertex[v]);
+            let turn = Similarity::from_quaternion([1.0, 0.3 * part, -0.4, 0.2]);
+            turn.apply([position[0] + 20.0 * part, position[1], position[2]])
+        };
+        let positions = mesh.positions().iter().enumerate().map(moved).collect();
+        shapes::shuffled(&mesh.with_positions(positions).unwrap(), 5)
+    };
+    let tracer = shop.tracer();
+    let trace = tracer
+        .trace(taken_apart(&shop.copies[9]), &Job::default())
+        .unwrap();
+    assert_eq!(named(&trace), [9]);
+    assert_eq!(trace.matched_by, MatchedBy::Parts);
+    assert!(
+        trace.accused[0].p_value < 1e-30 && trace.overlap > 0.9,
+        "{trace:?}"
+    );
+    assert!(trace.poses >= 2, "the wheels may have changed places: {trace:?}");
+    let trace = tracer.trace(taken_apart(&scene), &Job::default()).unwrap();
+    assert!(!trace.is_found(), "{trace:?}");
 }
 
 #[test]

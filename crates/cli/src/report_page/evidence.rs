@@ -19,18 +19,13 @@ impl Page<'_> {
     /// Every file by its bytes.
     pub(super) fn compared(&self) -> Html {
         let claim = self.claim;
-        let suspects = self.suspects.iter();
-        let mut rows: Vec<Vec<Html>> = suspects.flat_map(|mesh| rows("Suspect", mesh)).collect();
-        rows.extend(self::rows("Original", &self.original));
-        rows.push(row("Certificate", &claim.certificate_file));
-        rows.extend(claim.key_file.iter().map(|file| row("Public key", file)));
-        let heads = ["Role", "File", "SHA-256 of its bytes"];
-        let note = "The time below a file\u{2019}s name is when it was last changed, as this computer\u{2019}s file system says; \
-             it proves nothing.";
-        Html::markup("What was compared")
-            .within("h2", None)
-            .and(table("files", &heads, rows))
-            .and(Html::markup(note).within("p", Some("note")))
+        let certificates = std::slice::from_ref(&claim.certificate_file);
+        compared(
+            &self.suspects,
+            &self.original,
+            certificates,
+            claim.key_file.as_ref(),
+        )
     }
 
     /// Who says what of which original.
@@ -142,36 +137,8 @@ impl Page<'_> {
             .flat_map(ReadMesh::files)
             .chain([&claim.certificate_file])
             .chain(&claim.key_file);
-        let sums = format!("sha256sum -c <<'FILES'\n{}FILES", repeat::checksums(files));
         let suspects: Vec<&Path> = self.suspects.iter().map(|mesh| &*mesh.file.path).collect();
-        let command = repeat::command(self.arguments, claim, &suspects);
-        let version = format!(
-            "sigmark --version        # this page was made by sigmark {}",
-            env!("CARGO_PKG_VERSION")
-        );
-        let pre = |text: String| Html::text(text).within("pre", None);
-        let step = |text: &'static str, command: Html| Html::markup(text).and(command).within("li", None);
-        let steps: Html = [
-            step("The same program:", pre(version)),
-            step(
-                "The same files (on a Mac, <code>shasum -a 256 -c</code>):",
-                pre(sums),
-            ),
-            step("The same question:", pre(command)),
-        ]
-        .into_iter()
-        .collect();
-        Html::markup("How to repeat this")
-            .within("h2", None)
-            .and(
-                Html::markup("In the folder in which it was done, or with other paths to the same files:")
-                    .within("p", None),
-            )
-            .and(steps.within("ol", None))
-            .and(
-                Html::markup("The answer and all numbers come out the same, on any number of processors.")
-                    .within("p", Some("note")),
-            )
+        repeat::steps(files, repeat::verify(self.arguments, claim, &suspects))
     }
 
     /// What a reader might take it for, and it is not.
@@ -191,6 +158,26 @@ impl Page<'_> {
             .within("h2", None)
             .and(items.within("ul", None))
     }
+}
+
+/// Every file by its bytes.
+pub(super) fn compared(
+    suspects: &[ReadMesh],
+    original: &ReadMesh,
+    certificates: &[ReadFile],
+    key: Option<&ReadFile>,
+) -> Html {
+    let mut rows: Vec<Vec<Html>> = suspects.iter().flat_map(|mesh| rows("Suspect", mesh)).collect();
+    rows.extend(self::rows("Original", original));
+    rows.extend(certificates.iter().map(|file| row("Certificate", file)));
+    rows.extend(key.map(|file| row("Public key", file)));
+    let heads = ["Role", "File", "SHA-256 of its bytes"];
+    let note = "The time below a file\u{2019}s name is when it was last changed, as this computer\u{2019}s file system says; \
+         it proves nothing.";
+    Html::markup("What was compared")
+        .within("h2", None)
+        .and(table("files", &heads, rows))
+        .and(Html::markup(note).within("p", Some("note")))
 }
 
 /// A mesh in the table of what was compared, and below it the files that belong to it.

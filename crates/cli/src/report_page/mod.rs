@@ -24,6 +24,7 @@ use crate::{
     args::Verify,
     claims::{Claim, ReadMesh},
     stamps::Stamps,
+    suspects::ReportPage,
 };
 use html::{Html, table};
 
@@ -80,17 +81,6 @@ impl<'a> Page<'a> {
         Ok(())
     }
 
-    /// A suspect could not be judged.
-    pub(crate) fn failed(&mut self, path: &Path, error: &str) {
-        let word = "Not judged";
-        let what = Html::markup("This file could not be judged, so nothing is said of it: ");
-        let body = Html::markup(word)
-            .within("strong", None)
-            .and(what.and(Html::foreign(error)).within("p", None))
-            .within("div", Some("verdict weak"));
-        self.add(path, word, Default::default(), body);
-    }
-
     /// A section, and a line in the table of all.
     fn add(&mut self, path: &Path, word: &'static str, [owner, stranger]: [Html; 2], body: Html) {
         let path = path.display().to_string();
@@ -101,26 +91,6 @@ impl<'a> Page<'a> {
         let section = name.named("h2", number).and(body);
         self.sections.push(section.within("section", Some("suspect")));
         self.names.push(path);
-    }
-
-    /// The file.
-    pub(crate) fn html(&self) -> String {
-        let mut body = self.header();
-        self.sections.iter().for_each(|section| body.push(section));
-        for part in [
-            self.compared(),
-            self.claimed(),
-            self.checked(),
-            self.again(),
-            self.limits(),
-        ] {
-            body.push(&part.within("section", None));
-        }
-        let title = match self.names.as_slice() {
-            [name] => format!("Signature report: {name}"),
-            names => format!("Signature report on {} models", names.len()),
-        };
-        html::document(&Html::text(title), STYLE, &body.within("main", None))
     }
 
     fn header(&self) -> Html {
@@ -140,5 +110,31 @@ impl<'a> Page<'a> {
             header.push(&table("overview", &heads, self.overview.clone()));
         }
         header.within("header", None)
+    }
+}
+
+impl ReportPage for Page<'_> {
+    fn failed(&mut self, path: &Path, error: &str) {
+        let body = section::not_judged(error);
+        self.add(path, section::NOT_JUDGED, Default::default(), body);
+    }
+
+    fn html(&self) -> String {
+        let mut body = self.header();
+        self.sections.iter().for_each(|section| body.push(section));
+        for part in [
+            self.compared(),
+            self.claimed(),
+            self.checked(),
+            self.again(),
+            self.limits(),
+        ] {
+            body.push(&part.within("section", None));
+        }
+        let title = match self.names.as_slice() {
+            [name] => format!("Signature report: {name}"),
+            names => format!("Signature report on {} models", names.len()),
+        };
+        html::document(&Html::text(title), STYLE, &body.within("main", None))
     }
 }

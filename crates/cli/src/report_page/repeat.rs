@@ -1,14 +1,43 @@
 //! How somebody else comes to the same answer: commands to be typed.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use super::html::Html;
 use crate::{
-    args::{Profile, Verify},
+    args::{Profile, Trace, Verify},
     claims::{Claim, ReadFile},
 };
 
+/// How somebody else repeats a command on these files.
+pub(super) fn steps<'a>(files: impl IntoIterator<Item = &'a ReadFile>, command: String) -> Html {
+    let sums = format!("sha256sum -c <<'FILES'\n{}FILES", checksums(files));
+    let version = format!(
+        "sigmark --version        # this page was made by sigmark {}",
+        env!("CARGO_PKG_VERSION")
+    );
+    let pre = |text: String| Html::text(text).within("pre", None);
+    let step = |text: &'static str, command: Html| Html::markup(text).and(command).within("li", None);
+    let steps: Html = [
+        step("The same program:", pre(version)),
+        step(
+            "The same files (on a Mac, <code>shasum -a 256 -c</code>):",
+            pre(sums),
+        ),
+        step("The same question:", pre(command)),
+    ]
+    .into_iter()
+    .collect();
+    let place = "In the folder in which it was done, or with other paths to the same files:";
+    let note = "The answer and all numbers come out the same, on any number of processors.";
+    Html::markup("How to repeat this")
+        .within("h2", None)
+        .and(Html::markup(place).within("p", None))
+        .and(steps.within("ol", None))
+        .and(Html::markup(note).within("p", Some("note")))
+}
+
 /// The lines that `sha256sum -c` reads.
-pub(super) fn checksums<'a>(files: impl IntoIterator<Item = &'a ReadFile>) -> String {
+fn checksums<'a>(files: impl IntoIterator<Item = &'a ReadFile>) -> String {
     files.into_iter().map(|file| checksum(file) + "\n").collect()
 }
 
@@ -28,16 +57,12 @@ pub(super) fn hex(bytes: &[u8]) -> String {
 }
 
 /// The command that was given, with every file by its name.
-pub(super) fn command(arguments: &Verify, claim: &Claim, suspects: &[&Path]) -> String {
-    let mut words = vec!["sigmark".into(), "verify".into()];
-    words.extend(suspects.iter().map(|path| quoted(path)));
-    let mut option = |name: &str, path: Option<&Path>| {
-        words.extend(path.map(|path| format!("\\\n    {name} {}", quoted(path))));
-    };
-    option("--certificate", Some(&arguments.certificate));
-    option("--original", Some(&claim.original_path));
-    option("--public-key", arguments.public_key.as_deref());
-    option("--stamp-roots", arguments.stamp_roots.as_deref());
+pub(super) fn verify(arguments: &Verify, claim: &Claim, suspects: &[&Path]) -> String {
+    let mut words = begun("verify", suspects);
+    words.extend(option("--certificate", [&arguments.certificate]));
+    words.extend(option("--original", [&claim.original_path]));
+    words.extend(option("--public-key", &arguments.public_key));
+    words.extend(option("--stamp-roots", &arguments.stamp_roots));
     if arguments.dispute {
         words.push("--dispute".into());
     }
@@ -48,6 +73,32 @@ pub(super) fn command(arguments: &Verify, claim: &Claim, suspects: &[&Path]) -> 
         words.push(format!("--p-bound {:e}", arguments.p_bound));
     }
     words.join(" ")
+}
+
+/// The command that was given, likewise.
+pub(super) fn trace(arguments: &Trace, suspects: &[&Path]) -> String {
+    let mut words = begun("trace", suspects);
+    words.extend(option("--original", [&arguments.original]));
+    words.extend(option("--certificates", &arguments.certificates));
+    words.extend(option("--public-key", &arguments.public_key));
+    if arguments.p_bound != 1e-5 {
+        words.push(format!("--p-bound {:e}", arguments.p_bound));
+    }
+    words.join(" ")
+}
+
+fn begun(command: &str, suspects: &[&Path]) -> Vec<String> {
+    let words = ["sigmark".into(), command.into()];
+    words
+        .into_iter()
+        .chain(suspects.iter().map(|path| quoted(path)))
+        .collect()
+}
+
+/// An option with its paths, in a line of its own; none without.
+fn option<'a>(name: &str, paths: impl IntoIterator<Item = &'a PathBuf>) -> Option<String> {
+    let paths: Vec<String> = paths.into_iter().map(|path| quoted(path)).collect();
+    (!paths.is_empty()).then(|| format!("\\\n    {name} {}", paths.join(" ")))
 }
 
 /// A path as one word of a shell, which is no option.

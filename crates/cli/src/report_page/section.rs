@@ -17,6 +17,18 @@ pub(super) fn section(verdict: &Verdict, arguments: &Verify, claim: &Claim, pict
         .and(measured(verdict, claim))
 }
 
+/// The answer on a suspect that could not be judged.
+pub(super) const NOT_JUDGED: &str = "Not judged";
+
+/// Why it could not.
+pub(super) fn not_judged(error: &str) -> Html {
+    let what = Html::markup("This file could not be judged, so nothing is said of it: ");
+    Html::markup(NOT_JUDGED)
+        .within("strong", None)
+        .and(what.and(Html::foreign(error)).within("p", None))
+        .within("div", Some("verdict weak"))
+}
+
 /// A bound, as tables have it.
 pub(super) fn at_most(p: f64) -> Html {
     Html::markup("\u{2264}\u{a0}").and(words::probability(p))

@@ -4,70 +4,81 @@ use std::{path::Path, time::SystemTime};
 
 use anyhow::Result;
 use job::Job;
+use mesh::TriMesh;
 use mesh_io::Asset;
 use sigmark::claim::Trace;
 
 use super::{
-    STYLE, date,
+    STYLE, date, evidence,
     html::{self, Facts, Html, table},
-    pictures,
-    section::{at_most, gallery},
+    pictures, repeat,
+    section::{at_most, gallery, not_judged},
 };
 use crate::{
     args,
+    claims::{ReadFile, ReadMesh},
     commands::{
         trace::{Copies, accused, named},
         verify::remark,
     },
+    files::{self, Text},
     report,
+    suspects::ReportPage,
 };
 
 /// A page that grows by a section a suspect.
 pub(crate) struct TracePage<'a> {
     arguments: &'a args::Trace,
+    mesh: &'a TriMesh,
+    copies: &'a Copies,
     made: SystemTime,
+    original: ReadMesh,
+    suspects: Vec<ReadMesh>,
+    /// Certificates of copies that were named.
+    certificates: Vec<ReadFile>,
     names: Vec<String>,
     sections: Vec<Html>,
 }
 
 impl<'a> TracePage<'a> {
     /// A page that was begun at a time.
-    pub(crate) fn new(arguments: &'a args::Trace, made: SystemTime) -> Self {
+    pub(crate) fn new(
+        arguments: &'a args::Trace,
+        original: &'a Asset,
+        copies: &'a Copies,
+        made: SystemTime,
+    ) -> Self {
         Self {
             arguments,
+            mesh: original.mesh(),
+            copies,
             made,
+            original: ReadMesh::of(&arguments.original, original),
+            suspects: Vec::new(),
+            certificates: Vec::new(),
             names: Vec::new(),
             sections: Vec::new(),
         }
     }
 
     /// A suspect was judged.
-    pub(crate) fn judged(
-        &mut self,
-        path: &Path,
-        original: &Asset,
-        suspect: &Asset,
-        trace: &Trace,
-        copies: &Copies,
-        job: &Job,
-    ) -> Result<()> {
-        let pictures = pictures::draw(original.mesh(), suspect.mesh(), trace.transform.as_ref(), job)?;
+    pub(crate) fn judged(&mut self, path: &Path, suspect: &Asset, trace: &Trace, job: &Job) -> Result<()> {
+        let copies = self.copies;
+        for (_, copy) in accused(trace, copies) {
+            if self.certificates.iter().all(|file| file.path != copy.certificate) {
+                let text = files::read_text(&copy.certificate, Text::Certificate)?;
+                self.certificates
+                    .push(ReadFile::of(&copy.certificate, text.as_bytes()));
+            }
+        }
+        let pictures = pictures::draw(self.mesh, suspect.mesh(), trace.transform.as_ref(), job)?;
         let body = answer(trace)
             .and(accusations(trace, copies))
             .and(gallery(&pictures))
             .and(measured(trace, copies));
         self.add(path, body);
+        self.suspects.push(ReadMesh::of(path, suspect));
         Ok(())
-    }
-
-    /// A suspect could not be judged.
-    pub(crate) fn failed(&mut self, path: &Path, error: &str) {
-        let what = Html::markup("This file could not be judged, so nothing is said of it: ");
-        let body = Html::markup("Not judged")
-            .within("strong", None)
-            .and(what.and(Html::foreign(error)).within("p", None))
-            .within("div", Some("verdict weak"));
-        self.add(path, body);
     }
 
     fn add(&mut self, path: &Path, body: Html) {
@@ -79,17 +90,17 @@ impl<'a> TracePage<'a> {
         self.names.push(path);
     }
 
-    /// The file.
-    pub(crate) fn html(&self) -> String {
-        let mut body = self.header();
-        self.sections.iter().for_each(|section| body.push(section));
-        body.push(&meaning().within("section", None));
-        body.push(&limits().within("section", None));
-        let title = match self.names.as_slice() {
-            [name] => format!("Whose copy: {name}"),
-            names => format!("Whose copies: {} models", names.len()),
-        };
-        html::document(&Html::text(title), STYLE, &body.within("main", None))
+    /// How to come to the same answer.
+    fn again(&self) -> Html {
+        let files = self
+            .suspects
+            .iter()
+            .chain([&self.original])
+            .flat_map(ReadMesh::files)
+            .chain(&self.certificates)
+            .chain(&self.copies.key_file);
+        let suspects: Vec<&Path> = self.suspects.iter().map(|mesh| &*mesh.file.path).collect();
+        repeat::steps(files, repeat::trace(self.arguments, &suspects))
     }
 
     fn header(&self) -> Html {
@@ -103,6 +114,27 @@ impl<'a> TracePage<'a> {
         header.push(&question.within("p", Some("question")));
         header.push(&Html::text(made).within("p", Some("made")));
         header.within("header", None)
+    }
+}
+
+impl ReportPage for TracePage<'_> {
+    fn failed(&mut self, path: &Path, error: &str) {
+        self.add(path, not_judged(error));
+    }
+
+    fn html(&self) -> String {
+        let mut body = self.header();
+        self.sections.iter().for_each(|section| body.push(section));
+        let key = self.copies.key_file.as_ref();
+        let compared = evidence::compared(&self.suspects, &self.original, &self.certificates, key);
+        for part in [meaning(), compared, self.again(), limits()] {
+            body.push(&part.within("section", None));
+        }
+        let title = match self.names.as_slice() {
+            [name] => format!("Whose copy: {name}"),
+            names => format!("Whose copies: {} models", names.len()),
+        };
+        html::document(&Html::text(title), STYLE, &body.within("main", None))
     }
 }
 

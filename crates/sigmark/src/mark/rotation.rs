@@ -37,26 +37,21 @@ impl Rotation {
             .iter()
             .for_each(|useful| starts.push(starts[starts.len() - 1] + 3 * useful));
         let chips = starts[starts.len() - 1];
-        let stream = stream(key, (2 * chips).div_ceil(8));
-        let mut rotation = Self {
+        let drawn = signs(key, 2 * chips);
+        let of_round = |drawn: &[f64]| {
+            let mut signs = Vec::with_capacity(chips);
+            for (&useful, &start) in useful.iter().zip(&starts) {
+                let drawn = &drawn[start..start + 3 * useful];
+                (0..3).for_each(|axis| signs.extend(drawn.chunks_exact(3).map(|chip| chip[axis])));
+            }
+            signs
+        };
+        let signs = [of_round(&drawn[..chips]), of_round(&drawn[chips..])];
+        Self {
             useful,
             starts,
-            signs: [vec![1.0; chips], vec![1.0; chips]],
-        };
-        for (round, signs) in rotation.signs.iter_mut().enumerate() {
-            for (patch, &useful) in rotation.useful.iter().enumerate() {
-                let start = rotation.starts[patch];
-                let runs = &mut signs[start..start + 3 * useful];
-                for frequency in 0..useful {
-                    for axis in 0..3 {
-                        let q = round * chips + start + 3 * frequency + axis;
-                        let bit = stream[q / 8] >> (7 - q % 8) & 1;
-                        runs[axis * useful + frequency] = 1.0 - 2.0 * f64::from(bit);
-                    }
-                }
-            }
+            signs,
         }
-        rotation
     }
 
     /// How many chips there are in all patches.
@@ -112,20 +107,35 @@ fn in_run(place: usize, useful: usize) -> usize {
     3 * (place % useful) + place / useful
 }
 
-/// So many bytes that follow from a key.
-fn stream(key: &[u8; 32], bytes: usize) -> Vec<u8> {
-    let mut stream = Vec::with_capacity(bytes + 32);
+/// So many signs, or a few more, that follow from a key.
+fn signs(key: &[u8; 32], count: usize) -> Vec<f64> {
+    let mut signs = Vec::with_capacity(count + 256);
     for i in 0_u64.. {
-        if stream.len() >= bytes {
+        if signs.len() >= count {
             break;
         }
         let hash = Sha256::new_with_prefix(b"sigmark rotation v7\0")
             .chain_update(key)
             .chain_update(i.to_le_bytes());
-        stream.extend_from_slice(&hash.finalize());
+        for byte in hash.finalize() {
+            signs.extend_from_slice(&SIGNS[usize::from(byte)]);
+        }
     }
-    stream
+    signs
 }
+
+/// The signs that each byte stands for: a tracer draws millions.
+static SIGNS: [[f64; 8]; 256] = {
+    let mut signs = [[1.0; 8]; 256];
+    let mut i = 0;
+    while i < 8 * 256 {
+        if (i / 8) >> (7 - i % 8) & 1 == 1 {
+            signs[i / 8][i % 8] = -1.0;
+        }
+        i += 1;
+    }
+    signs
+};
 
 /// The rotation of one patch.
 #[derive(Clone, Debug)]
@@ -211,6 +221,15 @@ fn from_above(x: &mut [f64]) {
 
 /// The orthogonal Walsh–Hadamard transform of 2ⁿ numbers, which is its own inverse.
 fn hadamard(x: &mut [f64]) {
+    match x.as_chunks_mut::<{ Rotation::GROUP }>() {
+        // Of a known length it is made of vector instructions.
+        ([whole], []) => butterflies(whole),
+        _ => butterflies(x),
+    }
+}
+
+#[inline(always)]
+fn butterflies(x: &mut [f64]) {
     let mut half = 1;
     while half < x.len() {
         for pair in x.chunks_exact_mut(2 * half) {

@@ -13,6 +13,7 @@ use sigmark::{
 };
 
 use crate::{
+    claims::ReadFile,
     files::{self, Text},
     report,
 };
@@ -37,6 +38,8 @@ pub(crate) struct Copies {
     /// In the order of the tracer's numbers.
     pub(crate) copies: Vec<IssuedCopy>,
     pub(crate) key: PublicKey,
+    /// The key's file, where it was given.
+    pub(crate) key_file: Option<ReadFile>,
     /// Certificates of other originals or keys.
     pub(crate) passed_over: usize,
     /// What looks like a certificate and is none.
@@ -148,6 +151,7 @@ impl Collected<'_> {
                 tracer,
                 copies,
                 key,
+                key_file: None,
                 passed_over,
                 unreadable,
             }),

@@ -12,131 +12,77 @@ use sigmark::{SigmarkError, claim::Trace, mark::MarkError};
 use super::verify::remark;
 use crate::{
     Answer, args,
-    batch::{self, Found},
-    files::{self, Output},
-    interrupt, keys,
+    claims::ReadFile,
+    files, keys,
     progress::Progress,
-    report::{self, Lines},
+    report,
     report_page::TracePage,
+    suspects::{Inquiry, Session},
 };
 
 pub(crate) use issued::Copies;
 pub(crate) use words::{accused, named};
 
-/// How several suspects were answered.
-#[derive(Default)]
-struct Count {
-    found: usize,
-    failed: usize,
-}
-
 pub(crate) fn run(arguments: &args::Trace) -> Result<Answer> {
-    let begun = || {
-        let progress = Progress::within(arguments.time_limit.duration());
-        progress.begin("reading", "reading");
-        progress
-    };
-    // The first suspect's time begins with the certificates'.
-    let mut first = Some(begun());
-    check_report(arguments)?;
+    let report = arguments.report.as_ref();
+    let session = Session::begin(report, arguments.force, &arguments.time_limit, &arguments.common);
+    session.check_report(&[
+        (Some(&arguments.original), "the original"),
+        (arguments.public_key.as_ref(), "the public key"),
+    ])?;
     let original = files::open_mesh(&arguments.original)?;
-    let key = arguments
-        .public_key
-        .as_deref()
-        .map(keys::read_public)
-        .transpose()?;
-    let suspects = batch::meshes(&arguments.suspects, None)?;
-    if let Some(report) = &arguments.report {
-        for Found { path, .. } in &suspects {
-            files::check_apart(report, path, "a suspect")?;
-        }
-    }
-    let copies = {
-        let progress = Arc::new(begun());
-        let job = progress.job(arguments.common.threads());
-        let key = key.map(|(key, _)| key);
-        let paths = issued::listed(&arguments.certificates)?;
-        if let Some(report) = &arguments.report {
-            for path in &paths {
-                files::check_apart(report, path, "a certificate")?;
-            }
-        }
-        let read = Copies::read(original.mesh(), key, &arguments.certificates, &paths, &job);
-        read.map_err(|error| match job.is_cancelled() {
-            true => arguments.time_limit.exceeded(),
-            false => error,
-        })?
-    };
-    let inquiry = Inquiry {
+    session.check_apart_from(&arguments.original, "the original", &original)?;
+    let suspects = session.listed(&arguments.suspects)?;
+    let inquiry = Asking {
         arguments,
+        session: &session,
+        copies: copies(arguments, &session, &original)?,
         original: &original,
-        copies: Copies {
-            tracer: copies.tracer.p_bound(arguments.p_bound),
-            ..copies
-        },
     };
-    let mut page = arguments
-        .report
-        .as_ref()
-        .map(|_| TracePage::new(arguments, SystemTime::now()));
-    let mut count = Count::default();
-    for (i, Found { path, .. }) in suspects.iter().enumerate() {
-        let progress = first.take().unwrap_or_else(begun);
-        let progress = Arc::new(progress.numbered(i + 1, suspects.len()));
-        match inquiry.judge(path, &progress, page.as_mut()) {
-            Ok(found) => count.found += usize::from(found),
-            // The others may be what they may.
-            Err(error) if suspects.len() > 1 && !interrupt::is_asked_for() => {
-                count.failed += 1;
-                drop(progress);
-                report::failure(&error);
-                let error = report::in_one_line(&error);
-                if let Some(page) = &mut page {
-                    page.failed(path, &error);
-                }
-                if arguments.common.json {
-                    report::print(true, &json!({ "suspect": path, "error": error }), &Lines::new(""))?;
-                }
-            }
-            Err(error) => return Err(error),
-        }
-    }
-    conclude(arguments, &count, suspects.len(), page)
+    let page = arguments.report.as_ref().map(|_| inquiry.page());
+    session.judge(&&inquiry, &suspects, page, "Somebody named in")
 }
 
-/// A report can be written, and replaces nothing that was named to be read.
-fn check_report(arguments: &args::Trace) -> Result<()> {
-    let Some(path) = &arguments.report else {
-        return Ok(());
-    };
-    files::check_apart(path, &arguments.original, "the original")?;
-    if let Some(key) = &arguments.public_key {
-        files::check_apart(path, key, "the public key")?;
+/// The copies that are asked for.
+fn copies(arguments: &args::Trace, session: &Session<'_>, original: &Asset) -> Result<Copies> {
+    let paths = issued::listed(&arguments.certificates)?;
+    session.check_apart_from_all(&paths, "a certificate")?;
+    let (mut key, mut key_file) = (None, None);
+    if let Some(path) = &arguments.public_key {
+        let (read, pem) = keys::read_public(path)?;
+        (key, key_file) = (Some(read), Some(ReadFile::of(path, pem.as_bytes())));
     }
-    files::check_free(path, arguments.force)
+    let progress = Arc::new(Progress::within(arguments.time_limit.duration()));
+    progress.begin("certificates", "reading certificates");
+    let job = progress.job(arguments.common.threads());
+    let copies = Copies::read(original.mesh(), key, &arguments.certificates, &paths, &job);
+    let mut copies = session.within_limit(copies, &job)?;
+    copies.tracer = copies.tracer.p_bound(arguments.p_bound);
+    copies.key_file = key_file;
+    Ok(copies)
 }
 
-/// What is asked of every suspect.
-struct Inquiry<'a> {
+/// Certificates, by which it is asked of suspects whose they are.
+struct Asking<'a> {
     arguments: &'a args::Trace,
+    session: &'a Session<'a>,
     original: &'a Asset,
     copies: Copies,
 }
 
-impl Inquiry<'_> {
-    /// Judges a suspect and prints whose it is; tells whether anybody was named.
-    fn judge(&self, path: &Path, progress: &Arc<Progress>, page: Option<&mut TracePage<'_>>) -> Result<bool> {
+impl<'a> Inquiry for &'a Asking<'_> {
+    type Page = TracePage<'a>;
+
+    fn judge(&self, path: &Path, progress: &Arc<Progress>, page: Option<&mut TracePage<'a>>) -> Result<bool> {
         let suspect = files::open_mesh(path)?;
+        self.session.check_apart_from(path, "a suspect", &suspect)?;
         let job = progress.job(self.arguments.common.threads());
         let traced = self.copies.tracer.trace(&*suspect.scene()?, &job);
         let trace = traced.map_err(|error| self.blame(error, path))?;
         if let Some(page) = page {
             progress.begin("report", "drawing");
-            let judged = page.judged(path, self.original, &suspect, &trace, &self.copies, &job);
-            judged.map_err(|error| match job.is_cancelled() {
-                true => self.arguments.time_limit.exceeded(),
-                false => error,
-            })?;
+            self.session
+                .within_limit(page.judged(path, &suspect, &trace, &job), &job)?;
         }
         let seconds = progress.finish();
         let mut object = self.described(&trace);
@@ -145,6 +91,13 @@ impl Inquiry<'_> {
         let lines = words::summary(path, self.arguments, &trace, &self.copies, &seconds);
         report::print(self.arguments.common.json, &object, &lines)?;
         Ok(trace.is_found())
+    }
+}
+
+impl Asking<'_> {
+    /// A page that nobody was judged on yet.
+    fn page(&self) -> TracePage<'_> {
+        TracePage::new(self.arguments, self.original, &self.copies, SystemTime::now())
     }
 
     /// As `--json` prints it, but for the suspect and the time that it took.
@@ -191,31 +144,4 @@ impl Inquiry<'_> {
         };
         anyhow::Error::new(error).context(file.display().to_string())
     }
-}
-
-/// Writes the report, if there is one, and counts where there were several suspects.
-fn conclude(
-    arguments: &args::Trace,
-    count: &Count,
-    suspects: usize,
-    page: Option<TracePage<'_>>,
-) -> Result<Answer> {
-    let mut lines = (suspects > 1).then(|| words::total(count.found, count.failed, suspects));
-    if let (Some(path), Some(page)) = (&arguments.report, page) {
-        let html = page.html();
-        files::write_together(&[Output::public((path, html.as_bytes()))], arguments.force)?;
-        let written = format!("The report is in {}", path.display());
-        match &mut lines {
-            Some(lines) => lines.line(written),
-            None => lines = Some(Lines::new(written)),
-        }
-    }
-    if let Some(lines) = lines.filter(|_| !arguments.common.json) {
-        report::print(false, &Value::Null, &lines)?;
-    }
-    Ok(match count {
-        Count { failed: 1.., .. } => Answer::Failed,
-        Count { found: 1.., .. } => Answer::Yes,
-        _ => Answer::No,
-    })
 }

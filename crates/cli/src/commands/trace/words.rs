@@ -121,6 +121,7 @@ fn registered(trace: &Trace) -> String {
     let by = match trace.matched_by {
         MatchedBy::Connectivity => "by its vertices",
         MatchedBy::Surroundings => "by the vertices that are left",
+        MatchedBy::Parts => "part by part, each put back by itself",
         _ => "by its surface",
     };
     let poses = match trace.poses {
@@ -132,14 +133,4 @@ fn registered(trace: &Trace) -> String {
         100.0 * trace.overlap,
         100.0 * (1.0 - trace.missing)
     )
-}
-
-/// In how many of several suspects somebody was named.
-pub(super) fn total(found: usize, failed: usize, suspects: usize) -> Lines {
-    let failed = match failed {
-        0 => String::new(),
-        failed => format!("; {} could not be judged", report::grouped(failed)),
-    };
-    let (found, suspects) = (report::grouped(found), report::grouped(suspects));
-    Lines::new(format!("Somebody named in {found} of {suspects}{failed}"))
 }

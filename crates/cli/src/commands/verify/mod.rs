@@ -4,41 +4,33 @@ use std::{path::Path, sync::Arc, time::SystemTime};
 
 use anyhow::Result;
 use job::JobError;
-use mesh_io::Asset;
 use serde_json::{Map, Value, json};
 use sigmark::{Compared, GeometryDigest, SigmarkError, Verdict, Verifier, mark::MarkError};
 
 use crate::{
     Answer,
     args::{Profile, Verify},
-    batch::{self, Found},
+    batch::Found,
     claims::{Claim, ClaimFiles},
-    files::{self, Output},
-    interrupt,
+    files,
     progress::Progress,
-    report::{self, Lines},
+    report,
     report_page::Page,
     stamps::Stamps,
+    suspects::{Inquiry, Session},
 };
 
 pub(crate) use words::{found_parts, probability, remark};
 
-/// How several suspects were answered.
-#[derive(Default)]
-struct Count {
-    found: usize,
-    failed: usize,
-}
-
 pub(crate) fn run(arguments: &Verify) -> Result<Answer> {
-    check_report(arguments)?;
-    let begun = || {
-        let progress = Progress::within(arguments.time_limit.duration());
-        progress.begin("reading", "reading");
-        progress
-    };
-    // The first suspect's time begins with the claim's.
-    let mut first = Some(begun());
+    let report = arguments.report.as_ref();
+    let session = Session::begin(report, arguments.force, &arguments.time_limit, &arguments.common);
+    session.check_report(&[
+        (Some(&arguments.certificate), "the certificate"),
+        (arguments.original.as_ref(), "the original"),
+        (arguments.public_key.as_ref(), "the public key"),
+        (arguments.stamp_roots.as_ref(), "the list of root certificates"),
+    ])?;
     let files = ClaimFiles {
         certificate: arguments.certificate.clone(),
         original: arguments.original.clone(),
@@ -47,70 +39,31 @@ pub(crate) fn run(arguments: &Verify) -> Result<Answer> {
     let claim = files.read()?;
     let roots = arguments.stamp_roots.as_deref();
     let stamps = Stamps::of(&claim.certificate, &arguments.certificate, roots)?;
-    let suspects = batch::meshes(&arguments.suspects, None)?;
-    if let Some(report) = &arguments.report {
-        // What was looked for, or found in a folder.
-        files::check_apart(report, &claim.original_path, "the original")?;
-        check_companions(report, &claim.original_path, &claim.original)?;
-        for Found { path, .. } in &suspects {
-            files::check_apart(report, path, "a suspect")?;
-        }
-    }
-    let inquiry = Inquiry::new(arguments, claim, stamps, &suspects)?;
-    let mut page = arguments.report.as_ref().map(|_| inquiry.page());
-    let mut count = Count::default();
-    for (i, Found { path, .. }) in suspects.iter().enumerate() {
-        let progress = first.take().unwrap_or_else(begun);
-        let progress = Arc::new(progress.numbered(i + 1, suspects.len()));
-        match inquiry.judge(path, &progress, page.as_mut()) {
-            Ok(found) => count.found += usize::from(found),
-            // The others may be what they may.
-            Err(error) if suspects.len() > 1 && !interrupt::is_asked_for() => {
-                count.failed += 1;
-                drop(progress);
-                inquiry.failed(path, &error, page.as_mut())?;
-            }
-            Err(error) => return Err(error),
-        }
-    }
-    inquiry.conclude(&count, suspects.len(), page)
-}
-
-/// A report can be written, and replaces nothing that was named to be read.
-fn check_report(arguments: &Verify) -> Result<()> {
-    let Some(path) = &arguments.report else {
-        return Ok(());
-    };
-    let given = [
-        (Some(&arguments.certificate), "the certificate"),
-        (arguments.original.as_ref(), "the original"),
-        (arguments.public_key.as_ref(), "the public key"),
-        (arguments.stamp_roots.as_ref(), "the list of root certificates"),
-    ];
-    for (input, what) in given {
-        input.map_or(Ok(()), |input| files::check_apart(path, input, what))?;
-    }
-    files::check_free(path, arguments.force)
-}
-
-/// A report replaces no file that belongs to a mesh.
-fn check_companions(report: &Path, mesh: &Path, asset: &Asset) -> Result<()> {
-    let what = format!("a part of {}", mesh.display());
-    asset
-        .companions()
-        .try_for_each(|(name, _)| files::check_apart(report, &mesh.with_file_name(name), &what))
+    // What was looked for.
+    session.check_apart_from(&claim.original_path, "the original", &claim.original)?;
+    let suspects = session.listed(&arguments.suspects)?;
+    let inquiry = Judging::new(arguments, &session, claim, stamps, &suspects)?;
+    let page = arguments.report.as_ref().map(|_| inquiry.page());
+    session.judge(&&inquiry, &suspects, page, "Found in")
 }
 
 /// A claim, by which suspects are judged one after the other.
-struct Inquiry<'a> {
+struct Judging<'a> {
     arguments: &'a Verify,
+    session: &'a Session<'a>,
     claim: Claim,
     stamps: Stamps,
     verifier: Verifier,
 }
 
-impl<'a> Inquiry<'a> {
-    fn new(arguments: &'a Verify, claim: Claim, stamps: Stamps, suspects: &[Found]) -> Result<Self> {
+impl<'a> Judging<'a> {
+    fn new(
+        arguments: &'a Verify,
+        session: &'a Session<'a>,
+        claim: Claim,
+        stamps: Stamps,
+        suspects: &[Found],
+    ) -> Result<Self> {
         let verifier = claim.verifier_for_owner().map_err(|error| {
             let certificate = || arguments.certificate.clone();
             let first = suspects
@@ -124,6 +77,7 @@ impl<'a> Inquiry<'a> {
             .paper_profile(arguments.profile == Some(Profile::Paper));
         Ok(Self {
             arguments,
+            session,
             claim,
             stamps,
             verifier,
@@ -134,19 +88,21 @@ impl<'a> Inquiry<'a> {
     fn page(&self) -> Page<'_> {
         Page::new(self.arguments, &self.claim, &self.stamps, SystemTime::now())
     }
+}
 
-    /// Judges a suspect and prints the verdict; tells whether it is what was asked for.
-    fn judge(&self, path: &Path, progress: &Arc<Progress>, page: Option<&mut Page<'_>>) -> Result<bool> {
-        let Self {
+impl<'a> Inquiry for &'a Judging<'_> {
+    type Page = Page<'a>;
+
+    fn judge(&self, path: &Path, progress: &Arc<Progress>, page: Option<&mut Page<'a>>) -> Result<bool> {
+        let Judging {
             arguments,
+            session,
             claim,
             stamps,
             verifier,
         } = self;
         let suspect = files::open_mesh(path)?;
-        if let Some(report) = &arguments.report {
-            check_companions(report, path, &suspect)?;
-        }
+        session.check_apart_from(path, "a suspect", &suspect)?;
         let job = progress.job(arguments.common.threads());
         let verdict = verifier
             .verify(&*suspect.scene()?, &job)
@@ -154,10 +110,7 @@ impl<'a> Inquiry<'a> {
         if let Some(page) = page {
             progress.begin("report", "drawing");
             let judged = page.judged(path, &suspect, &verdict, &job);
-            judged.map_err(|error| match job.is_cancelled() {
-                true => arguments.time_limit.exceeded(),
-                false => error,
-            })?;
+            session.within_limit(judged, &job)?;
         }
         let seconds = progress.finish();
         let mut object = described(&verdict, claim);
@@ -167,44 +120,6 @@ impl<'a> Inquiry<'a> {
         let lines = words::summary(path, arguments, &verdict, claim, stamps, &seconds);
         report::print(arguments.common.json, &object.into(), &lines)?;
         Ok(is_answered_with_yes(arguments, &verdict))
-    }
-
-    /// Says of one of several suspects why it could not be judged.
-    fn failed(&self, path: &Path, error: &anyhow::Error, page: Option<&mut Page<'_>>) -> Result<()> {
-        report::failure(error);
-        let error = report::in_one_line(error);
-        if let Some(page) = page {
-            page.failed(path, &error);
-        }
-        match self.arguments.common.json {
-            true => report::print(true, &json!({ "suspect": path, "error": error }), &Lines::new("")),
-            false => Ok(()),
-        }
-    }
-
-    /// Writes the report, if there is one, and counts where there were several suspects.
-    fn conclude(&self, count: &Count, suspects: usize, page: Option<Page<'_>>) -> Result<Answer> {
-        let mut lines = None;
-        if suspects > 1 {
-            lines = Some(words::total(count.found, count.failed, suspects));
-        }
-        if let (Some(path), Some(page)) = (&self.arguments.report, page) {
-            let html = page.html();
-            files::write_together(&[Output::public((path, html.as_bytes()))], self.arguments.force)?;
-            let written = format!("The report is in {}", path.display());
-            match &mut lines {
-                Some(lines) => lines.line(written),
-                None => lines = Some(Lines::new(written)),
-            }
-        }
-        if let Some(lines) = lines.filter(|_| !self.arguments.common.json) {
-            report::print(false, &Value::Null, &lines)?;
-        }
-        Ok(match count {
-            Count { failed: 1.., .. } => Answer::Failed,
-            Count { found: 1.., .. } => Answer::Yes,
-            _ => Answer::No,
-        })
     }
 }
 

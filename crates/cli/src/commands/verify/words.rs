@@ -236,13 +236,3 @@ pub(crate) fn probability(p: f64) -> String {
         "10^-300".into()
     }
 }
-
-/// How many of several suspects bear what was looked for.
-pub(super) fn total(found: usize, failed: usize, suspects: usize) -> Lines {
-    let failed = match failed {
-        0 => String::new(),
-        failed => format!("; {} could not be judged", report::grouped(failed)),
-    };
-    let (found, suspects) = (report::grouped(found), report::grouped(suspects));
-    Lines::new(format!("Found in {found} of {suspects}{failed}"))
-}

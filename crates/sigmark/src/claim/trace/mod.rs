@@ -29,26 +29,31 @@
 //! # }
 //! ```
 
+mod answer;
 mod residue;
 
+pub use answer::{Accused, Trace};
 pub use residue::{Order, Pattern, Residue};
 
 use std::{borrow::Cow, sync::Arc};
 
 use job::Job;
-use mesh::{Similarity, TriMesh};
-use registration::{AlignOptions, MatchedBy, PreparedMesh};
+use mesh::{TriMesh, components};
+use registration::PreparedMesh;
 
 use super::{
-    Certificate, Issued, Mismatch, SigmarkError, Statement,
+    Certificate, Issued, SigmarkError, Statement,
     keys::PublicKey,
     statistics::{margin_of, rademacher_tail},
     verify::{another_original, cut_as},
 };
 use crate::{
-    mark::{AttackModel, Found, JointEstimator, MarkLayout, MarkStage, Reader, Reading, ReadingMethod},
+    mark::{JointEstimator, MarkLayout, MarkStage, Reader, ReadingMethod},
     payload::{GeometryDigest, Signature},
 };
+
+/// In how many ways parts that belong to several places are put back at most.
+const WAYS_OF_PARTS: usize = 8;
 
 /// Candidates that one thread asks for at a time.
 const AT_A_TIME: usize = 64;
@@ -101,49 +106,9 @@ struct Candidate {
 pub struct TracedSuspect {
     /// Of each lot, one a way.
     residues: Vec<Vec<Residue>>,
+    /// 2 where it can be read as a whole and by its parts: p counts both, whichever this is.
+    looks: usize,
     trace: Trace,
-}
-
-/// Whose copy a suspect is, or that nobody was found.
-#[derive(Clone, Debug)]
-#[non_exhaustive]
-pub struct Trace {
-    /// Those whose copies are in it, the surest first.
-    pub accused: Vec<Accused>,
-    /// Candidates, by their numbers, whose certificates would have been named, but are not signed by the key.
-    pub unsigned: Vec<usize>,
-    /// How many candidates were asked for.
-    pub candidates: usize,
-    /// In how many ways the suspect could lie on the original.
-    pub poses: usize,
-    /// How it was laid onto the original.
-    pub matched_by: MatchedBy,
-    /// Share of the suspect's surface that lies on the original, from 0 to 1.
-    pub overlap: f64,
-    /// Share of the original's surface that lies on the suspect, from 0 to 1.
-    pub coverage: f64,
-    /// Share of the original's vertices at which the suspect has no surface, from 0 to 1.
-    pub missing: f64,
-    /// Takes the suspect to the original; none where it does not fit.
-    pub transform: Option<Similarity>,
-    /// What moved the suspect beside the marks.
-    pub attack_model: Option<AttackModel>,
-    /// Why the suspect is another shape, if it is: nobody is named then.
-    pub mismatch: Option<Mismatch>,
-}
-
-/// One whose copy is in a suspect.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct Accused {
-    /// The candidate's [number](Tracer::add).
-    pub candidate: usize,
-    /// The probability that anybody at all who is innocent would be named before or with him, an upper bound: it counts all candidates, poses and rounds.
-    pub p_value: f64,
-    /// T, beside those that were found before.
-    pub correlation: f64,
-    /// T₀ = T / √(1 − T²/l).
-    pub margin: f64,
 }
 
 impl Tracer {
@@ -251,23 +216,39 @@ impl Tracer {
         Ok(self.lots.len() - 1)
     }
 
-    /// Names those whose copies are in a suspect.
+    /// Names those whose copies are in a suspect: as a whole, or where that names nobody, in its connected parts, each put back by itself.
     ///
     /// # Errors
     /// When the original's bases can't be computed or are not those of the certificates; [`SigmarkError::Job`].
     pub fn trace(&self, suspect: impl Into<PreparedMesh>, job: &Job) -> Result<Trace, SigmarkError> {
-        self.accuse(self.read(suspect, job)?, job)
+        let suspect = suspect.into();
+        let whole = self.read(&suspect, job)?;
+        let looks = whole.looks;
+        let trace = self.accuse(whole, job)?;
+        if trace.is_found() || looks < 2 {
+            return Ok(trace);
+        }
+        match self.read_parts(&suspect, job)? {
+            Some(parts) => {
+                let of_parts = self.accuse(parts, job)?;
+                Ok(if of_parts.is_found() { of_parts } else { trace })
+            }
+            None => Ok(trace),
+        }
     }
 
-    /// Reads a suspect, whoever may have had it.
+    /// Reads a suspect as a whole, whoever may have had it.
     ///
     /// # Errors
     /// As [`trace`](Self::trace).
     pub fn read(&self, suspect: impl Into<PreparedMesh>, job: &Job) -> Result<TracedSuspect, SigmarkError> {
+        let suspect = suspect.into();
+        let has_parts = [&self.original, suspect.mesh()].map(|mesh| components(mesh).count > 1);
         let found = self.reader.find(suspect, job)?;
         let mut traced = TracedSuspect {
             residues: Vec::new(),
-            trace: self.unread(&found),
+            looks: 1 + usize::from(has_parts.contains(&true)),
+            trace: Trace::unread(&found, self.candidates.len()),
         };
         if traced.trace.mismatch.is_some() {
             return Ok(traced);
@@ -284,6 +265,34 @@ impl Tracer {
         Ok(traced)
     }
 
+    /// Reads parts of a suspect together that are parts of the original, wherever they went; none where there are none.
+    ///
+    /// # Errors
+    /// As [`trace`](Self::trace).
+    pub fn read_parts(
+        &self,
+        suspect: impl Into<PreparedMesh>,
+        job: &Job,
+    ) -> Result<Option<TracedSuspect>, SigmarkError> {
+        let suspect = suspect.into();
+        let mut traced = TracedSuspect {
+            residues: Vec::new(),
+            looks: 2,
+            trace: Trace::of_parts(self.candidates.len()),
+        };
+        for lot in &self.lots {
+            let found = self.reader.find_parts(&suspect, lot.method.layout(), job)?;
+            let ways = found.read_every_way(&lot.method, WAYS_OF_PARTS, job)?;
+            traced.trace.describe_parts(&ways);
+            let residues = ways
+                .iter()
+                .filter_map(|way| Residue::of(&way.reading, &lot.order));
+            traced.residues.push(residues.collect());
+        }
+        let is_read = traced.residues.iter().any(|ways| !ways.is_empty());
+        Ok(is_read.then_some(traced))
+    }
+
     /// Names those whose copies are in a suspect that was read.
     ///
     /// # Errors
@@ -291,6 +300,7 @@ impl Tracer {
     pub fn accuse(&self, suspect: TracedSuspect, job: &Job) -> Result<Trace, SigmarkError> {
         let TracedSuspect {
             mut residues,
+            looks,
             mut trace,
         } = suspect;
         if trace.mismatch.is_some() {
@@ -300,7 +310,7 @@ impl Tracer {
         let ways = residues.iter().map(Vec::len).max().unwrap_or(0).max(1);
         let mut asked: Vec<usize> = self.distinct();
         trace.candidates = asked.len();
-        let tries = (asked.len() * ways) as f64;
+        let tries = (asked.len() * ways * looks) as f64;
         while !asked.is_empty() {
             let Some(Best { candidate, way, t }) = self.best(&asked, &residues, job)? else {
                 break;
@@ -323,14 +333,9 @@ impl Tracer {
                 margin,
             });
             // The suspect lies in one way, and this is it.
-            for residues in &mut residues {
-                if way < residues.len() && ways > 1 {
-                    residues.swap(0, way);
-                    residues.truncate(1);
-                }
-            }
-            let way = if ways > 1 { 0 } else { way };
-            residues[lot][way].take_out(&pattern);
+            residues[lot].swap(0, way);
+            residues[lot].truncate(1);
+            residues[lot][0].take_out(&pattern);
         }
         Ok(trace)
     }
@@ -404,28 +409,6 @@ impl Tracer {
         let key = &self.public_key;
         key.verify(signed, signature).is_ok() && key.verify(sealed, seal).is_ok()
     }
-
-    /// What is known of a suspect before anything is read.
-    fn unread(&self, found: &Found) -> Trace {
-        let alignment = found.alignment();
-        let does_not_fit = alignment.filter(|alignment| !alignment.aligned);
-        Trace {
-            accused: Vec::new(),
-            unsigned: Vec::new(),
-            candidates: self.candidates.len(),
-            poses: found.poses(),
-            matched_by: found.matched_by(),
-            overlap: alignment.map_or(1.0, |alignment| alignment.overlap),
-            coverage: alignment.map_or(1.0, |alignment| alignment.coverage),
-            missing: 1.0,
-            transform: None,
-            attack_model: None,
-            mismatch: does_not_fit.map(|alignment| Mismatch::Surface {
-                overlap: alignment.overlap,
-                least: AlignOptions::default().least_overlap,
-            }),
-        }
-    }
 }
 
 /// The best of some candidates.
@@ -447,30 +430,5 @@ impl TracedSuspect {
     /// What was read for the copies of one layout, the first by default, in each way in which the suspect may lie.
     pub fn residues(&self) -> &[Vec<Residue>] {
         &self.residues
-    }
-}
-
-impl Trace {
-    /// Whether anybody was named.
-    pub fn is_found(&self) -> bool {
-        !self.accused.is_empty()
-    }
-
-    /// Takes over what the readings of all ways tell of the suspect, of which the one that sees most is said.
-    fn describe(&mut self, readings: &[&Reading], by_vertices: bool) {
-        let Some(first) = readings.iter().max_by(|a, b| a.in_place.total_cmp(&b.in_place)) else {
-            return;
-        };
-        self.missing = first.missing;
-        self.transform = Some(first.transform);
-        self.attack_model = first.attack_model;
-        if by_vertices {
-            (self.overlap, self.coverage) = (first.in_place, first.in_place);
-            let least = AlignOptions::default().least_overlap;
-            if first.in_place < least {
-                let in_place = first.in_place;
-                self.mismatch = Some(Mismatch::Shape { in_place, least });
-            }
-        }
     }
 }

@@ -16,6 +16,9 @@ pub struct FoundParts {
     pieces: Vec<Piece>,
 }
 
+/// A part, and where it was put.
+type Placed<'a> = (&'a Piece, &'a PiecePlace);
+
 /// What was read of parts that were put back.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
@@ -75,11 +78,10 @@ impl FoundParts {
         wanted: Wanted<'_>,
         job: &Job,
     ) -> Result<ReadParts, MarkError> {
-        let mut chosen: Vec<(&Piece, &PiecePlace)> = Vec::new();
+        let mut chosen: Vec<Placed<'_>> = Vec::new();
         let mut choices = 1_usize;
         for piece in &self.pieces {
-            let is_free = |place: &&PiecePlace| chosen.iter().all(|(_, other)| other.part != place.part);
-            let free: Vec<&PiecePlace> = piece.places.iter().filter(is_free).collect();
+            let free = free_places(piece, &chosen);
             let place = match free.as_slice() {
                 [] => continue,
                 [one] => one,
@@ -92,6 +94,55 @@ impl FoundParts {
         }
         let mut reading = self.assembled(&chosen)?.read(method, wanted, job)?;
         reading.tries = reading.tries.saturating_mul(choices);
+        Ok(self.described(reading, &chosen))
+    }
+
+    /// Puts the parts back in every way in which they may belong, and reads each whatever the bits are. Of parts that have several places, the largest first, some stay away where there would be more ways than `most`.
+    ///
+    /// # Errors
+    /// As [`Found::read`].
+    pub fn read_every_way(
+        &self,
+        method: &ReadingMethod,
+        most: usize,
+        job: &Job,
+    ) -> Result<Vec<ReadParts>, MarkError> {
+        let read = |way: &Vec<Placed<'_>>| -> Result<Vec<ReadParts>, MarkError> {
+            let found = self.assembled(way)?;
+            let readings = found.readings(method, job)?;
+            let readings = readings.of_every_way(job)?;
+            Ok(readings
+                .into_iter()
+                .map(|reading| self.described(reading.clone(), way))
+                .collect())
+        };
+        let read: Result<Vec<_>, MarkError> = self.ways(most).iter().map(read).collect();
+        Ok(read?.into_iter().flatten().collect())
+    }
+
+    /// The ways in which the parts may belong.
+    fn ways(&self, most: usize) -> Vec<Vec<Placed<'_>>> {
+        let mut ways: Vec<Vec<Placed<'_>>> = vec![Vec::new()];
+        for piece in &self.pieces {
+            let mut grown = Vec::new();
+            for way in &ways {
+                let places = free_places(piece, way);
+                if places.is_empty() {
+                    grown.push(way.clone());
+                }
+                let put = |place| way.iter().copied().chain([(piece, place)]).collect();
+                grown.extend(places.into_iter().map(put));
+            }
+            if grown.len() <= most {
+                ways = grown;
+            }
+        }
+        ways.retain(|way| !way.is_empty());
+        ways
+    }
+
+    /// What was read of parts that were put back, with where they were put.
+    fn described(&self, mut reading: Reading, chosen: &[Placed<'_>]) -> ReadParts {
         if let Some((_, largest)) = chosen.first() {
             reading.transform = largest.transform;
         }
@@ -100,7 +151,7 @@ impl FoundParts {
             .iter()
             .map(|(piece, place)| piece.area * place.transform.scale.powi(2))
             .sum();
-        Ok(ReadParts {
+        ReadParts {
             reading,
             parts: chosen
                 .iter()
@@ -108,7 +159,7 @@ impl FoundParts {
                 .collect(),
             overlap: (area / self.suspect.mesh().area()).min(1.0),
             coverage: (there / self.reference.mesh().area()).min(1.0),
-        })
+        }
     }
 
     fn best_place<'a>(
@@ -131,7 +182,7 @@ impl FoundParts {
     }
 
     /// The parts where they belong, as a suspect that lies on the reference.
-    fn assembled(&self, parts: &[(&Piece, &PiecePlace)]) -> Result<Found, MarkError> {
+    fn assembled(&self, parts: &[Placed<'_>]) -> Result<Found, MarkError> {
         let suspect = self.suspect.mesh();
         let (mut positions, mut triangles) = (Vec::new(), Vec::new());
         let mut suspect_of = vec![None; self.reference.mesh().vertex_count()];
@@ -168,4 +219,10 @@ impl FoundParts {
             placement: Placement::BySurface(alignment),
         })
     }
+}
+
+/// The places of a part where none was put before.
+fn free_places<'a>(piece: &'a Piece, chosen: &[Placed<'_>]) -> Vec<&'a PiecePlace> {
+    let is_free = |place: &&PiecePlace| chosen.iter().all(|(_, other)| other.part != place.part);
+    piece.places.iter().filter(is_free).collect()
 }

@@ -136,7 +136,7 @@ impl Copy {
         }
         self.write_mesh(attempt, rules)?;
         if is_certified {
-            return Ok(());
+            return set_folder_time(files::folder_of(&task.output), rules.modified);
         }
         let json = attempt.signed.certificate().to_json()?;
         let certificate = Output {
@@ -144,7 +144,8 @@ impl Copy {
             bytes: json.as_bytes(),
             private: true,
         };
-        files::write_together(&[certificate], rules.force)
+        files::write_together(&[certificate], rules.force)?;
+        set_folder_time(files::folder_of(&task.output), rules.modified)
     }
 
     fn write_mesh(&self, attempt: &Attempt, rules: &Rules) -> Result<()> {
@@ -186,6 +187,20 @@ fn remove(path: &Path) -> Result<()> {
         }
         _ => Ok(()),
     }
+}
+
+/// A folder's own time would tell in which order copies were made, too.
+#[cfg(unix)]
+fn set_folder_time(folder: &Path, modified: SystemTime) -> Result<()> {
+    let file = fs::File::open(folder);
+    file.and_then(|file| file.set_modified(modified))
+        .with_context(|| format!("{}: its time can't be set to that of the model", folder.display()))
+}
+
+/// Elsewhere a folder can't be opened as a file is.
+#[cfg(not(unix))]
+fn set_folder_time(_: &Path, _: SystemTime) -> Result<()> {
+    Ok(())
 }
 
 fn set_time(path: &Path, modified: SystemTime) -> Result<()> {
