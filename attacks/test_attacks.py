@@ -362,6 +362,15 @@ class Resamplings(AttackCase):
             self.assertLess(away.max(), 2 * cell)
 
 
+    def test_what_is_made_solid_has_a_wall_on_either_side(self):
+        mesh = torus()
+        after = attacked(mesh, "solid:64")
+        self.assert_closed_and_oriented(after)
+        cell = numpy.ptp(mesh.positions, axis=0).max() / 64
+        self.assertLess(abs(area(after) / (2 * area(mesh)) - 1), 0.05)
+        self.assertLess(abs(volume(after) / (2 * cell * area(mesh)) - 1), 0.05)
+
+
 class Chains(AttackCase):
     def test_a_chain_is_its_steps_one_after_the_other(self):
         mesh = torus()

@@ -1,7 +1,7 @@
 //! The suspect's surface seen from the original's vertices (section 4.4.1 of the paper).
 
 use job::{Job, JobError};
-use mesh::{Hit, Similarity, Surface, TriMesh, Vec3};
+use mesh::{Edges, Hit, Similarity, Surface, TriMesh, Vec3};
 
 use crate::{PreparedMesh, RegistrationError, error::check_option, matrix::Mat3, sampled::GRAIN};
 
@@ -57,7 +57,8 @@ impl Resampled {
 /// `transform` takes the suspect to the original. A hit farther than the reach does not count, nor one whose
 /// surface faces another way (by more than the angle allowed), since that is the other side of a thin part.
 /// The suspect may be inside out as a whole; if it faces no way in particular, as a heap of unoriented
-/// triangles does, the facing is not asked. Vertices without a normal see nothing.
+/// triangles does, the facing is not asked. A sheet that was made solid has two walls, one on either side of the
+/// original: one of them is seen throughout. Vertices without a normal see nothing.
 ///
 /// # Errors
 /// When an option is out of range; [`RegistrationError::Job`].
@@ -82,6 +83,7 @@ pub fn resample(
     let (original, suspect) = (original.into(), suspect.into());
     let lines = Lines {
         job,
+        suspect: suspect.mesh(),
         origins: original.mesh().positions(),
         directions: original.vertex_normals(),
         surface: suspect.surface(),
@@ -103,6 +105,7 @@ fn check(options: &ResampleOptions) -> Result<(), RegistrationError> {
 
 /// Lines through the original's vertices, and the surface in its own frame.
 struct Lines<'a> {
+    suspect: &'a TriMesh,
     origins: &'a [[f64; 3]],
     directions: &'a [[f64; 3]],
     surface: &'a Surface,
@@ -120,6 +123,9 @@ const CHUNK: usize = 4 * GRAIN;
 /// a model with most of its surface in order by nearly all.
 const ORIENTED: f64 = 0.75;
 
+/// Of the edges between two triangles, so many must be passed in opposite directions by these before the suspect is taken for oriented.
+const CONSISTENT: f64 = 0.9;
+
 impl Lines<'_> {
     fn shoot(&self, facing: f64) -> Result<Resampled, JobError> {
         let nearest = self.hits(|v| self.hit(v, |_| true))?;
@@ -128,7 +134,7 @@ impl Lines<'_> {
         let outward = sides.iter().filter(|&&side| side).count();
         let inside_out = 2 * outward < sides.len();
         let majority = outward.max(sides.len() - outward);
-        let oriented = majority as f64 >= ORIENTED * sides.len() as f64;
+        let oriented = majority as f64 >= ORIENTED * sides.len() as f64 || is_oriented(self.suspect);
         let hits = if oriented {
             let sign = if inside_out { -1.0 } else { 1.0 };
             self.hits(|v| {
@@ -175,6 +181,24 @@ impl Lines<'_> {
     fn direction(&self, v: usize) -> Vec3 {
         Vec3(self.directions[v])
     }
+}
+
+/// Whether neighbouring triangles face the same side, but for a few.
+fn is_oriented(mesh: &TriMesh) -> bool {
+    let edges = Edges::of(mesh);
+    let (mut inner, mut alike) = (0_usize, 0_usize);
+    for (e, &[a, b]) in edges.vertices().iter().enumerate() {
+        let &[one, other] = edges.triangles(e) else {
+            continue;
+        };
+        let is_along = |t: u32| {
+            let corners = mesh.triangles()[t as usize];
+            (0..3).any(|i| [corners[i], corners[(i + 1) % 3]] == [a, b])
+        };
+        inner += 1;
+        alike += usize::from(is_along(one) != is_along(other));
+    }
+    inner > 0 && alike as f64 >= CONSISTENT * inner as f64
 }
 
 #[cfg(test)]
@@ -235,6 +259,32 @@ mod tests {
         .unwrap();
         let inner = seen.offsets.iter().flatten();
         assert!(inner.clone().count() >= 16 && inner.clone().all(|h| (h - 0.003).abs() < 1e-14));
+    }
+
+    /// Of a sheet with a wall on either side, half of the nearest hits would be on each.
+    #[test]
+    fn of_a_sheet_that_was_made_solid_one_wall_is_seen() {
+        let sheet = shapes::rectangle(8, 8, 1.0, 1.0);
+        let lifted = |by: f64| shapes::translated(&sheet, [0.0, 0.0, by]);
+        // Which of the two is nearer changes from place to place.
+        let uneven = |mesh: &TriMesh| {
+            let wave = |p: &[f64; 3]| [p[0], p[1], p[2] + 0.001 * (9.0 * p[0]).sin() * (7.0 * p[1]).cos()];
+            mesh.with_positions(mesh.positions().iter().map(wave).collect())
+                .unwrap()
+        };
+        let solid = shapes::disjoint_union(&[
+            uneven(&lifted(0.003)),
+            shapes::inside_out(&uneven(&lifted(-0.003))),
+        ]);
+        let (options, job) = (ResampleOptions::default(), Job::default());
+        let seen = resample(&sheet, &solid, &Similarity::IDENTITY, &options, &job).unwrap();
+        assert!(seen.oriented);
+        let offsets: Vec<f64> = seen.offsets.iter().flatten().copied().collect();
+        assert!(offsets.len() >= 49, "the wall has no rim");
+        assert!(
+            offsets.iter().all(|h| h.signum() == offsets[0].signum()),
+            "{offsets:?}"
+        );
     }
 
     #[test]

@@ -132,6 +132,7 @@ fn the_same_surface_with_other_vertices_is_verified() {
         assert!(model.mark > 0.95, "{model:?}");
         let all = model.mark
             + model.misalignment
+            + model.offset
             + model.smoothing
             + model.tessellation_bias
             + model.bending
@@ -442,6 +443,28 @@ fn stretched_twisted_and_bent_copies_are_verified_with_vertices_and_without() {
     // Nothing is taken for bent that is not: a small model's lowest harmonics would pay for it.
     let verdict = judge(&mesh, signed, &shapes::moved(&divided(signed.mesh()), &away()));
     assert_eq!(verdict.attack_model.unwrap().bending, 0.0);
+}
+
+/// A mesh that grew by a distance along its normals.
+fn grown(mesh: &TriMesh, by: f64) -> TriMesh {
+    let moved = mesh.positions().iter().zip(mesh.vertex_normals());
+    let moved = moved.map(|(p, n)| std::array::from_fn(|axis| p[axis] + by * n[axis]));
+    mesh.with_positions(moved.collect()).unwrap()
+}
+
+/// A sheet is made solid, a print comes out too large, a shell is hollowed: what is seen lies beside the original everywhere.
+#[test]
+fn surfaces_that_were_given_a_thickness_are_verified() {
+    let sheet = cropped(&original(), 0.6);
+    let signed = sign(&sheet, 3);
+    let thickness = 0.003 * sheet.bounding_box().diagonal();
+    let [outer, inner] = [0.5, -0.5].map(|side| grown(&divided(signed.mesh()), side * thickness));
+    let solid = shapes::disjoint_union(&[outer.clone(), shapes::inside_out(&inner)]);
+    for suspect in [solid, outer, inner] {
+        let verdict = judge(&sheet, &signed, &shapes::moved(&suspect, &away()));
+        assert_eq!(verdict.outcome, Outcome::Verified, "{verdict:?}");
+        assert!(verdict.attack_model.unwrap().offset > 0.5, "{verdict:?}");
+    }
 }
 
 #[test]

@@ -264,7 +264,7 @@ certificate's), original (file name), original_is (file: the very one that was s
 bit_errors (how many of those are wrong, before the code mends any), patches_read (of how many patches the bits were read), registration (connectivity, surroundings, surface or parts), poses (how many were tried), overlap (share of the \
 suspect's surface that lies on the original, 0 to 1), coverage (share of the original's that lies on the suspect), missing \
 (share of the original's vertices that were not seen), residual (fraction of the diagonal), transform (4 × 4, suspect to \
-original), mirrored, attack_model (of what moved the suspect, the shares of squared displacements that mark, misalignment, \
+original), mirrored, attack_model (of what moved the suspect, the shares of squared displacements that mark, misalignment, offset, \
 smoothing, tessellation_bias, bending and noise explain; null where the paper's rule alone read it), remark (why it is another shape), parts (connected parts of the original that were seen: part, its number, name, seen, 0 to 1, and transform if it was put back alone), marked_parts (how many carry the mark), message, recipient, public_key (fingerprint), stamps (time, authority and serial of each; null where --stamp-roots is not given), seconds (of each stage). What can't be said \
 is null. Of one of several suspects that could not be judged: suspect and error alone.")]
 pub(crate) struct Verify {

@@ -175,6 +175,7 @@ pub(super) fn attack(verdict: &Verdict) -> Option<String> {
     let shares = [
         ("the mark", model.mark),
         ("an imperfect alignment", model.misalignment),
+        ("a constant offset", model.offset),
         ("smoothing or sharpening", model.smoothing),
         ("other triangles", model.tessellation_bias),
         ("bending", model.bending),

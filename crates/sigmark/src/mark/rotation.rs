@@ -17,8 +17,8 @@ pub struct Rotation {
     useful: Vec<usize>,
     /// Where the chips of each patch begin, and where the last one's end.
     starts: Vec<usize>,
-    /// ±1 before each of the two rounds, for all chips in the order of [runs](Self::in_runs).
-    signs: [Vec<f64>; 2],
+    /// 1 for −1 before each of the two rounds, for all chips in the order of [runs](Self::in_runs).
+    signs: [Vec<u8>; 2],
 }
 
 impl Rotation {
@@ -38,7 +38,7 @@ impl Rotation {
             .for_each(|useful| starts.push(starts[starts.len() - 1] + 3 * useful));
         let chips = starts[starts.len() - 1];
         let drawn = signs(key, 2 * chips);
-        let of_round = |drawn: &[f64]| {
+        let of_round = |drawn: &[u8]| {
             let mut signs = Vec::with_capacity(chips);
             for (&useful, &start) in useful.iter().zip(&starts) {
                 let drawn = &drawn[start..start + 3 * useful];
@@ -107,8 +107,8 @@ fn in_run(place: usize, useful: usize) -> usize {
     3 * (place % useful) + place / useful
 }
 
-/// So many signs, or a few more, that follow from a key.
-fn signs(key: &[u8; 32], count: usize) -> Vec<f64> {
+/// So many signs, or a few more, that follow from a key: 1 for −1.
+fn signs(key: &[u8; 32], count: usize) -> Vec<u8> {
     let mut signs = Vec::with_capacity(count + 256);
     for i in 0_u64.. {
         if signs.len() >= count {
@@ -118,23 +118,21 @@ fn signs(key: &[u8; 32], count: usize) -> Vec<f64> {
             .chain_update(key)
             .chain_update(i.to_le_bytes());
         for byte in hash.finalize() {
-            signs.extend_from_slice(&SIGNS[usize::from(byte)]);
+            signs.extend_from_slice(&BITS[usize::from(byte)]);
         }
     }
     signs
 }
 
-/// The signs that each byte stands for: a tracer draws millions.
-static SIGNS: [[f64; 8]; 256] = {
-    let mut signs = [[1.0; 8]; 256];
+/// The bits of each byte: a tracer draws millions.
+static BITS: [[u8; 8]; 256] = {
+    let mut bits = [[0; 8]; 256];
     let mut i = 0;
     while i < 8 * 256 {
-        if (i / 8) >> (7 - i % 8) & 1 == 1 {
-            signs[i / 8][i % 8] = -1.0;
-        }
+        bits[i / 8][i % 8] = ((i / 8) >> (7 - i % 8) & 1) as u8;
         i += 1;
     }
-    signs
+    bits
 };
 
 /// The rotation of one patch.
@@ -181,24 +179,26 @@ impl PatchRotation {
 }
 
 /// What turns the chips of one axis, given the signs of both rounds.
-type Turn = fn([&[f64]; 2], &mut [f64]);
+type Turn = fn([&[u8]; 2], &mut [f64]);
 
-fn coefficients(signs: [&[f64]; 2], x: &mut [f64]) {
+fn coefficients(signs: [&[u8]; 2], x: &mut [f64]) {
     multiply(x, signs[0]);
     from_below(x);
     multiply(x, signs[1]);
     from_above(x);
 }
 
-fn chips(signs: [&[f64]; 2], u: &mut [f64]) {
+fn chips(signs: [&[u8]; 2], u: &mut [f64]) {
     from_above(u);
     multiply(u, signs[1]);
     from_below(u);
     multiply(u, signs[0]);
 }
 
-fn multiply(x: &mut [f64], signs: &[f64]) {
-    x.iter_mut().zip(signs).for_each(|(x, sign)| *x *= sign);
+fn multiply(x: &mut [f64], signs: &[u8]) {
+    for (x, &sign) in x.iter_mut().zip(signs) {
+        *x = f64::from_bits(x.to_bits() ^ u64::from(sign) << 63);
+    }
 }
 
 /// How many of so many neighbours a Hadamard matrix mixes.
@@ -335,7 +335,7 @@ mod tests {
         for (i, sign) in signs.iter().enumerate() {
             let place = i / order.len() * order.len() + order[i % order.len()];
             let bit = bytes[place / 8] >> (7 - place % 8) & 1;
-            assert_eq!(*sign, if bit == 1 { -1.0 } else { 1.0 });
+            assert_eq!(*sign, bit);
         }
         assert_eq!(signs.len(), 2 * 3 * (39 + 59));
     }

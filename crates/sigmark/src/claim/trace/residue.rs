@@ -74,17 +74,15 @@ impl Pattern {
     pub fn decoy(seed: u64, number: u64, bits: usize) -> Self {
         let seed = Sha256::new_with_prefix(b"sigmark decoy\0").chain_update(seed.to_le_bytes());
         let hash: [u8; 32] = seed.chain_update(number.to_le_bytes()).finalize().into();
-        let block = |i: u64| {
-            Sha256::new_with_prefix(hash)
-                .chain_update(i.to_le_bytes())
-                .finalize()
-        };
-        let bytes = (0..).flat_map(block);
-        let all = bytes.flat_map(|byte| (0..8).map(move |bit| byte >> bit & 1 == 1));
-        Self {
-            hash,
-            bits: all.take(bits).collect(),
+        let mut drawn = Vec::with_capacity(bits + 256);
+        for i in 0_u64..(bits as u64).div_ceil(256) {
+            let block = Sha256::new_with_prefix(hash).chain_update(i.to_le_bytes());
+            for byte in block.finalize() {
+                drawn.extend_from_slice(&[0, 1, 2, 3, 4, 5, 6, 7].map(|bit| byte >> bit & 1 == 1));
+            }
         }
+        drawn.truncate(bits);
+        Self { hash, bits: drawn }
     }
 
     /// What the mark adds to each coefficient, in units of its amplitude and in the order of chips.

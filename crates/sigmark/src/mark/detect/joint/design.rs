@@ -6,7 +6,7 @@ use mesh::{Similarity, Vec3};
 use super::{
     Bending, JointModel,
     fields::{
-        BENDING_FIELDS, FIELDS, RIGID_FIELDS, SIMILARITY_FIELDS, SMOOTHING_FIELDS, bending_fields,
+        BENDING_FIELDS, FIELDS, RIGID_FIELDS, SIMILARITY_FIELDS, SURFACE_FIELDS, bending_fields,
         similarity_fields,
     },
     gains::BANDS,
@@ -16,8 +16,8 @@ use crate::mark::{Chip, MarkLayout, Original, Patch, PatchBasis, PatchRotation};
 
 /// What the rows of all patches have in common.
 pub(super) struct Design<'a> {
-    /// L x, L² x, … at each vertex of the original, in diagonals.
-    smoothing: &'a [[Vec3; SMOOTHING_FIELDS]],
+    /// See [`surface_fields`](super::fields::surface_fields).
+    surface: &'a [[Vec3; SURFACE_FIELDS]],
     centre: Vec3,
     pub(super) diagonal: f64,
     /// To the frame in which the centre is 0 and the diagonal 1.
@@ -87,7 +87,7 @@ impl<'a> View<'a> {
         Some(bands)
     }
 
-    /// How many bits and fields there are without the bending ones.
+    /// How many bits and fields there are without the optional ones.
     pub(super) fn rigid_unknowns(&self) -> usize {
         self.bits.len() + RIGID_FIELDS
     }
@@ -100,12 +100,12 @@ impl<'a> View<'a> {
 impl<'a> Design<'a> {
     pub(super) fn new(
         original: &'a Original,
-        smoothing: &'a [[Vec3; SMOOTHING_FIELDS]],
+        surface: &'a [[Vec3; SURFACE_FIELDS]],
         model: JointModel,
     ) -> Self {
         let bounds = original.mesh().bounding_box();
         Self {
-            smoothing,
+            surface,
             centre: Vec3(bounds.centre()),
             diagonal: bounds.diagonal(),
             to_unit: bounds.to_unit_frame(),
@@ -129,12 +129,13 @@ impl<'a> Design<'a> {
         }
         for (i, observation) in block.iter().enumerate() {
             let place = (patch.mesh().point(observation.vertex) - self.centre) / self.diagonal;
-            let smoothing = self.smoothing[patch.vertices()[observation.vertex] as usize];
+            let [normal, smoothing @ ..] = self.surface[patch.vertices()[observation.vertex] as usize];
             let fields = similarity_fields(place, observation.along).into_iter();
             let fields = fields.chain(smoothing.map(|field| observation.along.dot(field)));
             // A column of zeros is no unknown.
             let fields = fields.map(|value| if self.model.has_interference() { value } else { 0.0 });
             let fields = fields.chain(observation.tessellation_bias);
+            let fields = fields.chain([observation.along.dot(normal)]);
             let fields = fields.chain(bending_fields(place, observation.along));
             for (j, value) in fields.chain([observation.displacement]).enumerate() {
                 rows[(i, bits + j)] = value;

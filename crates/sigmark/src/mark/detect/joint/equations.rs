@@ -13,10 +13,10 @@ use faer::{
 
 use super::{
     design::{Design, View},
-    fields::{BENDING_FIELDS, FIELDS},
+    fields::{FIELDS, OPTIONAL_FIELDS},
     observations::Observation,
     patch::PatchEquations,
-    system::{System, bending_worth, is_worth_weighing},
+    system::{System, is_worth_weighing, optional_worth},
 };
 use crate::mark::MarkError;
 
@@ -42,8 +42,8 @@ pub(super) const OBSERVATIONS_AN_UNKNOWN: usize = 8;
 /// Added to the diagonal, relative to it: what the observations do not determine, such as a turn of a sphere, stays zero.
 pub(super) const RIDGE: f64 = 1e-12;
 
-/// The same for bending, so that what a similarity explains as well is one: on a sphere a cubic field can be a scale.
-pub(super) const BENDING_RIDGE: f64 = 1e-6;
+/// The same for optional fields, so that what a similarity explains as well is one: on a sphere a cubic field can be a scale.
+pub(super) const OPTIONAL_RIDGE: f64 = 1e-6;
 
 impl NormalEquations {
     /// Those of no observations.
@@ -57,10 +57,10 @@ impl NormalEquations {
         }
     }
 
-    /// The same equations with so many bending fields; the coefficients of the others will be zero.
-    pub(super) fn with_bending(mut self, count: usize) -> Self {
+    /// The same equations with so many optional fields; the coefficients of the others will be zero.
+    pub(super) fn with_optional(mut self, count: usize) -> Self {
         let last = self.unknowns();
-        for column in last - BENDING_FIELDS + count..last {
+        for column in last - OPTIONAL_FIELDS + count..last {
             for i in 0..=last {
                 self.gram[(i.max(column), i.min(column))] = 0.0;
             }
@@ -154,13 +154,13 @@ impl System for NormalEquations {
         patches: &BTreeMap<usize, PatchEquations>,
         bits: usize,
         redundancy: f64,
-        bending: &RangeInclusive<usize>,
+        optional: &RangeInclusive<usize>,
     ) -> Self {
         let mut equations = Self::empty(bits, redundancy);
         patches.values().for_each(|patch| equations.add(patch));
         let fields = equations.fields();
         let mark = (0..bits).map(|t| equations.entry(t, t)).sum();
-        equations.with_bending(bending_worth(&fields, mark, bending))
+        equations.with_optional(optional_worth(&fields, mark, optional))
     }
 
     fn independent(&self) -> f64 {
@@ -177,8 +177,8 @@ impl System for NormalEquations {
         let mut system = self.gram.get(..unknowns, ..unknowns).to_owned();
         for i in 0..unknowns {
             let prior = if i < self.bits { noise } else { 0.0 };
-            let bending = i >= unknowns - BENDING_FIELDS;
-            let ridge = if bending { BENDING_RIDGE } else { RIDGE };
+            let is_optional = i >= unknowns - OPTIONAL_FIELDS;
+            let ridge = if is_optional { OPTIONAL_RIDGE } else { RIDGE };
             system[(i, i)] += ridge * self.entry(i, i) + prior + f64::MIN_POSITIVE;
         }
         let factor = system.llt(Side::Lower).map_err(|_| MarkError::Alignment)?;

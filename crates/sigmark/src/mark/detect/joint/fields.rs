@@ -11,17 +11,26 @@ pub(super) const SMOOTHING_FIELDS: usize = 14;
 /// What flat triangles do, and what harmonics that carry chips hold of it; what they do where quadrics put their corners, by two kinds of these.
 pub(super) const TESSELLATION_FIELDS: usize = 4;
 
+/// A surface that grew or shrank by a constant along its normals: a wall that was given a thickness, or what a printer adds.
+pub(super) const OFFSET_FIELDS: usize = 1;
+
 /// Stretches and shears that are no similarity, and all vector fields of degree 2 and 3.
-pub(super) const BENDING_FIELDS: usize = BENDING_DEGREES[1];
+pub(super) const BENDING_FIELDS: usize = 5 + 3 * (6 + 10);
 
-/// How many of those there are up to degree 2, and up to 3.
-pub(super) const BENDING_DEGREES: [usize; 2] = [5 + 3 * 6, 5 + 3 * (6 + 10)];
-
-/// All fields but the bending ones, in this order.
+/// Those that are there for all suspects.
 pub(super) const RIGID_FIELDS: usize = SIMILARITY_FIELDS + SMOOTHING_FIELDS + TESSELLATION_FIELDS;
 
+/// Those that have much in common with the former, or with the lowest harmonics of a small model, and must be [worth it](super::system::optional_worth).
+pub(super) const OPTIONAL_FIELDS: usize = OFFSET_FIELDS + BENDING_FIELDS;
+
+/// How many of those there may be: the offset, bending up to degree 2, and up to 3.
+pub(super) const OPTIONAL_LEVELS: [usize; 3] = [OFFSET_FIELDS, OFFSET_FIELDS + 5 + 3 * 6, OPTIONAL_FIELDS];
+
 /// All fields, in this order.
-pub(super) const FIELDS: usize = RIGID_FIELDS + BENDING_FIELDS;
+pub(super) const FIELDS: usize = RIGID_FIELDS + OPTIONAL_FIELDS;
+
+/// Those that a vertex has of the original's surface around it: the offset and smoothing.
+pub(super) const SURFACE_FIELDS: usize = OFFSET_FIELDS + SMOOTHING_FIELDS;
 
 /// u·p, u·(eᵢ × p) and u·eᵢ: how a point p moves along u with each parameter of a small similarity.
 pub(super) fn similarity_fields(Vec3([x, y, z]): Vec3, Vec3([u, v, w]): Vec3) -> [f64; SIMILARITY_FIELDS] {
@@ -69,16 +78,22 @@ pub(super) fn bending_fields(p: Vec3, u: Vec3) -> [f64; BENDING_FIELDS] {
     fields
 }
 
-/// L x, L² x, … at each vertex, in diagonals: #V by [`SMOOTHING_FIELDS`].
-pub(super) fn smoothing_fields(mesh: &TriMesh) -> Vec<[Vec3; SMOOTHING_FIELDS]> {
+/// The normal, of length 1, and L x, L² x, … in diagonals, at each vertex: #V by [`SURFACE_FIELDS`].
+pub(super) fn surface_fields(mesh: &TriMesh) -> Vec<[Vec3; SURFACE_FIELDS]> {
     let diagonal = mesh.bounding_box().diagonal();
     let vertices = 0..mesh.vertex_count();
     let mut field: Vec<Vec3> = vertices.map(|v| mesh.point(v) * (1.0 / diagonal)).collect();
-    let mut all = vec![[Vec3::ZERO; SMOOTHING_FIELDS]; mesh.vertex_count()];
-    for k in 0..SMOOTHING_FIELDS {
+    let normals = mesh.vertex_normals();
+    let with_normal = |normal| {
+        let mut fields = [Vec3::ZERO; SURFACE_FIELDS];
+        fields[0] = Vec3(normal);
+        fields
+    };
+    let mut all: Vec<[Vec3; SURFACE_FIELDS]> = normals.into_iter().map(with_normal).collect();
+    for k in OFFSET_FIELDS..SURFACE_FIELDS {
         field = to_neighbours(mesh, &field);
-        for (powers, &value) in all.iter_mut().zip(&field) {
-            powers[k] = value;
+        for (fields, &value) in all.iter_mut().zip(&field) {
+            fields[k] = value;
         }
     }
     all

@@ -25,7 +25,10 @@
 //! of degree k of L. So G has the fields L x, L² x, …, too: what any few steps do to the original is known but for these
 //! coefficients, and is taken out. Without them a change of scale would have to account for it.
 //!
-//! **Bending.** Stretches, shears and all polynomials of degree 2 and 3 of a place are fields, too: affine maps, bends and twists by some degrees are close to that. A degree is left out unless it explains more than the
+//! **Offset.** A constant growth along the normals is a field, too: a scan that was made solid has two walls, of which each lies beside the original, and printers add a little everywhere. It is left out unless it explains
+//! more than the mark would, since on a round model it is all but a scale.
+//!
+//! **Bending.** So are stretches, shears and all polynomials of degree 2 and 3 of a place: affine maps, bends and twists by some degrees are close to that. A degree is left out unless it explains more than the
 //! mark would, since on a small model it has much in common with the lowest harmonics, and on a round one with a similarity.
 //!
 //! **Gains.** What is left of the mark in each band of frequencies is estimated first (`gains.rs`), and is the amplitude that the equations expect.
@@ -79,7 +82,10 @@ pub use model::JointModel;
 
 use design::{Design, View};
 use equations::NormalEquations;
-use fields::{BENDING_DEGREES, BENDING_FIELDS, SMOOTHING_FIELDS, bending_fields, smoothing_fields};
+use fields::{
+    BENDING_FIELDS, OFFSET_FIELDS, OPTIONAL_FIELDS, OPTIONAL_LEVELS, SURFACE_FIELDS, bending_fields,
+    surface_fields,
+};
 use observations::observations;
 use patch::PatchEquations;
 use patchwise::PatchwiseEquations;
@@ -96,7 +102,7 @@ pub struct JointEstimator {
     unknowns: Unknowns,
     model: JointModel,
     /// Built when it is first needed.
-    smoothing: Arc<OnceLock<Vec<[Vec3; SMOOTHING_FIELDS]>>>,
+    surface: Arc<OnceLock<Vec<[Vec3; SURFACE_FIELDS]>>>,
 }
 
 /// What is estimated of a mark.
@@ -141,16 +147,16 @@ pub struct Bending {
 }
 
 impl Bending {
-    /// So many fields of degree 2 there are at most.
-    pub(crate) const OF_DEGREE_2: usize = BENDING_DEGREES[0];
+    /// So many fields of degree 2 there are at most, with the offset before them.
+    pub(crate) const OF_DEGREE_2: usize = OPTIONAL_LEVELS[1];
 
-    /// So many fields there are at most.
-    pub(crate) const MOST: usize = BENDING_FIELDS;
+    /// So many fields there are at most, likewise.
+    pub(crate) const MOST: usize = OPTIONAL_FIELDS;
 
-    /// How many fields it has.
+    /// How many fields it has, likewise.
     pub(crate) fn fields(&self) -> usize {
         let last = self.coefficients.iter().rposition(|&c| c != 0.0);
-        last.map_or(0, |last| last + 1)
+        last.map_or(0, |last| OFFSET_FIELDS + last + 1)
     }
 
     /// Where a point of the original's frame was before, to first order.
@@ -173,6 +179,8 @@ pub struct AttackModel {
     pub mark: f64,
     /// A similarity that was left over by the registration.
     pub misalignment: f64,
+    /// A growth along the normals that is the same everywhere; 0 where that would explain less than the mark does.
+    pub offset: f64,
     /// Smoothing, or sharpening.
     pub smoothing: f64,
     /// Flat triangles that are not the original's.
@@ -190,7 +198,7 @@ impl JointEstimator {
             layout: Arc::clone(layout),
             unknowns: Unknowns::Bits,
             model: JointModel::default(),
-            smoothing: Arc::default(),
+            surface: Arc::default(),
         }
     }
 
@@ -219,7 +227,7 @@ impl JointEstimator {
             layout: Arc::new(self.layout.among(patches)),
             unknowns: self.unknowns,
             model: self.model,
-            smoothing: Arc::clone(&self.smoothing),
+            surface: Arc::clone(&self.surface),
         }
     }
 
@@ -229,21 +237,21 @@ impl JointEstimator {
     /// When there is not one observation a vertex of the original, its bases can't be computed, or its coordinates not be squared;
     /// [`MarkError::Job`].
     pub fn estimate(&self, suspect: &Registered, job: &Job) -> Result<JointEstimate, MarkError> {
-        self.estimate_with(suspect, &(0..=BENDING_FIELDS), job)
+        self.estimate_with(suspect, &(0..=OPTIONAL_FIELDS), job)
     }
 
-    /// As [`estimate`](Self::estimate), with at least so many bending fields, however little they explain, and at most so many.
+    /// As [`estimate`](Self::estimate), with at least so many optional fields, however little they explain, and at most so many.
     pub(crate) fn estimate_with(
         &self,
         suspect: &Registered,
-        bending: &RangeInclusive<usize>,
+        optional: &RangeInclusive<usize>,
         job: &Job,
     ) -> Result<JointEstimate, MarkError> {
         let layout = &*self.layout;
         let original = layout.original();
         suspect.check(original.mesh().vertex_count())?;
-        let smoothing = self.smoothing.get_or_init(|| smoothing_fields(original.mesh()));
-        let design = Design::new(original, smoothing, self.model);
+        let surface = self.surface.get_or_init(|| surface_fields(original.mesh()));
+        let design = Design::new(original, surface, self.model);
         let redundancy = suspect.redundancy();
         let of_patch = |index: usize, patch: &Patch, basis: &PatchBasis| {
             let view = View::new(layout, index, patch, basis);
@@ -261,7 +269,7 @@ impl JointEstimator {
             model: self.model,
             suspect,
             bits,
-            bending,
+            optional,
         };
         match self.unknowns {
             Unknowns::Bits => {

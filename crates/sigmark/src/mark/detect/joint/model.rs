@@ -10,7 +10,7 @@ pub enum JointModel {
     Bits,
     /// A misalignment, smoothing, and what flat triangles do.
     Interference,
-    /// Where decimation puts vertices, and mild bends of space.
+    /// Where decimation puts vertices, an offset, and mild bends of space.
     Shape,
     /// How noisy observations, patches and bands of frequencies are, which says how much each counts.
     #[default]
@@ -36,8 +36,8 @@ impl JointModel {
         self >= Self::Interference
     }
 
-    /// Whether bends of space are.
-    pub(super) fn has_bending(self) -> bool {
+    /// Whether an offset and bends of space are.
+    pub(super) fn has_optional(self) -> bool {
         self >= Self::Shape
     }
 

@@ -67,7 +67,7 @@ impl PatchEquations {
             let stride = stride + usize::from(stride.is_multiple_of(3));
             let part: Vec<Observation> = observations.iter().step_by(stride).copied().collect();
             let equations = NormalEquations::weighted(design, view, &part, redundancy);
-            let (solved, _) = equations.with_bending(0).solved(None)?;
+            let (solved, _) = equations.with_optional(0).solved(None)?;
             let residuals = residuals(design, view, &observations, &solved.solution);
             reweight(&mut observations, &residuals);
         }

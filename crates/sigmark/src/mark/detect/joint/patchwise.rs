@@ -11,10 +11,10 @@ use faer::{
 };
 
 use super::{
-    equations::{BENDING_RIDGE, RIDGE},
-    fields::{BENDING_FIELDS, FIELDS},
+    equations::{OPTIONAL_RIDGE, RIDGE},
+    fields::{FIELDS, OPTIONAL_FIELDS},
     patch::PatchEquations,
-    system::{System, bending_worth, is_worth_weighing},
+    system::{System, is_worth_weighing, optional_worth},
 };
 use crate::mark::MarkError;
 
@@ -23,7 +23,7 @@ pub(super) struct PatchwiseEquations {
     blocks: BTreeMap<usize, Block>,
     /// F, f and Σ w (u·d)², by the lower triangle.
     fields: Mat<f64>,
-    bending: usize,
+    optional: usize,
     observations: usize,
     redundancy: f64,
 }
@@ -50,9 +50,9 @@ struct SolvedBlock {
 }
 
 impl PatchwiseEquations {
-    /// Whether a field takes part: all do but bending ones that explain too little.
+    /// Whether a field takes part: all do but optional ones that explain too little.
     fn takes_part(&self, field: usize) -> bool {
-        field < FIELDS - BENDING_FIELDS + self.bending
+        field < FIELDS - OPTIONAL_FIELDS + self.optional
     }
 
     fn unknowns(&self) -> usize {
@@ -75,7 +75,7 @@ impl System for PatchwiseEquations {
         let mut equations = Self {
             blocks: BTreeMap::new(),
             fields: Mat::zeros(FIELDS + 1, FIELDS + 1),
-            bending: 0,
+            optional: 0,
             observations: 0,
             redundancy,
         };
@@ -101,7 +101,7 @@ impl System for PatchwiseEquations {
                 equations.fields[(i, j)] = equations.fields[(j, i)];
             }
         }
-        equations.bending = bending_worth(&equations.fields, mark, bounds);
+        equations.optional = optional_worth(&equations.fields, mark, bounds);
         equations
     }
 
@@ -130,10 +130,10 @@ impl System for PatchwiseEquations {
             solved.push((beside, (0..system.nrows()).map(variance).collect()));
         }
         for i in 0..FIELDS {
-            let ridge = if i < FIELDS - BENDING_FIELDS {
+            let ridge = if i < FIELDS - OPTIONAL_FIELDS {
                 RIDGE
             } else {
-                BENDING_RIDGE
+                OPTIONAL_RIDGE
             };
             fields[(i, i)] += ridge * self.fields[(i, i)] + f64::MIN_POSITIVE;
         }

@@ -12,7 +12,7 @@ use super::{
     AttackModel, JointEstimate, JointModel,
     design::{Design, View},
     equations::REWEIGHTINGS,
-    fields::{BENDING_FIELDS, FIELDS, RIGID_FIELDS, SIMILARITY_FIELDS, SMOOTHING_FIELDS},
+    fields::{BENDING_FIELDS, FIELDS, OFFSET_FIELDS, RIGID_FIELDS, SIMILARITY_FIELDS, SMOOTHING_FIELDS},
     gains::Gains,
     patch::PatchEquations,
     system::System,
@@ -49,7 +49,8 @@ pub(super) struct Solving<'a> {
     pub(super) suspect: &'a Registered,
     /// How many bits there are.
     pub(super) bits: usize,
-    pub(super) bending: &'a RangeInclusive<usize>,
+    /// How many optional fields there are to be at least and at most.
+    pub(super) optional: &'a RangeInclusive<usize>,
 }
 
 impl Solving<'_> {
@@ -89,12 +90,12 @@ impl Solving<'_> {
 
     fn system<S: System>(&self, patches: &BTreeMap<usize, PatchEquations>) -> S {
         let none = 0..=0;
-        let bending = if self.model.has_bending() {
-            self.bending
+        let optional = if self.model.has_optional() {
+            self.optional
         } else {
             &none
         };
-        S::of(patches, self.bits, self.suspect.redundancy(), bending)
+        S::of(patches, self.bits, self.suspect.redundancy(), optional)
     }
 
     /// What the equations of all patches say, beginning with so much noise.
@@ -102,10 +103,11 @@ impl Solving<'_> {
         let (solution, variances) = system.posterior(noise)?;
         let (theta, fields, squares) = (system.theta(&solution), system.fields(), system.squares());
         let of_similarity: [f64; SIMILARITY_FIELDS] = std::array::from_fn(|j| theta[j]);
-        let bending: [f64; BENDING_FIELDS] = std::array::from_fn(|j| theta[RIGID_FIELDS + j]);
+        let bending: [f64; BENDING_FIELDS] = std::array::from_fn(|j| theta[FIELDS - BENDING_FIELDS + j]);
         let share = |explained: f64| if squares > 0.0 { explained / squares } else { 0.0 };
         let explained = |of: Range<usize>| share(of.map(|j| theta[j] * fields[(FIELDS, j)]).sum());
         let smoothing = SIMILARITY_FIELDS + SMOOTHING_FIELDS;
+        let offset = RIGID_FIELDS + OFFSET_FIELDS;
         let mark = share(system.mark_explains(&solution));
         // The fields of translation are the components of u, which has length 1 or little more.
         let weight: f64 = (SIMILARITY_FIELDS - 3..SIMILARITY_FIELDS)
@@ -128,9 +130,10 @@ impl Solving<'_> {
             attack_model: AttackModel {
                 mark,
                 misalignment: explained(0..SIMILARITY_FIELDS),
+                offset: explained(RIGID_FIELDS..offset),
                 smoothing: explained(SIMILARITY_FIELDS..smoothing),
                 tessellation_bias: explained(smoothing..RIGID_FIELDS),
-                bending: explained(RIGID_FIELDS..FIELDS),
+                bending: explained(offset..FIELDS),
                 noise: 1.0 - mark - explained(0..FIELDS),
             },
         })

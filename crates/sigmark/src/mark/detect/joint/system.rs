@@ -6,7 +6,7 @@ use faer::{Mat, Side, linalg::solvers::Solve};
 
 use super::{
     equations::{OBSERVATIONS_AN_UNKNOWN, RIDGE},
-    fields::{BENDING_DEGREES, BENDING_FIELDS, FIELDS},
+    fields::{FIELDS, OFFSET_FIELDS, OPTIONAL_FIELDS, OPTIONAL_LEVELS},
     patch::PatchEquations,
 };
 use crate::mark::MarkError;
@@ -21,6 +21,9 @@ const SETTLED: f64 = 1e-3;
 const NOISE_STEPS: usize = 4;
 const NOISE_SETTLED: f64 = 0.02;
 
+/// How much of the mark's squares an offset has to explain: where a scale explains most of it, what is left is little, and still as large as the mark in places.
+const WORTH_AN_OFFSET: f64 = 0.02;
+
 /// Where less than one in so many observations waits for weights, as at the edge of what is left of a large model, it keeps a plain one.
 const WORTH_WEIGHING: usize = 10;
 
@@ -32,12 +35,12 @@ pub(super) trait System: Sized + Sync {
     /// Whether the mark's unknowns are bits, ±1, rather than coefficients.
     const IS_OF_BITS: bool;
 
-    /// Those of some patches, with as many bending fields, from at least to at most so many, as [are worth it](bending_worth).
+    /// Those of some patches, with as many optional fields, from at least to at most so many, as [are worth it](optional_worth).
     fn of(
         patches: &BTreeMap<usize, PatchEquations>,
         bits: usize,
         redundancy: f64,
-        bending: &RangeInclusive<usize>,
+        optional: &RangeInclusive<usize>,
     ) -> Self;
 
     /// How many independent observations there are.
@@ -118,11 +121,11 @@ pub(super) fn is_worth_weighing(observations: usize, waiting: usize, unknowns: u
     observations >= OBSERVATIONS_AN_UNKNOWN * unknowns && WORTH_WEIGHING * waiting > observations
 }
 
-/// How many bending fields there are to be, from at least to at most so many, given the Gram matrix of the fields: a higher degree is taken where, with the mark unknown, it explains more squares beside the other
-/// fields than the mark has.
-pub(super) fn bending_worth(fields: &Mat<f64>, mark: f64, bounds: &RangeInclusive<usize>) -> usize {
-    let explained = |bending: usize| {
-        let count = FIELDS - BENDING_FIELDS + bending;
+/// How many optional fields there are to be, from at least to at most so many, given the Gram matrix of the fields: a higher level is taken where, with the mark unknown, it explains more squares beside the other
+/// fields than the mark has; the offset, a single one of which chance explains little, where it explains a fiftieth of these.
+pub(super) fn optional_worth(fields: &Mat<f64>, mark: f64, bounds: &RangeInclusive<usize>) -> usize {
+    let explained = |optional: usize| {
+        let count = FIELDS - OPTIONAL_FIELDS + optional;
         let mut system = fields.get(..count, ..count).to_owned();
         for i in 0..count {
             system[(i, i)] += RIDGE * fields[(i, i)] + f64::MIN_POSITIVE;
@@ -131,11 +134,16 @@ pub(super) fn bending_worth(fields: &Mat<f64>, mark: f64, bounds: &RangeInclusiv
         let solution = system.llt(Side::Lower).ok()?.solve(&right);
         Some((0..count).map(|i| solution[(i, 0)] * right[(i, 0)]).sum::<f64>())
     };
-    let is_worth = |degree: usize, than: usize| matches!((explained(degree), explained(than)), (Some(more), Some(less)) if more - less > mark);
     let mut taken = *bounds.start();
-    for degree in BENDING_DEGREES {
-        if degree > taken && degree <= *bounds.end() && is_worth(degree, taken) {
-            taken = degree;
+    for level in OPTIONAL_LEVELS {
+        let asked = if level == OFFSET_FIELDS {
+            WORTH_AN_OFFSET
+        } else {
+            1.0
+        };
+        let is_worth = |than: usize| matches!((explained(level), explained(than)), (Some(more), Some(less)) if more - less > asked * mark);
+        if level > taken && level <= *bounds.end() && is_worth(taken) {
+            taken = level;
         }
     }
     taken
