@@ -35,7 +35,7 @@ pub(crate) type Matrices<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>);
 /// --------
 /// >>> import sigmark, sigmark.shapes
 /// >>> S, M = sigmark.laplacian(sigmark.shapes.sphere(3))
-/// >>> round(M.sum(), 1)  # the area, nearly 4 π
+/// >>> round(float(M.sum()), 1)  # the area, nearly 4 π
 /// 12.5
 #[pyfunction]
 #[pyo3(signature = (vertices, faces = None, *, laplacian = "cotangent", mass = "lumped"))]

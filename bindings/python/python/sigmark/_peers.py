@@ -13,10 +13,10 @@ def arrays_of(mesh: Any) -> tuple[Any, Any]:
         return mesh.vertex_matrix(), mesh.face_matrix()
     if hasattr(mesh, "cells_dict"):  # meshio.Mesh
         return mesh.points, _triangles(mesh.cells_dict)
+    if hasattr(mesh, "faces") and hasattr(mesh, "vertices"):  # trimesh.Trimesh, whose triangles are corners
+        return mesh.vertices, mesh.faces
     if hasattr(mesh, "triangles") and hasattr(mesh, "vertices"):  # open3d.geometry.TriangleMesh
         return mesh.vertices, mesh.triangles
-    if hasattr(mesh, "faces") and hasattr(mesh, "vertices"):  # trimesh.Trimesh
-        return mesh.vertices, mesh.faces
     raise TypeError(
         f"no mesh: an object of type {type(mesh).__name__} has neither vertices and faces, nor vertices and triangles, "
         "nor points and cells; make one with sigmark.Mesh(vertices, faces)"
