@@ -34,17 +34,17 @@ pub(crate) fn write(measured: &[Measured], options: &PythonBench, python: &Pytho
 fn table(measured: &[Measured]) -> Table {
     let header = [
         "mesh",
-        "n",
-        "pairs",
         "operator",
         "by",
+        "n",
+        "pairs",
         "CPU (s)",
         "wall (s)",
         "worst residual",
         "eigenvalues differ",
         "CPU / ours",
     ];
-    let mut table = Table::new("The lowest pairs of S h = λ M h", header).text_columns(5);
+    let mut table = Table::new("The lowest pairs of S h = λ M h", header).text_columns(3);
     for line in measured {
         let [cpu, wall, residual] = match &line.outcome {
             Outcome::Done {
@@ -64,10 +64,10 @@ fn table(measured: &[Measured]) -> Table {
         };
         table.row([
             line.mesh.clone(),
-            line.vertices.to_string(),
-            line.count.to_string(),
             line.operator.into(),
             line.name.into(),
+            line.vertices.to_string(),
+            line.count.to_string(),
             cpu,
             wall,
             residual,

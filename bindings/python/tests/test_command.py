@@ -14,7 +14,7 @@ import pytest
 
 import sigmark
 import sigmark.shapes
-from test_signing import obj
+from files import obj
 
 
 def script() -> str:

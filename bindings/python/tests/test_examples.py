@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import doctest
 import inspect
+import re
+from pathlib import Path
 
 import pytest
 
 import sigmark
 import sigmark._sigmark
+import sigmark.shapes
+from files import glb
 
 
 def documented() -> list[tuple[str, str]]:
@@ -39,3 +43,22 @@ def test_every_method_and_property_is_documented() -> None:
             for member in vars(value):
                 if not member.startswith("_"):
                     assert inspect.getdoc(getattr(value, member)), f"{name}.{member}"
+
+
+READMES = [Path(__file__).parents[1] / "README.md", Path(__file__).parents[3] / "README.md"]
+
+
+@pytest.mark.parametrize("readme", READMES, ids=["own", "front page"])
+def test_what_the_readme_shows_runs(readme: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    blocks = re.findall(r"```python\n(.*?)```", readme.read_text(encoding="utf-8"), re.DOTALL)
+    assert blocks
+    monkeypatch.chdir(tmp_path)
+    torus = sigmark.shapes.bumpy_torus()
+    Path("model.glb").write_bytes(glb(torus))
+    names: dict[str, object] = {}
+    for block in blocks:
+        exec(block, names)
+    verdict = names["verdict"]
+    assert isinstance(verdict, sigmark.Verdict) and verdict.outcome == "verified"
+    spectrum = names["spectrum"]
+    assert isinstance(spectrum, sigmark.Spectrum) and len(spectrum) == 325

@@ -10,7 +10,7 @@ import pytest
 
 import sigmark
 import sigmark._peers
-from test_signing import obj
+from files import obj
 
 
 @pytest.fixture

@@ -15,15 +15,9 @@ from numpy.typing import NDArray
 
 import sigmark
 import sigmark.shapes
+from files import glb, glb_parts, obj
 
 SCRIPT = [sys.executable, "-m", "sigmark"]
-
-
-def obj(mesh: sigmark.Mesh) -> bytes:
-    lines = ["# a comment that stays"]
-    lines += [f"v {x!r} {y!r} {z!r}" for x, y, z in mesh.vertices.tolist()]
-    lines += [f"f {a} {b} {c}" for a, b, c in (mesh.faces + 1).tolist()]
-    return ("\n".join(lines) + "\n").encode()
 
 
 def rotated(points: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -142,6 +136,19 @@ def test_of_a_file_only_positions_change_and_the_command_agrees(
     assert (tmp_path / "again.obj").read_bytes() == found.read_bytes()
     printed = json.loads(run.stdout)
     assert {name: printed[name] for name in signed.to_dict()} == signed.to_dict()
+
+
+def test_of_a_glb_all_but_positions_stays(tmp_path: Path, torus: sigmark.Mesh, key: sigmark.SigningKey) -> None:
+    model = tmp_path / "model.glb"
+    model.write_bytes(glb(torus))
+    signed = sigmark.embed(model, key)
+    assert signed.asset is not None and signed.asset.format == "glb"
+    before, after = glb_parts(model.read_bytes()), glb_parts(signed.asset.to_bytes())
+    assert before[0] == after[0]
+    positions = torus.vertices.size * 4
+    assert np.array_equal(before[1][positions:], after[1][positions:])
+    assert not np.array_equal(before[1][:positions], after[1][:positions])
+    assert sigmark.verify(signed.asset, signed.certificate, model).outcome == "verified"
 
 
 def test_arrays_are_saved_by_whoever_reads_them(tmp_path: Path, signed: sigmark.Signed) -> None:
