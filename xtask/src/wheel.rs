@@ -99,7 +99,11 @@ fn test(project: &Path, wheel: &Path) -> Result<()> {
     )?;
     // Its package fetches a program for Node the first time.
     match output(&mut python.module("pyright", ["--version"])) {
-        Ok(_) => checked(python.module("pyright", ["tests"]).current_dir(project)),
+        Ok(_) => {
+            let own = output(&mut python.command_of_code("import sys; print(sys.executable)"))?;
+            let arguments = ["tests", "--pythonpath", own.trim()];
+            checked(python.module("pyright", arguments).current_dir(project))
+        }
         Err(error) => {
             eprintln!("NOT CHECKED: pyright, since it can't be run: {error:#}");
             Ok(())

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import threading
 import time
+from collections.abc import Iterator
 
 import numpy as np
 import pytest
@@ -25,10 +26,20 @@ def sphere() -> sigmark.Mesh:
     return sigmark.shapes.sphere(6)
 
 
+@pytest.fixture
+def heeds_signals() -> Iterator[None]:
+    """What a shell starts in the background is told to pass Ctrl-C over."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="signals can't be sent to oneself")
 @pytest.mark.parametrize("threads", [1, 2])
 @pytest.mark.parametrize("after", [0.05, 0.3, 1.0])
-def test_ctrl_c_ends_a_call_within_a_fifth_of_a_second(sphere: sigmark.Mesh, threads: int, after: float) -> None:
+def test_ctrl_c_ends_a_call_within_a_fifth_of_a_second(
+    sphere: sigmark.Mesh, threads: int, after: float, heeds_signals: None
+) -> None:
     pressed: list[float] = []
 
     def press() -> None:
