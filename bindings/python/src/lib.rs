@@ -1,11 +1,11 @@
 //! `sigmark` for Python: arrays in, frozen results out.
 //!
 //! Every class holds what the libraries computed, behind an `Arc`, and every function turns its arguments into values of Rust, computes in
-//! [`running`], with the interpreter free, and wraps the result. Nothing is computed here.
+//! `running.rs`, with the interpreter free, and wraps the result. Nothing is computed here.
 //!
 //! - Points are float64 of shape (n, 3), triangles integers of shape (m, 3), indices from 0. Arrays are copied once on their way in, since another thread
 //!   of Python might write to them meanwhile, and handed out as read-only views of Rust's own memory.
-//! - One exception class an error enum: [`errors`].
+//! - One exception class an error enum: `errors.rs`.
 //! - What functions do, with shapes and units, is said once: in the doc comments of this crate, which Python's `help` shows. The types are in `python/sigmark/_sigmark.pyi`.
 
 mod aligning;
