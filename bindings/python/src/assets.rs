@@ -8,7 +8,13 @@ use std::{
 use mesh_io::Format;
 use pyo3::{exceptions::PyValueError, prelude::*, types::PyBytes};
 
-use crate::{arrays, errors::Failure, meshes::Mesh, objects::counted};
+use crate::{
+    arrays,
+    errors::Failure,
+    meshes::Mesh,
+    objects::counted,
+    running::{Running, run},
+};
 
 /// A mesh file that keeps its bytes: written back, only vertex positions differ, and materials, textures, skins and whatever else it holds stay byte for byte.
 ///
@@ -26,9 +32,11 @@ impl Asset {
         &self.0
     }
 
-    pub(crate) fn open(py: Python<'_>, path: &Path) -> PyResult<Self> {
-        let asset = py.detach(|| mesh_io::Asset::open(path));
-        Ok(Self::new(asset.map_err(Failure::from)?))
+    /// A large file takes seconds.
+    pub(crate) fn open(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
+        run(py, Running::new(Some(1), None), move |_| {
+            Ok(Self::new(mesh_io::Asset::open(path)?))
+        })
     }
 
     /// The file's name without its folder.
@@ -55,7 +63,7 @@ impl Asset {
 ///     The file is missing, damaged, or of no format that is read; the message says where.
 #[pyfunction]
 pub(crate) fn read(py: Python<'_>, path: PathBuf) -> PyResult<Asset> {
-    Asset::open(py, &path)
+    Asset::open(py, path)
 }
 
 #[pymethods]
@@ -84,8 +92,10 @@ impl Asset {
                 PyValueError::new_err("the bytes look like no format that is read; name it with `format`")
             })?,
         };
-        let asset = py.detach(|| mesh_io::Asset::from_bytes(data.to_vec(), format));
-        Ok(Self::new(asset.map_err(Failure::from)?))
+        let data = data.to_vec();
+        run(py, Running::new(Some(1), None), move |_| {
+            Ok(Self::new(mesh_io::Asset::from_bytes(data, format)?))
+        })
     }
 
     /// What the file holds; vertices at equal positions are one. A mesh that a scene places several times is there once.

@@ -44,7 +44,7 @@ impl Input {
         }
         let py = object.py();
         if let Ok(path) = object.extract::<PathBuf>() {
-            return Ok(Self::Asset(Asset::open(py, &path)?));
+            return Ok(Self::Asset(Asset::open(py, path)?));
         }
         let arrays = py
             .import("sigmark._peers")?

@@ -102,7 +102,7 @@ impl SigningKey {
         Self::from_pem(py, &Zeroizing::new(read_text(&path)?), passphrase)
     }
 
-    /// The key as PKCS#8 PEM, locked by a passphrase if one is given.
+    /// The key as PKCS#8 PEM, locked by a passphrase if one is given. Python keeps the text in memory as long as it likes; `save` leaves none there.
     #[pyo3(signature = (passphrase = None))]
     fn to_pem(&self, py: Python<'_>, passphrase: Option<&str>) -> PyResult<String> {
         let text = py.detach(|| self.text(passphrase)).map_err(Failure::from)?;

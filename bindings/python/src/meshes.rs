@@ -9,7 +9,12 @@ use numpy::{
 };
 use pyo3::prelude::*;
 
-use crate::{arrays, errors::Failure, objects::counted};
+use crate::{
+    arrays,
+    errors::Failure,
+    objects::counted,
+    running::{Running, run},
+};
 
 /// A triangle mesh: vertices and faces as they were given, and the surface that they make.
 ///
@@ -69,16 +74,14 @@ impl Mesh {
     ) -> PyResult<Self> {
         let positions = arrays::points(vertices, "vertices")?;
         let triangles = arrays::triangles(faces, "faces", positions.len())?;
-        vertices.py().detach(|| match weld {
+        run(vertices.py(), Running::new(Some(1), None), move |_| match weld {
             true => Self::welded(positions, triangles),
-            false => Ok(Self::plain(
-                TriMesh::new(positions, triangles).map_err(Failure::from)?,
-            )),
+            false => Ok(Self::plain(TriMesh::new(positions, triangles)?)),
         })
     }
 
-    fn welded(positions: Vec<[f64; 3]>, triangles: Vec<[u32; 3]>) -> PyResult<Self> {
-        let welded = Welded::new(&positions, &triangles).map_err(Failure::from)?;
+    fn welded(positions: Vec<[f64; 3]>, triangles: Vec<[u32; 3]>) -> Result<Self, Failure> {
+        let welded = Welded::new(&positions, &triangles)?;
         let summary = welded.summary();
         if (
             summary.merged_vertices,
@@ -183,7 +186,7 @@ impl Mesh {
                 Ok(Self::plain(surface))
             }
             Some(given) if positions.len() == given.positions.len() => {
-                Self::welded(positions, given.triangles.to_vec())
+                Ok(Self::welded(positions, given.triangles.to_vec())?)
             }
             Some(given) => Err(Failure::from(mesh::MeshError::PositionCount {
                 given: positions.len(),
