@@ -5,6 +5,8 @@ from __future__ import annotations
 import doctest
 import inspect
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -48,10 +50,24 @@ def test_every_method_and_property_is_documented() -> None:
 READMES = [Path(__file__).parents[1] / "README.md", Path(__file__).parents[3] / "README.md"]
 
 
-@pytest.mark.parametrize("readme", READMES, ids=["own", "front page"])
-def test_what_the_readme_shows_runs(readme: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def code_of(readme: Path) -> list[str]:
     blocks = re.findall(r"```python\n(.*?)```", readme.read_text(encoding="utf-8"), re.DOTALL)
     assert blocks
+    return blocks
+
+
+@pytest.mark.parametrize("readme", READMES, ids=["own", "front page"])
+def test_what_the_readme_shows_is_well_typed(readme: Path, tmp_path: Path) -> None:
+    pytest.importorskip("mypy")
+    shown = tmp_path / "shown.py"
+    shown.write_text("\n".join(code_of(readme)), encoding="utf-8")
+    checked = subprocess.run([sys.executable, "-m", "mypy", "--strict", shown], cwd=tmp_path, capture_output=True, text=True)
+    assert checked.returncode == 0, checked.stdout
+
+
+@pytest.mark.parametrize("readme", READMES, ids=["own", "front page"])
+def test_what_the_readme_shows_runs(readme: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    blocks = code_of(readme)
     monkeypatch.chdir(tmp_path)
     torus = sigmark.shapes.bumpy_torus()
     Path("model.glb").write_bytes(glb(torus))
