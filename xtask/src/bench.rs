@@ -6,6 +6,7 @@ use bench_harness::{
     eigen::{EigenBench, LoneSolve},
     formats::FormatsBench,
     partition::{LoneDivision, PartitionBench},
+    python::PythonBench,
     quality::QualityBench,
     registration::RegistrationBench,
     robustness::RobustnessBench,
@@ -28,6 +29,11 @@ pub(crate) enum Bench {
     /// said. What peers finished is kept in .cache/bench/eigen, so that a run that was interrupted goes on; remove that folder to
     /// measure all anew.
     Eigen(EigenBench),
+    /// Python: `sigmark.spectrum` beside robust_laplacian, potpourri3d and libigl with scipy, and LaPy
+    ///
+    /// Needs the wheel, which `cargo xtask wheel` makes. Makes a Python environment in .cache/bench/python. What peers finished is kept there; remove
+    /// that folder to measure all anew.
+    Python(PythonBench),
     /// Registration: how often, how exactly and how fast attacked and moved meshes come back; beside its peers
     ///
     /// Makes Python environments in attacks/.venv and bench-harness/.venv. Goes from the smallest mesh to the largest. Finished
@@ -84,6 +90,7 @@ impl Bench {
         match self {
             Self::Partition(bench) => bench.run(),
             Self::Eigen(bench) => bench.run(),
+            Self::Python(bench) => bench.run(),
             Self::Registration(bench) => bench.run(),
             Self::Quality(bench) => bench.run(),
             Self::Robustness(bench) => bench.run(),

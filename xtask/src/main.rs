@@ -4,6 +4,7 @@
 mod bench;
 mod dist;
 mod fuzz;
+mod wheel;
 
 use std::{path::PathBuf, process::ExitCode};
 
@@ -53,6 +54,10 @@ enum Task {
     ///
     /// Needs `cargo install --locked cargo-auditable cargo-cyclonedx`.
     Dist(dist::Options),
+    /// Make the wheel for Python, which brings the module and the command `sigmark`
+    ///
+    /// Needs Python 3.11 or later with venv and the network the first time: maturin goes into .cache/wheel.
+    Wheel(wheel::Options),
     /// Paint the patches of the igea and of the skull, a cropped armadillo, and marks on the igea under a raking light, into results/
     Pictures {
         /// The folder with igea_134k.ply.gz, ct_skull_1081k_closed.ply.gz and armadillo_43k.ply.gz; what is missing is left out
@@ -77,6 +82,7 @@ fn main() -> ExitCode {
         Task::Bench(bench) => bench.run(),
         Task::Fuzz(options) => fuzz::run(&options),
         Task::Dist(options) => dist::run(&options),
+        Task::Wheel(options) => wheel::run(&options),
         Task::Pictures { meshes } => pictures::run(&meshes),
     };
     match done {

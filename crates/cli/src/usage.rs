@@ -1,26 +1,28 @@
 //! The command line read, and what is wrong with it said in one line.
 
-use std::process::ExitCode;
+use std::ffi::OsString;
 
 use clap::{CommandFactory, Parser, error::ErrorKind};
 
 use crate::{args::Arguments, report};
 
 /// The arguments; or, where there is nothing to run, the exit code: help was shown, or the command line is wrong.
-pub(crate) fn parse() -> Result<Arguments, ExitCode> {
-    Arguments::try_parse().map_err(|error| match error.kind() {
+pub(crate) fn parse(command_line: &[OsString]) -> Result<Arguments, u8> {
+    Arguments::try_parse_from(command_line).map_err(|error| match error.kind() {
         ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
             // A reader that went away has read enough.
             let _ = error.print();
-            ExitCode::SUCCESS
+            0
         }
         ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
             let _ = error.print();
-            ExitCode::from(2)
+            2
         }
         _ => {
-            let command = std::env::args().nth(1).unwrap_or_default();
-            let help = match Arguments::command().find_subcommand(&command) {
+            let command = command_line
+                .get(1)
+                .map_or("".into(), |word| word.to_string_lossy());
+            let help = match Arguments::command().find_subcommand(&*command) {
                 Some(_) => format!("sigmark {command} --help"),
                 None => "sigmark --help".into(),
             };
@@ -28,7 +30,7 @@ pub(crate) fn parse() -> Result<Arguments, ExitCode> {
                 "{}; see `{help}`",
                 in_one_line(&error.to_string())
             ));
-            ExitCode::from(2)
+            2
         }
     })
 }

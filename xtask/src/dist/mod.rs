@@ -14,6 +14,7 @@ use sha2::{Digest, Sha256};
 
 use archive::Entry;
 use program::Program;
+pub(crate) use program::{flags, target_folder};
 
 const VERSION: &str = env!("CARGO_PKG_VERSION");
 

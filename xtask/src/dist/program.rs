@@ -122,7 +122,7 @@ impl Program {
 
 /// The caller's flags, and such that the program has no symbols and does not tell in which folders it was built. (A profile's `strip` says
 /// nothing of packages for which the profile says something else.)
-fn flags() -> Result<String> {
+pub(crate) fn flags() -> Result<String> {
     let mut flags = env::var("RUSTFLAGS").unwrap_or_default() + " -C strip=symbols";
     let cargo = env::var_os("CARGO_HOME")
         .map(PathBuf::from)
@@ -145,7 +145,7 @@ fn host() -> Result<String> {
 }
 
 /// Where cargo puts what it builds.
-fn target_folder() -> Result<PathBuf> {
+pub(crate) fn target_folder() -> Result<PathBuf> {
     let metadata = output_of(Command::new("cargo").args(["metadata", "--format-version", "1", "--no-deps"]))?;
     let metadata: serde_json::Value = serde_json::from_str(&metadata)?;
     let folder = metadata["target_directory"].as_str();

@@ -89,6 +89,14 @@ impl Python {
         command
     }
 
+    /// What runs a module, as `python -m` does.
+    pub fn module(&self, module: &str, arguments: impl IntoIterator<Item: AsRef<OsStr>>) -> Command {
+        let mut command = Command::new(&self.interpreter);
+        command.args(["-m", module]).args(arguments);
+        command.envs(self.variables.iter().copied());
+        command
+    }
+
     /// What runs a line of code.
     pub fn command_of_code(&self, code: &str) -> Command {
         let mut command = Command::new(&self.interpreter);

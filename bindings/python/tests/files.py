@@ -1,0 +1,54 @@
+"""Small files of meshes."""
+
+from __future__ import annotations
+
+import json
+import struct
+
+import numpy as np
+
+import sigmark
+
+
+def obj(mesh: sigmark.Mesh) -> bytes:
+    lines = ["# a comment that stays"]
+    lines += [f"v {x!r} {y!r} {z!r}" for x, y, z in mesh.vertices.tolist()]
+    lines += [f"f {a} {b} {c}" for a, b, c in (mesh.faces + 1).tolist()]
+    return ("\n".join(lines) + "\n").encode()
+
+
+def glb(mesh: sigmark.Mesh) -> bytes:
+    """With a material and extras, which have to stay."""
+    positions = mesh.vertices.astype("<f4")
+    indices = mesh.faces.astype("<u4").tobytes()
+    bounds = {"min": positions.min(axis=0).tolist(), "max": positions.max(axis=0).tolist()}
+    document = {
+        "asset": {"version": "2.0", "extras": {"note": "stays"}},
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0, "name": "model"}],
+        "materials": [{"name": "gold", "pbrMetallicRoughness": {"baseColorFactor": [1, 0.8, 0.2, 1]}}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1, "material": 0}]}],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": len(positions), "type": "VEC3", **bounds},
+            {"bufferView": 1, "componentType": 5125, "count": mesh.faces.size, "type": "SCALAR"},
+        ],
+        "bufferViews": [
+            {"buffer": 0, "byteOffset": 0, "byteLength": positions.nbytes},
+            {"buffer": 0, "byteOffset": positions.nbytes, "byteLength": len(indices)},
+        ],
+        "buffers": [{"byteLength": positions.nbytes + len(indices)}],
+    }
+    text = json.dumps(document).encode()
+    text += b" " * (-len(text) % 4)
+    chunks = struct.pack("<I4s", len(text), b"JSON") + text
+    chunks += struct.pack("<I4s", positions.nbytes + len(indices), b"BIN\0") + positions.tobytes() + indices
+    return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
+
+
+def glb_parts(data: bytes) -> tuple[dict[str, object], np.ndarray[tuple[int], np.dtype[np.uint8]]]:
+    """The document without the bounds of positions, and the binary chunk."""
+    length = struct.unpack_from("<I", data, 12)[0]
+    document = json.loads(data[20 : 20 + length])
+    for name in ("min", "max"):
+        del document["accessors"][0][name]
+    return document, np.frombuffer(data, np.uint8, offset=28 + length)
