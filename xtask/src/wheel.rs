@@ -90,7 +90,7 @@ fn test(project: &Path, wheel: &Path) -> Result<()> {
     install_peers(&python, &tests)?;
     let allowed = tests.join("stubtest-allowed.txt");
     checked(python.module("pytest", ["--quiet"]).current_dir(project))?;
-    checked(python.module("mypy", ["--strict", "tests"]).current_dir(project))?;
+    checked(python.module("mypy", ["--strict", "tests", "python/sigmark"]).current_dir(project))?;
     checked(
         python
             .module("mypy.stubtest", ["sigmark", "--allowlist"])
@@ -101,7 +101,7 @@ fn test(project: &Path, wheel: &Path) -> Result<()> {
     match output(&mut python.module("pyright", ["--version"])) {
         Ok(_) => {
             let own = output(&mut python.command_of_code("import sys; print(sys.executable)"))?;
-            let arguments = ["tests", "--pythonpath", own.trim()];
+            let arguments = ["tests", "python/sigmark/batch", "--pythonpath", own.trim()];
             checked(python.module("pyright", arguments).current_dir(project))
         }
         Err(error) => {

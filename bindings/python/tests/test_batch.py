@@ -1,0 +1,234 @@
+"""Many models at once: whatever runs them and whatever is killed, the rows are those of a serial run."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import sigmark
+from files import obj
+
+pa = pytest.importorskip("pyarrow", reason="batches need pyarrow")
+pytest.importorskip("daft", reason="batches are run by Daft")
+
+from sigmark import batch  # noqa: E402
+
+# Takes down the process that reads a file of this name, and notes which files are read: what a broken file, or a machine without memory, does.
+POISON = """
+import os, sigmark
+read = sigmark.read
+def reading(path):
+    with open({log!r}, "a") as log:
+        log.write(os.path.basename(path) + "\\n")
+    if "poison" in str(path):
+        os.kill(os.getpid(), 9)
+    return read(path)
+sigmark.read = reading
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory, torus: sigmark.Mesh, key: sigmark.SigningKey) -> Path:
+    """An original, its signed copy, copies of that, and their jobs."""
+    folder = tmp_path_factory.mktemp("models")
+    (folder / "model.obj").write_bytes(obj(torus))
+    key.save(folder / "owner.pem")
+    key.public_key.save(folder / "owner.pub.pem")
+    sigmark.embed(folder / "model.obj", key, message="© 2026 Studio").save(folder / "signed.obj")
+    for i in range(8):
+        (folder / f"found{i}.obj").write_bytes((folder / "signed.obj").read_bytes())
+    (folder / "broken.obj").write_text("f 1 2 3\n")
+    (folder / "poison.obj").write_bytes((folder / "signed.obj").read_bytes())
+    return folder
+
+
+@pytest.fixture
+def read_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """The list of files that were read; `poison.obj` takes its reader down."""
+    log, site = tmp_path / "read.txt", tmp_path / "site"
+    site.mkdir()
+    (site / "sitecustomize.py").write_text(POISON.format(log=str(log)))
+    monkeypatch.setenv("PYTHONPATH", str(site))
+    log.write_text("")
+    yield log
+
+
+def jobs(folder: Path, *suspects: str) -> Any:
+    return pa.table(
+        {
+            "suspect": [str(folder / name) for name in suspects],
+            "original": [str(folder / "model.obj")] * len(suspects),
+            "certificate": [str(folder / "signed.obj.cert.json")] * len(suspects),
+            "ticket": list(range(100, 100 + len(suspects))),
+        }
+    )
+
+
+SUSPECTS = ["found0.obj", "model.obj", "broken.obj", "missing.obj", "found1.obj", "found2.obj"]
+
+
+def test_rows_are_those_of_a_serial_run(folder: Path, tmp_path: Path) -> None:
+    key = str(folder / "owner.pub.pem")
+    serial = batch.verify(jobs(folder, *SUSPECTS), tmp_path / "serial", public_key=key, engine="serial")
+    native = batch.verify(jobs(folder, *SUSPECTS), tmp_path / "native", public_key=key, workers=2)
+    assert (serial.rows, serial.errors) == (native.rows, native.errors) == (6, 2)
+    assert serial.table().equals(native.table())
+    rows = serial.table().to_pylist()
+    assert [row["outcome"] for row in rows] == ["verified", "not_found", None, None, "verified", "verified"]
+    assert [row["ticket"] for row in rows] == list(range(100, 106)) and [row["row"] for row in rows] == list(range(6))
+    assert "broken.obj" in rows[2]["error"] and rows[3]["error"].startswith("AssetError") and rows[0]["error"] is None
+    assert not (tmp_path / "serial/_ledger").exists() and (tmp_path / "serial/_SUCCESS").exists()
+
+
+def test_complete_results_are_not_replaced_unasked(folder: Path, tmp_path: Path) -> None:
+    one = jobs(folder, "found0.obj")
+    batch.verify(one, tmp_path / "out", engine="serial")
+    with pytest.raises(FileExistsError, match="overwrite=True"):
+        batch.verify(one, tmp_path / "out", engine="serial")
+    assert batch.verify(one, tmp_path / "out", engine="serial", overwrite=True).rows == 1
+
+
+def test_jobs_that_make_no_sense_are_refused(folder: Path, tmp_path: Path) -> None:
+    one = jobs(folder, "found0.obj")
+    with pytest.raises(ValueError, match="no column 'certificate'"):
+        batch.verify(one.drop_columns(["certificate"]), tmp_path / "out")
+    with pytest.raises(ValueError, match="a column 'error' of their own"):
+        batch.verify(one.append_column("error", [["x"]]), tmp_path / "out")
+    with pytest.raises(ValueError, match="no jobs"):
+        batch.verify(one.slice(0, 0), tmp_path / "out")
+    with pytest.raises(ValueError, match="engine"):
+        batch.verify(one, tmp_path / "out", engine="spark")  # type: ignore[arg-type]
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_file_that_takes_its_process_down_costs_its_own_row(folder: Path, tmp_path: Path, read_files: Path) -> None:
+    suspects = ["found0.obj", "poison.obj", "found1.obj"]
+    summary = batch.verify(jobs(folder, *suspects), tmp_path / "out", workers=1)
+    rows = summary.table().to_pylist()
+    assert [row["outcome"] for row in rows] == ["verified", None, "verified"]
+    assert "signal 9" in rows[1]["error"]
+    assert Counter(read_files.read_text().split())["poison.obj"] == 2
+
+
+def start(folder: Path, output: Path, table: Path) -> subprocess.Popen[bytes]:
+    command = [sys.executable, "-m", "sigmark.batch", "verify", table, "-o", output, "--workers", "2"]
+    command += ["--public-key", folder / "owner.pub.pem"]
+    return subprocess.Popen(list(map(str, command)), start_new_session=True)
+
+
+def wait_for_rows(output: Path, rows: int, process: subprocess.Popen[bytes]) -> set[str]:
+    """The ledger's rows, as soon as there are so many."""
+    until = time.monotonic() + 120
+    while time.monotonic() < until and process.poll() is None:
+        finished = {path.name for path in (output / "_ledger").glob("??/*.json")}
+        if len(finished) >= rows:
+            return finished
+        time.sleep(0.02)
+    raise AssertionError("the run did not come so far")
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="looks for processes in /proc")
+@pytest.mark.parametrize("who", ["a worker", "all"])
+def test_what_is_killed_loses_nothing_and_repeats_nothing(folder: Path, tmp_path: Path, read_files: Path, who: str) -> None:
+    import pyarrow.parquet as pq
+
+    names, output, table = [f"found{i % 8}.obj" for i in range(24)], tmp_path / "out", tmp_path / "jobs.parquet"
+    for i in range(24):
+        os.link(folder / names[i], tmp_path / f"suspect{i}.obj")
+    suspects = jobs(folder, *names).set_column(0, "suspect", [[str(tmp_path / f"suspect{i}.obj") for i in range(24)]])
+    pq.write_table(suspects, table)
+
+    run = start(folder, output, table)
+    wait_for_rows(output, 4, run)
+    if who == "a worker":
+        os.kill(workers_of(run.pid)[0], signal.SIGKILL)
+    else:
+        os.killpg(run.pid, signal.SIGKILL)
+        run.wait()
+        # What was being worked on may still end.
+        time.sleep(1)
+        run = start(folder, output, table)
+    assert run.wait(240) == 0
+
+    serial = batch.verify(suspects, tmp_path / "serial", public_key=str(folder / "owner.pub.pem"), engine="serial")
+    assert batch.Summary(24, 0, str(output)).table().equals(serial.table())
+    # Once by the run and once by the serial one; and once more what was being worked on by the two.
+    again = [count for name, count in Counter(read_files.read_text().split()).items() if name.startswith("suspect") and count > 2]
+    assert len(again) <= 2 and all(count == 3 for count in again)
+
+
+def workers_of(process: int) -> list[int]:
+    """The processes that Daft works in."""
+    found = []
+    for entry in Path("/proc").glob("[0-9]*"):
+        try:
+            parent = int((entry / "stat").read_text().rpartition(")")[2].split()[1])
+            line = (entry / "cmdline").read_bytes()
+        except OSError:
+            continue
+        if parent == process and b"daft" in line:
+            found.append(int(entry.name))
+    assert found
+    return found
+
+
+def test_copies_are_those_of_embed(folder: Path, tmp_path: Path, key: sigmark.SigningKey) -> None:
+    buyers = ["Anna", "Bert", "Carl"]
+    orders = pa.table(
+        {
+            "model": [str(folder / "model.obj")] * 3 + [str(folder / "broken.obj")],
+            "recipient": [*buyers, "Dora"],
+            "output": [str(tmp_path / f"copies/{name}.obj") for name in [*buyers, "Dora"]],
+        }
+    )
+    arguments: dict[str, Any] = {"key": str(folder / "owner.pem"), "message": "© 2026 Studio", "workers": 2}
+    summary = batch.embed(orders, tmp_path / "native", **arguments)
+    assert (summary.rows, summary.errors) == (4, 1)
+    for buyer, row in zip(buyers, summary.table().to_pylist()):
+        alone = sigmark.embed(folder / "model.obj", key, message="© 2026 Studio", recipient=buyer)
+        assert alone.asset and Path(row["output"]).read_bytes() == alone.asset.to_bytes()
+        assert sigmark.Certificate.read(row["certificate"]).to_json() == alone.certificate.to_json()
+        assert os.stat(row["certificate"]).st_mode & 0o077 == 0 or os.name == "nt"
+    # Once more, where all is there already; and where another file is.
+    assert batch.embed(orders, tmp_path / "again", **arguments).table().equals(summary.table())
+    Path(orders["output"][0].as_py()).write_text("mine")
+    again = batch.embed(orders, tmp_path / "third", **arguments).table().to_pylist()
+    assert "is another file" in again[0]["error"] and again[1]["error"] is None
+    assert Path(orders["output"][0].as_py()).read_text() == "mine"
+
+
+def test_on_ray(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("ray", reason="the cluster is Ray's")
+    # Whoever starts a cluster says this; here it is one of this machine alone, in a process of its own, since a process has one engine.
+    code = f"""
+import ray
+from sigmark import batch
+import pyarrow.parquet as pq
+ray.init(num_cpus=2, include_dashboard=False, log_to_driver=False)
+summary = batch.verify({str(tmp_path / "jobs.parquet")!r}, {str(tmp_path / "ray")!r}, engine="ray", workers=2, public_key={str(folder / "owner.pub.pem")!r})
+assert summary.errors == 2, summary
+"""
+    import pyarrow.parquet as pq
+
+    pq.write_table(jobs(folder, *SUSPECTS), tmp_path / "jobs.parquet")
+    subprocess.run([sys.executable, "-c", code], check=True, timeout=300)
+    serial = batch.verify(jobs(folder, *SUSPECTS), tmp_path / "serial", public_key=str(folder / "owner.pub.pem"), engine="serial")
+    assert batch.Summary(6, 2, str(tmp_path / "ray")).table().equals(serial.table())
+
+
+def test_the_command_says_what_is_wrong(folder: Path, tmp_path: Path) -> None:
+    def run(*arguments: object) -> subprocess.CompletedProcess[str]:
+        return subprocess.run([sys.executable, "-m", "sigmark.batch", *map(str, arguments)], capture_output=True, text=True)
+
+    assert "columns suspect, original, certificate" in run("--help").stdout
+    missing = run("verify", tmp_path / "none.parquet", "-o", tmp_path / "out")
+    assert missing.returncode == 2 and missing.stderr.startswith("sigmark.batch: ") and "Traceback" not in missing.stderr
