@@ -36,8 +36,10 @@ mod results;
 pub mod robustness;
 pub mod seconds;
 pub mod security;
+pub mod services;
 mod suspects;
 pub mod tracing;
 pub mod visibility;
+mod wheel;
 
 pub use evaluation::inputs::{edge_graph, surface};

@@ -12,6 +12,7 @@ use bench_harness::{
     robustness::RobustnessBench,
     seconds::SecondsBench,
     security::SecurityBench,
+    services::ServicesBench,
     tracing::TracingBench,
     visibility::VisibilityBench,
 };
@@ -72,6 +73,10 @@ pub(crate) enum Bench {
     /// Makes a Python environment and installs npm's packages in .cache/bench/formats. Programs that can't be had are left out, and said. Pictures
     /// are drawn by three.js in Chromium without its window (Debian: apt-get install chromium; elsewhere CHROMIUM says where it is).
     Formats(FormatsBench),
+    /// Services: a shop that signs at download, under load and killed; batches by Daft, and what a thousand models cost
+    ///
+    /// Needs the wheel, which `cargo xtask wheel` makes. Makes a Python environment in .cache/bench/services.
+    Services(ServicesBench),
     /// Polar code: frame error rates beside the bounds, other constructions and lengths, AFF3CT's published curves; seconds
     ///
     /// Half an hour and more. Points that are finished are kept in .cache/bench/code by the digest of the code that made them, so that a run that was
@@ -99,6 +104,7 @@ impl Bench {
             Self::Visibility(bench) => bench.run(),
             Self::Seconds(bench) => bench.run(),
             Self::Formats(bench) => bench.run(),
+            Self::Services(bench) => bench.run(),
             Self::Code(bench) => bench.run(),
             Self::Solve(alone) => alone.run(),
             Self::Divide(alone) => alone.run(),

@@ -90,10 +90,17 @@ fn test(project: &Path, wheel: &Path) -> Result<()> {
     install_peers(&python, &tests)?;
     let allowed = tests.join("stubtest-allowed.txt");
     checked(python.module("pytest", ["--quiet"]).current_dir(project))?;
-    checked(python.module("mypy", ["--strict", "tests", "python/sigmark"]).current_dir(project))?;
     checked(
         python
-            .module("mypy.stubtest", ["sigmark", "--allowlist"])
+            .module(
+                "mypy",
+                ["--strict", "tests", "python/sigmark", "examples/downloads"],
+            )
+            .current_dir(project),
+    )?;
+    checked(
+        python
+            .module("mypy.stubtest", ["sigmark._sigmark", "--allowlist"])
             .arg(allowed)
             .current_dir(&tests),
     )?;
@@ -101,7 +108,13 @@ fn test(project: &Path, wheel: &Path) -> Result<()> {
     match output(&mut python.module("pyright", ["--version"])) {
         Ok(_) => {
             let own = output(&mut python.command_of_code("import sys; print(sys.executable)"))?;
-            let arguments = ["tests", "python/sigmark/batch", "--pythonpath", own.trim()];
+            let arguments = [
+                "tests",
+                "python/sigmark/batch",
+                "examples/downloads",
+                "--pythonpath",
+                own.trim(),
+            ];
             checked(python.module("pyright", arguments).current_dir(project))
         }
         Err(error) => {

@@ -5,7 +5,6 @@
 mod page;
 
 use std::{
-    env, fs,
     path::{Path, PathBuf},
     process::Command,
 };
@@ -14,13 +13,13 @@ use anyhow::{Context, Result, bail};
 use clap::Args;
 use evaluation::{
     inputs::{mesh_files, name_of, named},
-    process::{output, output_within, root},
+    process::{output_within, root},
     python::Python,
 };
 use mesh_io::Asset;
 use serde::{Deserialize, Serialize};
 
-use crate::{kept, measure::median, peers::ONE_THREAD};
+use crate::{kept, measure::median, peers::ONE_THREAD, wheel};
 
 /// The meshes that are compared on unless others are asked for.
 const MESHES: [&str; 3] = ["rocker_arm_10k", "stanford_bunny_bun_zipper_36k", "igea_134k"];
@@ -147,9 +146,7 @@ impl PythonBench {
         let folder = kept::folder("python")?;
         let scripts = root().join("bench-harness/peers/python");
         let python = Python::prepare_in(scripts, folder.join("venv"))?.with_variables(&ONE_THREAD);
-        let wheel = self.wheel.clone().map_or_else(latest_wheel, Ok)?;
-        let install = "install --quiet --disable-pip-version-check --no-deps --force-reinstall".split(' ');
-        output(python.module("pip", install).arg(&wheel)).context("the wheel can't be installed")?;
+        wheel::install(&python, self.wheel.as_deref())?;
         let solvers = Solvers {
             python,
             folder,
@@ -277,28 +274,6 @@ impl Outcome {
         let pairs = a.iter().zip(b).skip(1);
         Some(pairs.map(|(a, b)| (a / b - 1.0).abs()).fold(0.0, f64::max))
     }
-}
-
-/// The latest of `wheels` in the folder of this program's build.
-fn latest_wheel() -> Result<PathBuf> {
-    let program = env::current_exe()?;
-    let wheels = program.ancestors().nth(2).map(|target| target.join("wheels"));
-    let wheels = wheels.context("this program lies in no target folder; name the wheel with --wheel")?;
-    let missing = || {
-        format!(
-            "{}: no wheel is there; make it with `cargo xtask wheel`",
-            wheels.display()
-        )
-    };
-    let mut found = Vec::new();
-    for entry in fs::read_dir(&wheels).with_context(missing)? {
-        let path = entry?.path();
-        if path.extension().is_some_and(|extension| extension == "whl") {
-            found.push((fs::metadata(&path)?.modified()?, path));
-        }
-    }
-    found.sort();
-    found.pop().map(|(_, path)| path).with_context(missing)
 }
 
 #[cfg(test)]

@@ -382,6 +382,14 @@ impl Prepared {
         })
     }
 
+    /// Bytes of the harmonics and the mesh that are kept, about; more than a gigabyte of harmonics is not.
+    #[getter]
+    fn nbytes(&self) -> usize {
+        let original = self.prepared.original();
+        let mesh = original.mesh();
+        original.basis_bytes().min(1 << 30) + 24 * mesh.vertex_count() + 12 * mesh.triangle_count()
+    }
+
     /// What `sigmark embed --json` prints of the marks.
     fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         plain(py, &figures(&self.prepared, self.laplacian))

@@ -9,7 +9,7 @@ use crate::{
     certificates::{CertificateInput, KeyInput},
     errors::Failure,
     input::Input,
-    objects::{counted, plain},
+    objects::{counted, plain, shown},
     running::{Running, run},
     verifying::mismatch,
 };
@@ -276,6 +276,7 @@ impl Accused {
             margin,
             ..
         } = self;
+        let p_value = shown(*p_value);
         format!("Accused({recipient:?}, p <= {p_value:.1e}, margin {margin:.1})")
     }
 }

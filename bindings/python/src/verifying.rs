@@ -12,7 +12,7 @@ use crate::{
     certificates::{CertificateInput, KeyInput},
     errors::Failure,
     input::Input,
-    objects::plain,
+    objects::{plain, shown},
     running::{Running, run},
 };
 
@@ -285,7 +285,7 @@ impl Verdict {
         format!(
             "Verdict({}, p <= {:.1e}{errors})",
             self.outcome(),
-            self.verdict.p_value
+            shown(self.verdict.p_value)
         )
     }
 }

@@ -232,3 +232,31 @@ def test_the_command_says_what_is_wrong(folder: Path, tmp_path: Path) -> None:
     assert "columns suspect, original, certificate" in run("--help").stdout
     missing = run("verify", tmp_path / "none.parquet", "-o", tmp_path / "out")
     assert missing.returncode == 2 and missing.stderr.startswith("sigmark.batch: ") and "Traceback" not in missing.stderr
+
+
+def test_everything_may_lie_on_object_storage(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    server = pytest.importorskip("moto.server", reason="moto stands for a store").ThreadedMotoServer(port=0, verbose=False)
+    server.start()
+    host, port = server.get_host_and_port()
+    variables = {"AWS_ENDPOINT_URL": f"http://{host}:{port}", "AWS_ACCESS_KEY_ID": "id", "AWS_SECRET_ACCESS_KEY": "secret", "AWS_REGION": "us-east-1"}
+    for name, value in variables.items():
+        monkeypatch.setenv(name, value)
+    try:
+        import pyarrow.fs as fs
+
+        store = fs.S3FileSystem(endpoint_override=variables["AWS_ENDPOINT_URL"], allow_bucket_creation=True)
+        store.create_dir("shop")
+        for name in ("model.obj", "owner.pem", "owner.pub.pem"):
+            with store.open_output_stream(f"shop/{name}") as stream:
+                stream.write((folder / name).read_bytes())
+        orders = pa.table({"model": ["s3://shop/model.obj"] * 2, "recipient": ["Anna", "Bert"], "output": ["s3://shop/Anna.obj", "s3://shop/Bert.obj"]})
+        signed = batch.embed(orders, "s3://shop/signed", key="s3://shop/owner.pem", workers=2)
+        assert signed.errors == 0, signed.table()
+        copies = signed.table()
+        suspects = pa.table({"suspect": copies["output"], "original": copies["model"], "certificate": copies["certificate"]})
+        asked = batch.verify(suspects, "s3://shop/verdicts", public_key="s3://shop/owner.pub.pem", workers=2)
+        assert asked.table()["outcome"].to_pylist() == ["verified", "verified"]
+        kept = {entry.base_name for entry in store.get_file_info(fs.FileSelector("shop/verdicts"))}
+        assert "_SUCCESS" in kept and "_ledger" not in kept
+    finally:
+        server.stop()

@@ -62,7 +62,9 @@ def _choose_runner(daft: Any, engine: str) -> None:
     """A process has one, from its first use of Daft on."""
     try:
         daft.set_runner_ray() if engine == "ray" else daft.set_runner_native()
-    except Exception:
+    except Exception as error:
+        if "more than once" not in str(error):
+            raise RuntimeError(f"Daft can't run on {engine!r}: {error}") from error
         chosen = daft.runners.get_or_infer_runner_type()
         if chosen != engine:
             raise ValueError(f"Daft runs on {chosen!r} in this process already: start another one for engine={engine!r}") from None
