@@ -95,7 +95,15 @@ struct Cost {
     rows: usize,
     errors: usize,
     wall: f64,
-    cpu: f64,
+    /// How many rows were worked on at once, each on one core.
+    cores: usize,
+}
+
+impl Cost {
+    /// Core hours of a thousand rows, cores that waited included.
+    fn of_a_thousand(&self) -> f64 {
+        1000.0 * self.wall * self.cores as f64 / self.rows.max(1) as f64 / 3600.0
+    }
 }
 
 impl ServicesBench {

@@ -14,7 +14,7 @@ pub(super) fn write(sold: &[(String, Sold)], batches: (&str, &Batches)) -> Resul
          ## A copy at download\n\nThe shop of [bindings/python/examples/downloads](../bindings/python/examples/downloads/README.md): `prepare` is what does not depend on the buyer, `embed` a copy after that, in one process on all cores. \
          The service then signs for so many buyers at once, each of whom asks for one order after the other; p50 and p99 are seconds from the question to the last byte.\n\n{}\n{}\n\
          Killed (SIGKILL) in the middle of a load and started again, with four buyers who then ask for all orders:\n\n{}\n\
-         ## Batches\n\n{}\n{}\n{}; {}.\n",
+         ## Batches\n\nBy `sigmark.batch`, as serial runs and by Daft on this machine; core hours are wall time by cores, those that wait included.\n\n{}\n{}\n{}; {}.\n",
         prepared(sold).markdown(),
         loads(sold).markdown(),
         killed(sold),
@@ -101,8 +101,8 @@ fn costs((name, batches): (&str, &Batches)) -> Table {
         "rows",
         "errors",
         "wall (s)",
-        "CPU (s)",
-        "CPU a thousand (h)",
+        "cores",
+        "core hours a thousand",
         "same rows",
     ];
     let mut table = Table::new(&format!("{name}, {} vertices", batches.vertices), header).text_columns(2);
@@ -114,8 +114,8 @@ fn costs((name, batches): (&str, &Batches)) -> Table {
                 cost.rows.to_string(),
                 cost.errors.to_string(),
                 format!("{:.1}", cost.wall),
-                format!("{:.1}", cost.cpu),
-                format!("{:.2}", thousand(cost.cpu, cost.rows)),
+                cost.cores.to_string(),
+                format!("{:.2}", cost.of_a_thousand()),
                 if batch.same { "yes" } else { "NO" }.into(),
             ]);
         }
@@ -127,18 +127,13 @@ fn operations(batches: &Batches) -> [(&'static str, &Batch); 2] {
     [("embed", &batches.embed), ("verify", &batches.verify)]
 }
 
-/// Core hours of a thousand rows.
-fn thousand(cpu: f64, rows: usize) -> f64 {
-    1000.0 * cpu / rows.max(1) as f64 / 3600.0
-}
-
 /// Ten million rows at the price of those that were measured, start of the engine and preparation included.
 fn on_paper(batches: &Batches) -> String {
     let lines = operations(batches).map(|(operation, batch)| {
-        let hours = 1e4 * thousand(batch.native.cpu, batch.native.rows);
+        let hours = 1e4 * batch.native.of_a_thousand();
         format!(
-            "- `{operation}`: {hours:.0} core hours for ten million, {:.1} days on 1000 cores\n",
-            hours / 24.0 / 1000.0
+            "- `{operation}`: {hours:.0} core hours for ten million, {:.1} hours on 1000 cores\n",
+            hours / 1000.0
         )
     });
     format!(

@@ -2,7 +2,7 @@
 
 use std::{borrow::Cow, path::PathBuf, sync::Arc};
 
-use mesh::TriMesh;
+use mesh::{Rig, TriMesh};
 use pyo3::{Borrowed, prelude::*};
 
 use crate::{assets::Asset, errors::Failure, meshes::Mesh};
@@ -31,6 +31,14 @@ impl Input {
                 Cow::Borrowed(mesh) => mesh.clone(),
                 Cow::Owned(mesh) => mesh,
             })),
+        }
+    }
+
+    /// What poses it, if a file says so.
+    pub(crate) fn rig(&self) -> Result<Option<Rig>, Failure> {
+        match self {
+            Self::Mesh(_) => Ok(None),
+            Self::Asset(asset) => Ok(asset.inner().rig()?),
         }
     }
 

@@ -117,7 +117,9 @@ impl Tracer {
         key: &sigmark::PublicKey,
         p_bound: f64,
     ) -> Result<Self, Failure> {
-        let mut tracer = sigmark::claim::Tracer::new(&original.surface(), key)?.p_bound(p_bound);
+        let mut tracer = sigmark::claim::Tracer::new(&original.surface(), key)?
+            .with_rig(original.rig()?)
+            .p_bound(p_bound);
         let mut copies = Vec::with_capacity(certificates.len());
         for CertificateInput(certificate) in certificates {
             tracer.add(&sigmark::Certificate::clone(certificate).into())?;

@@ -122,7 +122,12 @@ impl Verifier {
             other => other,
         }?;
         Ok(Self {
-            verifier: Arc::new(verifier.p_bound(p_bound).paper_profile(paper_profile)),
+            verifier: Arc::new(
+                verifier
+                    .with_rig(original.rig()?)
+                    .p_bound(p_bound)
+                    .paper_profile(paper_profile),
+            ),
             certificate,
             own_key,
         })

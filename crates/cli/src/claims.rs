@@ -6,6 +6,7 @@ use std::{
 };
 
 use anyhow::{Context, Result, bail};
+use mesh::Rig;
 use mesh_io::Asset;
 use serde::Deserialize;
 use sha2::{Digest, Sha256};
@@ -31,6 +32,8 @@ pub(crate) struct Claim {
     /// The file of the key; `None` where it was taken from the certificate.
     pub(crate) key_file: Option<ReadFile>,
     pub(crate) original: Asset,
+    /// What poses the original, if its file has that.
+    pub(crate) rig: Option<Rig>,
     pub(crate) original_path: PathBuf,
     pub(crate) public_key: PublicKey,
     /// Whether the key was taken from the certificate, and says nothing of who the signer is.
@@ -126,6 +129,7 @@ impl ClaimFiles {
             certificate,
             certificate_file: ReadFile::of(&self.certificate, text.as_bytes()),
             key_file,
+            rig: original.rig()?,
             original,
             original_path,
             public_key,
@@ -137,7 +141,8 @@ impl ClaimFiles {
 impl Claim {
     /// Judges suspects by this claim; fails where original, certificate and key don't belong together.
     pub(crate) fn verifier(&self) -> Result<Verifier, SigmarkError> {
-        Verifier::new(self.original.mesh(), &self.certificate, &self.public_key)
+        let verifier = Verifier::new(self.original.mesh(), &self.certificate, &self.public_key)?;
+        Ok(verifier.with_rig(self.rig.clone()))
     }
 
     /// As [`verifier`](Self::verifier), for the owner's information also where the original is of the same geometry and not the very file.

@@ -1,4 +1,5 @@
 mod moved;
+mod rig;
 
 use std::borrow::Cow;
 use std::collections::HashMap;

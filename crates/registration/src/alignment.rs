@@ -46,6 +46,8 @@ pub enum MatchedBy {
     Points,
     /// Its connected parts, each by itself.
     Parts,
+    /// Its vertices, after the joints of the original's rig had moved them.
+    Rig,
 }
 
 /// Where the suspect belongs, and how well it fits there.

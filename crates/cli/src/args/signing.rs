@@ -261,7 +261,7 @@ it is read where many bits are lost or wrong.
 --json prints: an object a suspect, each in a line, of suspect (file name), outcome (verified, detected or not_found), evidence (whether p_value is at most 2^-120 for a mark that binds the \
 original, compared with the very file), scheme, signed (what the signature in the shape covers: statement or message), own_key (whether the key is the \
 certificate's), original (file name), original_is (file: the very one that was signed; geometry: another of that geometry), extraction_rate (0 to 1), p_value, p_dispute (2^80 p_value, at most 1, of a tag at least 2^-48), correlation, margin (T0, the signal-to-noise ratio), payload (signature, tag or plain-signature), bits (of the code, of which something was read), \
-bit_errors (how many of those are wrong, before the code mends any), patches_read (of how many patches the bits were read), registration (connectivity, surroundings, surface or parts), poses (how many were tried), overlap (share of the \
+bit_errors (how many of those are wrong, before the code mends any), patches_read (of how many patches the bits were read), registration (connectivity, surroundings, surface, parts, or rig: by its vertices, brought back from its pose by the joints of the original's file), poses (how many were tried), overlap (share of the \
 suspect's surface that lies on the original, 0 to 1), coverage (share of the original's that lies on the suspect), missing \
 (share of the original's vertices that were not seen), residual (fraction of the diagonal), transform (4 × 4, suspect to \
 original), mirrored, attack_model (of what moved the suspect, the shares of squared displacements that mark, misalignment, offset, \

@@ -11,12 +11,10 @@ use crate::{args::Verify, claims::Claim, commands::verify::remark, report};
 pub(super) fn word(verdict: &Verdict, arguments: &Verify) -> &'static str {
     match verdict.outcome {
         Outcome::Verified if !verdict.binds_original => "Verified, by the paper's profile",
-        Outcome::Verified if verdict.compared_with != Compared::Original => "Verified, for the owner alone",
+        Outcome::Verified if verdict.is_for_owner_alone() => "Verified, for the owner alone",
         Outcome::Verified => "Verified",
         Outcome::Detected { .. } if arguments.dispute && !verdict.is_evidence() => "No evidence",
-        Outcome::Detected { .. } if verdict.compared_with != Compared::Original => {
-            "Detected, for the owner alone"
-        }
+        Outcome::Detected { .. } if verdict.is_for_owner_alone() => "Detected, for the owner alone",
         Outcome::Detected { .. } => "Detected",
         _ => "Not found",
     }
@@ -25,7 +23,7 @@ pub(super) fn word(verdict: &Verdict, arguments: &Verify) -> &'static str {
 /// The colour of the word: `yes` or `no`, or `weak` where a yes does not say what was asked for.
 pub(super) fn class(verdict: &Verdict, arguments: &Verify) -> &'static str {
     let yes = crate::commands::verify::is_answered_with_yes(arguments, verdict);
-    let is_bound = verdict.binds_original && verdict.compared_with == Compared::Original;
+    let is_bound = verdict.binds_original && !verdict.is_for_owner_alone();
     match (verdict.outcome.is_found(), yes && is_bound) {
         (true, true) => "yes",
         (true, false) => "weak",
@@ -48,6 +46,11 @@ pub(super) fn sentences(verdict: &Verdict, arguments: &Verify, claim: &Claim) ->
             "The suspect carries the signature that was written into a model with the geometry of the original: {} \
              read back from the suspect\u{2019}s shape. But the original that was given is not the very file that the signature is over: \
              this informs the owner, and a claim needs that file.",
+            what_was_read(verdict, all)
+        ),
+        Outcome::Verified if verdict.matched_by == MatchedBy::Rig => format!(
+            "The suspect carries the signature that was written into the original: {} read back from the suspect\u{2019}s shape, after the joints of the original\u{2019}s \
+             rig had been brought back. The rig is not part of what is signed: this informs the owner, and is no evidence for others.",
             what_was_read(verdict, all)
         ),
         Outcome::Verified => format!(
@@ -148,6 +151,9 @@ pub(super) fn for_stranger(verdict: &Verdict) -> &'static str {
         _ if verdict.compared_with != Compared::Original => {
             "no evidence: the signature is over another file than the one that was compared"
         }
+        _ if verdict.matched_by == MatchedBy::Rig => {
+            "no evidence: the rig by which the suspect was brought back is not signed"
+        }
         (_, true) => "evidence: even a claim made up after seeing the suspect would not come this far",
         (_, false) => "no evidence: a claim made up after seeing the suspect is not ruled out",
     }
@@ -158,6 +164,9 @@ pub(super) fn registration(verdict: &Verdict) -> String {
     let by = match verdict.matched_by {
         MatchedBy::Connectivity => "by its vertices: it still has the original\u{2019}s triangles",
         MatchedBy::Surroundings => "by the vertices that are left of the original\u{2019}s",
+        MatchedBy::Rig => {
+            "by its vertices, after the joints of the original\u{2019}s rig had been brought back"
+        }
         MatchedBy::Parts => {
             "by its parts, each of which was put back by itself; pictures and transform are those of the largest"
         }

@@ -54,6 +54,18 @@ pub(crate) fn directions(format: Format, buffers: &[Buffer], slots: &Slots) -> R
     }
 }
 
+/// The joints that move each of the file's vertices, with their weights, where the format has them.
+pub(crate) fn weights(
+    format: Format,
+    buffers: &[Buffer],
+    slots: &Slots,
+) -> Result<Option<Vec<Vec<(u32, f64)>>>, Fault> {
+    match (format, slots) {
+        (Format::Gltf | Format::Glb, Slots::Scene(scene)) => gltf::weights(buffers, scene),
+        _ => Ok(None),
+    }
+}
+
 /// The bytes of a new file with nothing but a mesh.
 pub(crate) fn write(format: Format, mesh: &TriMesh, precision: Precision) -> Vec<u8> {
     match format {

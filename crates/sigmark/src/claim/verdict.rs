@@ -153,8 +153,7 @@ pub struct Verdict {
 
 impl Verdict {
     /// The probability that one of 2⁸⁰ claims that a stranger tried would have come as far, an upper bound: 2⁸⁰ p, at most 1. For marks
-    /// that do not bind the original it is 1, since they can be forged without trying; so it is where the suspect was compared with another file
-    /// than the original. For a tag it is 2⁻⁴⁸ at least: whoever looks for statements under which some tag would be read needs a signature that has it, one of 2¹²⁸.
+    /// that do not bind the original it is 1, since they can be forged without trying; so it is where the verdict [informs the owner alone](Self::is_for_owner_alone). For a tag it is 2⁻⁴⁸ at least: whoever looks for statements under which some tag would be read needs a signature that has it, one of 2¹²⁸.
     pub fn p_dispute(&self) -> f64 {
         let of_one = match self.payload {
             PayloadKind::Tag => self.p_value.max(2f64.powi(-128)),
@@ -171,9 +170,15 @@ impl Verdict {
         self.is_bound() && self.outcome.is_found() && self.p_value <= EVIDENCE
     }
 
+    /// Whether it informs the owner and is evidence for nobody else: the suspect was compared with another file than the one that was signed, or brought back from its pose by a rig. A rig is
+    /// not part of what is signed, so who makes a claim could choose one that moves vertices as his bits would have them.
+    pub fn is_for_owner_alone(&self) -> bool {
+        self.compared_with != Compared::Original || self.matched_by == MatchedBy::Rig
+    }
+
     /// Whether the signature in the shape is over what the suspect was compared with.
     fn is_bound(&self) -> bool {
-        self.binds_original && self.compared_with == Compared::Original
+        self.binds_original && !self.is_for_owner_alone()
     }
 }
 

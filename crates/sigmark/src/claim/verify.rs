@@ -1,7 +1,7 @@
 use std::sync::Arc;
 
 use job::Job;
-use mesh::{TriMesh, components};
+use mesh::{Rig, TriMesh, components};
 use registration::{AlignOptions, Alignment, MatchedBy, PreparedMesh};
 
 use super::{
@@ -13,8 +13,8 @@ use super::{
 };
 use crate::{
     mark::{
-        Detector, FoundParts, JointEstimator, MarkLayout, Original, Patches, Reader, Reading, ReadingMethod,
-        Recognised, SoftBits, Wanted,
+        Detector, Found, FoundParts, JointEstimator, MarkLayout, Original, Patches, Reader, Reading,
+        ReadingMethod, Recognised, SoftBits, Wanted,
     },
     payload::GeometryDigest,
 };
@@ -30,6 +30,7 @@ pub struct Verifier {
     parts: Arc<[MarkedPart]>,
     /// The given file, where it is not the one that was signed.
     recognised: Option<Arc<Recognised>>,
+    rig: Option<Arc<Rig>>,
     p_bound: f64,
     paper_profile: bool,
 }
@@ -129,9 +130,17 @@ impl Verifier {
             certificate: Arc::new(certificate.clone()),
             parts: MarkedPart::all_of(&original).into(),
             recognised: None,
+            rig: None,
             p_bound: 1e-6,
             paper_profile: false,
         })
+    }
+
+    /// The joints that move the original's vertices: a suspect that they posed is read as it was before. What they may tell is one more way to the same bits, which every probability counts.
+    pub fn with_rig(mut self, rig: Option<Rig>) -> Self {
+        // A file that was only recognised has its vertices in another order.
+        self.rig = rig.filter(|_| self.recognised.is_none()).map(Arc::new);
+        self
     }
 
     /// The largest p-value that counts as detected; 10⁻⁶ by default.
@@ -174,31 +183,28 @@ impl Verifier {
     }
 
     fn verify_in_place(&self, suspect: &PreparedMesh, job: &Job) -> Result<Verdict, SigmarkError> {
-        let whole = self.verify_whole(suspect, job)?;
-        if self.parts.len() < 2 && components(suspect.mesh()).count < 2 {
-            return Ok(whole);
+        let has_parts = self.parts.len() > 1 || components(suspect.mesh()).count > 1;
+        // Each is a way to the same bits, whether or not it is taken: any counts as often as there are.
+        let ways = 1 + usize::from(has_parts) + usize::from(self.rig.is_some());
+        let found = self.reader.find(suspect, job)?;
+        let mut verdict = self.weighed(self.verify_whole(&found, job)?, ways);
+        if let Some(rig) = self.rig.as_ref().filter(|_| verdict.outcome != Outcome::Verified)
+            && let Some(unposed) = found.unposed(rig)?
+        {
+            verdict = better(verdict, self.weighed(self.verify_whole(&unposed, job)?, ways));
         }
-        // What is read of the parts is the second way to the same bits, whether or not it is taken: either counts twice.
-        let whole = self.weighed(whole);
-        if whole.outcome == Outcome::Verified {
-            return Ok(whole);
+        if !has_parts || verdict.outcome == Outcome::Verified {
+            return Ok(verdict);
         }
-        let found = self.reader.find_parts(suspect, self.method.layout(), job)?;
-        if found.is_empty() {
-            return Ok(whole);
-        }
-        let by_parts = self.weighed(self.verify_parts(&found, job)?);
-        // Another shape is not found, however well its vertices agree: its parts may be.
-        let is_better = !whole.outcome.is_found() || by_parts.outcome == Outcome::Verified;
-        Ok(match by_parts.outcome.is_found() && is_better {
-            true => by_parts,
-            false => whole,
+        let parts = self.reader.find_parts(suspect, self.method.layout(), job)?;
+        Ok(match parts.is_empty() {
+            true => verdict,
+            false => better(verdict, self.weighed(self.verify_parts(&parts, job)?, ways)),
         })
     }
 
     /// Judges a suspect as one.
-    fn verify_whole(&self, suspect: &PreparedMesh, job: &Job) -> Result<Verdict, SigmarkError> {
-        let found = self.reader.find(suspect, job)?;
+    fn verify_whole(&self, found: &Found, job: &Job) -> Result<Verdict, SigmarkError> {
         if let Some(alignment) = found.alignment().filter(|alignment| !alignment.aligned) {
             return Ok(self.does_not_align(alignment));
         }
@@ -242,9 +248,12 @@ impl Verifier {
         Ok(verdict)
     }
 
-    /// A verdict that could have been another: its probability counts twice.
-    fn weighed(&self, verdict: Verdict) -> Verdict {
-        let p = (2.0 * verdict.p_value).min(1.0);
+    /// A verdict that could have been reached in so many ways: its probability counts as often.
+    fn weighed(&self, verdict: Verdict, ways: usize) -> Verdict {
+        if ways < 2 {
+            return verdict;
+        }
+        let p = (ways as f64 * verdict.p_value).min(1.0);
         let outcome = match verdict.outcome {
             Outcome::Detected { .. } if p <= self.p_bound => Outcome::Detected { p },
             Outcome::Verified => Outcome::Verified,
@@ -353,6 +362,15 @@ impl Verifier {
                 least: AlignOptions::default().least_overlap,
             }),
         }
+    }
+}
+
+/// The second verdict where it says more. Another shape is not found, however well its vertices agree: posed back, or part by part, it may be.
+fn better(first: Verdict, second: Verdict) -> Verdict {
+    let says_more = !first.outcome.is_found() || second.outcome == Outcome::Verified;
+    match second.outcome.is_found() && says_more {
+        true => second,
+        false => first,
     }
 }
 

@@ -57,7 +57,7 @@ fn copies(arguments: &args::Trace, session: &Session<'_>, original: &Asset) -> R
     let job = progress.job(arguments.common.threads());
     let copies = Copies::read(original.mesh(), key, &arguments.certificates, &paths, &job);
     let mut copies = session.within_limit(copies, &job)?;
-    copies.tracer = copies.tracer.p_bound(arguments.p_bound);
+    copies.tracer = copies.tracer.p_bound(arguments.p_bound).with_rig(original.rig()?);
     copies.key_file = key_file;
     Ok(copies)
 }

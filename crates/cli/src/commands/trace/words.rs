@@ -122,6 +122,7 @@ fn registered(trace: &Trace) -> String {
         MatchedBy::Connectivity => "by its vertices",
         MatchedBy::Surroundings => "by the vertices that are left",
         MatchedBy::Parts => "part by part, each put back by itself",
+        MatchedBy::Rig => "by its vertices, brought back from its pose by the original's rig",
         _ => "by its surface",
     };
     let poses = match trace.poses {

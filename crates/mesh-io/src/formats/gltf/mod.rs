@@ -11,6 +11,7 @@ mod container;
 mod directions;
 mod document;
 mod rewrite;
+mod rig;
 mod scene;
 mod seams;
 mod vertices;
@@ -38,6 +39,8 @@ pub(crate) use container::is_glb;
 pub(crate) use directions::directions;
 use document::Document;
 pub(crate) use rewrite::rewrite;
+pub(crate) use rig::weights;
+use scene::Placed;
 use vertices::Vertices;
 
 /// Reads a file, and the files that it refers to.
@@ -91,7 +94,7 @@ fn geometry(document: &Document, store: &Store) -> Result<Geometry, Fault> {
     let mut instances = Vec::new();
     let mut room: usize = store.buffers.iter().map(|buffer| buffer.bytes.len()).sum();
     let mut names = Vec::new();
-    for_each_primitive(document, store, |primitive, positions, (placement, name)| {
+    for_each_primitive(document, store, |primitive, positions, (placement, placed)| {
         let indices = primitive.indices.map(|index| index.value());
         let key = (positions, indices, mode(primitive).map(Mode::as_gl_enum));
         if let Some((range, from)) = first.get(&key) {
@@ -107,8 +110,8 @@ fn geometry(document: &Document, store: &Store) -> Result<Geometry, Fault> {
         }
         let first_vertex = vertices.count();
         let numbers = vertices.add(document, store, positions, placement)?.to_vec();
-        if let Some(name) = name.filter(|_| vertices.count() > first_vertex) {
-            names.push((first_vertex..vertices.count(), name.to_string()));
+        if let Some(name) = placed.name.as_ref().filter(|_| vertices.count() > first_vertex) {
+            names.push((first_vertex..vertices.count(), name.clone()));
         }
         let corners = corners(document, store, indices, &numbers)?;
         let start = triangles.len();
@@ -135,12 +138,12 @@ fn geometry(document: &Document, store: &Store) -> Result<Geometry, Fault> {
     })
 }
 
-/// Calls `each` for every primitive that has triangles, with the accessor of its positions, its place in the scene and its name. Meshes that
+/// Calls `each` for every primitive that has triangles, with the accessor of its positions, its place in the scene and what shows it. Meshes that
 /// the scene flattens to nothing are passed over.
 fn for_each_primitive(
     document: &Document,
     store: &Store,
-    mut each: impl FnMut(&Primitive, usize, (Option<&Placement>, Option<&str>)) -> Result<(), Fault>,
+    mut each: impl FnMut(&Primitive, usize, (Option<&Placement>, &Placed)) -> Result<(), Fault>,
 ) -> Result<(), Fault> {
     for placed in scene::placed_meshes(document, store)? {
         let Some(placement) = Placement::of_columns(&placed.columns) else {
@@ -150,7 +153,7 @@ fn for_each_primitive(
         for primitive in &document.root.meshes[placed.mesh].primitives {
             let positions = primitive.attributes.get(&Checked::Valid(Semantic::Positions));
             if let (Some(positions), Some(_)) = (positions, mode(primitive)) {
-                each(primitive, positions.value(), (placement, placed.name.as_deref()))?;
+                each(primitive, positions.value(), (placement, &placed))?;
             }
         }
     }

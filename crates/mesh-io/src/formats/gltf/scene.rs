@@ -23,6 +23,8 @@ pub(super) struct Placed {
     pub(super) columns: Columns,
     /// What the node is called, or else the mesh.
     pub(super) name: Option<String>,
+    /// The node that shows it, and the skin by which it does; no node in files without any.
+    pub(super) shown_by: Option<(usize, Option<usize>)>,
 }
 
 /// Every mesh that a scene shows, as often as it does: the default scene's first. Of a file without scenes and nodes, all meshes as they are.
@@ -48,6 +50,7 @@ pub(super) fn placed_meshes(document: &Document, store: &Store) -> Result<Vec<Pl
                 .name
                 .clone()
                 .or_else(|| root.meshes[mesh].name.clone()),
+            shown_by: Some((node, document.node(node)?.skin.map(|skin| skin.value()))),
         });
     }
     if root.nodes.iter().all(|node| node.mesh.is_none()) {
@@ -55,6 +58,7 @@ pub(super) fn placed_meshes(document: &Document, store: &Store) -> Result<Vec<Pl
             mesh,
             columns: IDENTITY,
             name: root.meshes[mesh].name.clone(),
+            shown_by: None,
         }));
     }
     Ok(placed)

@@ -38,7 +38,7 @@ pub use residue::{Order, Pattern, Residue};
 use std::{borrow::Cow, sync::Arc};
 
 use job::Job;
-use mesh::{TriMesh, components};
+use mesh::{Rig, TriMesh, components};
 use registration::PreparedMesh;
 
 use super::{
@@ -48,7 +48,7 @@ use super::{
     verify::{another_original, cut_as},
 };
 use crate::{
-    mark::{JointEstimator, MarkLayout, MarkStage, Reader, ReadingMethod},
+    mark::{Found, JointEstimator, MarkLayout, MarkStage, Reader, ReadingMethod},
     payload::{GeometryDigest, Signature},
 };
 
@@ -67,6 +67,7 @@ pub struct Tracer {
     digest: GeometryDigest,
     public_key: PublicKey,
     reader: Reader,
+    rig: Option<Rig>,
     lots: Vec<Lot>,
     candidates: Vec<Candidate>,
     decoys: Option<Decoys>,
@@ -106,7 +107,7 @@ struct Candidate {
 pub struct TracedSuspect {
     /// Of each lot, one a way.
     residues: Vec<Vec<Residue>>,
-    /// 2 where it can be read as a whole and by its parts: p counts both, whichever this is.
+    /// In how many ways it may be read: as a whole, brought back by a rig, by its parts. p counts all, whichever this is.
     looks: usize,
     trace: Trace,
 }
@@ -122,6 +123,7 @@ impl Tracer {
             original: original.clone(),
             public_key: *public_key,
             reader: Reader::new(original)?,
+            rig: None,
             lots: Vec::new(),
             candidates: Vec::new(),
             decoys: None,
@@ -132,6 +134,12 @@ impl Tracer {
     /// The largest p-value by which somebody is named; 10⁻⁵ by default.
     pub fn p_bound(mut self, bound: f64) -> Self {
         self.p_bound = bound;
+        self
+    }
+
+    /// The joints that move the original's vertices: a suspect that they posed is read as it was before, where nobody is named otherwise.
+    pub fn with_rig(mut self, rig: Option<Rig>) -> Self {
+        self.rig = rig;
         self
     }
 
@@ -216,16 +224,27 @@ impl Tracer {
         Ok(self.lots.len() - 1)
     }
 
-    /// Names those whose copies are in a suspect: as a whole, or where that names nobody, in its connected parts, each put back by itself.
+    /// Names those whose copies are in a suspect: as a whole, or where that names nobody, brought back from its pose, or in its connected parts, each put back by itself.
     ///
     /// # Errors
     /// When the original's bases can't be computed or are not those of the certificates; [`SigmarkError::Job`].
     pub fn trace(&self, suspect: impl Into<PreparedMesh>, job: &Job) -> Result<Trace, SigmarkError> {
         let suspect = suspect.into();
-        let whole = self.read(&suspect, job)?;
-        let looks = whole.looks;
-        let trace = self.accuse(whole, job)?;
-        if trace.is_found() || looks < 2 {
+        let has_parts = self.has_parts(suspect.mesh());
+        let found = self.reader.find(&suspect, job)?;
+        let trace = self.accuse(self.read_found(&found, has_parts, job)?, job)?;
+        if trace.is_found() {
+            return Ok(trace);
+        }
+        if let Some(rig) = &self.rig
+            && let Some(unposed) = found.unposed(rig)?
+        {
+            let by_rig = self.accuse(self.read_found(&unposed, has_parts, job)?, job)?;
+            if by_rig.is_found() {
+                return Ok(by_rig);
+            }
+        }
+        if !has_parts {
             return Ok(trace);
         }
         match self.read_parts(&suspect, job)? {
@@ -243,12 +262,25 @@ impl Tracer {
     /// As [`trace`](Self::trace).
     pub fn read(&self, suspect: impl Into<PreparedMesh>, job: &Job) -> Result<TracedSuspect, SigmarkError> {
         let suspect = suspect.into();
-        let has_parts = [&self.original, suspect.mesh()].map(|mesh| components(mesh).count > 1);
-        let found = self.reader.find(suspect, job)?;
+        let has_parts = self.has_parts(suspect.mesh());
+        self.read_found(&self.reader.find(suspect, job)?, has_parts, job)
+    }
+
+    fn has_parts(&self, suspect: &TriMesh) -> bool {
+        [&self.original, suspect]
+            .map(|mesh| components(mesh).count > 1)
+            .contains(&true)
+    }
+
+    fn looks(&self, has_parts: bool) -> usize {
+        1 + usize::from(has_parts) + usize::from(self.rig.is_some())
+    }
+
+    fn read_found(&self, found: &Found, has_parts: bool, job: &Job) -> Result<TracedSuspect, SigmarkError> {
         let mut traced = TracedSuspect {
             residues: Vec::new(),
-            looks: 1 + usize::from(has_parts.contains(&true)),
-            trace: Trace::unread(&found, self.candidates.len()),
+            looks: self.looks(has_parts),
+            trace: Trace::unread(found, self.candidates.len()),
         };
         if traced.trace.mismatch.is_some() {
             return Ok(traced);
@@ -277,7 +309,7 @@ impl Tracer {
         let suspect = suspect.into();
         let mut traced = TracedSuspect {
             residues: Vec::new(),
-            looks: 2,
+            looks: self.looks(true),
             trace: Trace::of_parts(self.candidates.len()),
         };
         for lot in &self.lots {

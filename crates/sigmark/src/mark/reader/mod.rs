@@ -23,8 +23,10 @@ pub use wanted::Wanted;
 use std::fmt;
 
 use job::Job;
+use mesh::Rig;
 use registration::{
     AlignOptions, Aligner, Alignment, Correspondence, MatchedBy, Placement, PreparedMesh, RegistrationStage,
+    unpose,
 };
 
 use super::{MarkError, MarkStage};
@@ -88,6 +90,7 @@ impl Reader {
             reference: self.reference().clone(),
             placement: self.aligner.find(&suspect, &job)?,
             suspect,
+            by_rig: false,
         })
     }
 
@@ -133,6 +136,8 @@ pub struct Found {
     reference: PreparedMesh,
     suspect: PreparedMesh,
     placement: Placement,
+    /// Whether the suspect was posed, and is here as it was before.
+    by_rig: bool,
 }
 
 impl Found {
@@ -149,9 +154,33 @@ impl Found {
         }
     }
 
+    /// The suspect brought back from the pose in which the joints of the reference's rig had put it, by whichever map of its vertices they explain best: no bits are looked at. None
+    /// where its vertices were not found again, or the rig says nothing of them.
+    ///
+    /// # Errors
+    /// None that this library's meshes can cause.
+    pub fn unposed(&self, rig: &Rig) -> Result<Option<Self>, MarkError> {
+        let Placement::ByVertices(maps) = &self.placement else {
+            return Ok(None);
+        };
+        let found = maps
+            .iter()
+            .filter_map(|map| unpose(self.reference.mesh(), rig, self.suspect.mesh(), map));
+        let Some(best) = found.min_by(|a, b| a.residual.total_cmp(&b.residual)) else {
+            return Ok(None);
+        };
+        Ok(Some(Self {
+            reference: self.reference.clone(),
+            suspect: self.suspect.mesh().with_positions(best.positions)?.into(),
+            placement: Placement::ByVertices(vec![best.map]),
+            by_rig: true,
+        }))
+    }
+
     /// What of it was found again.
     pub fn matched_by(&self) -> MatchedBy {
         match &self.placement {
+            _ if self.by_rig => MatchedBy::Rig,
             Placement::ByVertices(maps) => {
                 let all = |map: &Correspondence| map.matched() == map.suspect_of.len();
                 match maps.iter().all(all) {

@@ -217,6 +217,7 @@ impl FoundParts {
                 .map_err(|_| MarkError::Alignment)?
                 .into(),
             placement: Placement::BySurface(alignment),
+            by_rig: false,
         })
     }
 }
