@@ -421,3 +421,51 @@ fn a_manifest_before_the_json_is_not_carried_on() {
     early[8..12].copy_from_slice(&length);
     assert!(refusal(&early).contains("no JSON chunk"));
 }
+
+#[test]
+fn joints_and_weights_are_those_of_the_skin_and_a_file_without_one_has_no_rig() {
+    use gltf_common::Scene;
+    assert_eq!(open(&Scene::pyramid().glb()).rig().unwrap(), None);
+
+    let mut scene = Scene::pyramid();
+    let joints = scene.add_view(
+        [
+            [0, 1, 0, 0],
+            [1, 0, 0, 0],
+            [0, 0, 0, 0],
+            [1, 1, 0, 0],
+            [0, 1, 0, 0],
+        ]
+        .concat(),
+    );
+    let shares: [[u8; 4]; 5] = [
+        [51, 204, 0, 0],
+        [255, 0, 0, 0],
+        [255, 0, 0, 0],
+        [100, 155, 0, 0],
+        [0, 255, 0, 0],
+    ];
+    let weights = scene.add_view(shares.concat());
+    let numbers = |view: usize| serde_json::json!({"bufferView": view, "componentType": 5121, "count": 5, "type": "VEC4"});
+    let accessors = scene.json["accessors"].as_array_mut().unwrap();
+    accessors.extend([numbers(joints), numbers(weights)]);
+    accessors[3]["normalized"] = true.into();
+    let attributes = &mut scene.json["meshes"][0]["primitives"][0]["attributes"];
+    (attributes["JOINTS_0"], attributes["WEIGHTS_0"]) = (2.into(), 3.into());
+    scene.json["skins"] = serde_json::json!([{"joints": [1, 2]}]);
+    scene.json["nodes"] = serde_json::json!([{"mesh": 0, "skin": 0}, {}, {}]);
+    let asset = open(&scene.glb());
+    let rig = asset.rig().unwrap().unwrap();
+    assert_eq!((rig.joints(), rig.vertices()), (2, 5));
+    let apex = (0..5).find(|&v| asset.mesh().positions()[v][1] == 3.0).unwrap();
+    let corner = (0..5)
+        .find(|&v| asset.mesh().positions()[v] == [-1.0, 0.0, -1.0])
+        .unwrap();
+    // The joint that is named first has the number 0.
+    assert_eq!(rig.weights_of(corner), [(0, 0.2), (1, 0.8)]);
+    assert_eq!(rig.weights_of(apex), [(1, 1.0)]);
+
+    scene.json["accessors"][3]["type"] = "VEC3".into();
+    let refused = open(&scene.glb()).rig().unwrap_err().to_string();
+    assert!(refused.contains("accessor 3"), "{refused}");
+}

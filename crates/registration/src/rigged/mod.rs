@@ -1,12 +1,15 @@
 //! The pose of a model by its own rig.
 //!
-//! With linear blend skinning a posed vertex is y = Σⱼ wⱼ Aⱼ x, linear in the joints' affine maps Aⱼ (3 × 4): robust least squares over all vertices finds them. What moves each vertex, M = Σⱼ wⱼ Aⱼ, is then undone.
+//! With linear blend skinning a posed vertex is y = Σⱼ wⱼ Aⱼ x, linear in the joints' affine maps Aⱼ (3 × 4): robust least squares over all vertices finds them (`linear.rs`). Programs that preserve volume blend rigid
+//! motions as dual quaternions instead, and those are found from there (`dual.rs`). Whichever leaves less is undone, vertex by vertex.
 //! Twelve numbers a joint are few beside the vertices that it moves, so a mark stays; nothing is assumed smooth.
 
-use faer::{Mat, Side, linalg::solvers::Solve};
+mod dual;
+mod linear;
+
 use mesh::{Rig, TriMesh, Vec3};
 
-use crate::{Correspondence, matrix::Mat3};
+use crate::Correspondence;
 
 /// A suspect brought back into the original's pose.
 #[derive(Clone, Debug)]
@@ -20,16 +23,7 @@ pub struct Unposed {
 }
 
 /// More unknowns than this are not solved for: joints are tens, rarely hundreds.
-const MOST_JOINTS: usize = 1024;
-
-/// Rounds of robust weights.
-const ROUNDS: usize = 8;
-
-/// Directions in which nothing is told of a joint: this much of the mean of what is told holds it to the whole model's motion.
-const RIDGE: f64 = 1e-10;
-
-/// What is pressed flatter than this, beside the whole model's scale, is not stretched again: noise would be, too.
-const FLATTEST: f64 = 0.1;
+const MOST_JOINTS: usize = 512;
 
 /// Brings a suspect, whose vertices were found again, back into the original's pose; none where the rig has too many joints or says nothing of enough vertices.
 ///
@@ -40,17 +34,16 @@ pub fn unpose(original: &TriMesh, rig: &Rig, suspect: &TriMesh, map: &Correspond
     if !fits || pairs.rows.len() < 12 {
         return None;
     }
-    let mut weights = vec![1.0; pairs.rows.len()];
-    let mut pose = pairs.solve(&weights)?;
-    let mut median = pairs.reweigh(&pose, &mut weights);
-    for _round in 1..ROUNDS {
-        if median <= 1e-14 * pairs.size {
-            break;
-        }
-        pose = pairs.solve(&weights)?;
-        median = pairs.reweigh(&pose, &mut weights);
-    }
-    Some(pairs.undone(&pose, suspect, map, median))
+    let linear = linear::Linear::fit(&pairs)?;
+    let by_linear = pairs.undone(&linear, suspect, map);
+    let Some(dual) = dual::Dual::fit(&pairs, &linear) else {
+        return Some(by_linear);
+    };
+    let by_dual = pairs.undone(&dual, suspect, map);
+    Some(match by_dual.residual < by_linear.residual {
+        true => by_dual,
+        false => by_linear,
+    })
 }
 
 /// One vertex in both poses.
@@ -73,8 +66,17 @@ struct Pairs<'a> {
     size: f64,
 }
 
-/// Where a joint takes [x; 1]: four columns.
-type Affine = [Vec3; 4];
+/// Where a rig takes vertices.
+trait Pose {
+    /// Where a row's vertex is taken.
+    fn moved(&self, row: &Row<'_>) -> Vec3;
+
+    /// Where a row's vertex comes from, if that can be told.
+    fn undone(&self, row: &Row<'_>) -> Option<Vec3>;
+
+    /// By how much it scales.
+    fn scale(&self) -> f64;
+}
 
 impl<'a> Pairs<'a> {
     fn of(original: &TriMesh, rig: &'a Rig, suspect: &TriMesh, map: &Correspondence) -> Self {
@@ -112,134 +114,57 @@ impl<'a> Pairs<'a> {
         }
     }
 
-    /// The weighted least squares of Σⱼ wⱼ Aⱼ [x; 1] − y: first of one affine map for all, then of what joints add to it.
-    fn solve(&self, robust: &[f64]) -> Option<Vec<Affine>> {
-        let whole = self.normal_equations(1, robust, |_| &[(0, 1.0)], |row| row.y)?;
-        let rest = |row: &Row<'_>| row.y - apply(&whole[0], row.x);
-        let own = self.normal_equations(self.joints, robust, |row| row.weights, rest)?;
-        let add = |joint: Affine| std::array::from_fn(|k| joint[k] + whole[0][k]);
-        Some(own.into_iter().map(add).collect())
+    /// How far a pose leaves each vertex from where it is.
+    fn distances(&self, pose: &impl Pose) -> Vec<f64> {
+        self.rows
+            .iter()
+            .map(|row| (pose.moved(row) - row.y).norm())
+            .collect()
     }
 
-    fn normal_equations<'r>(
-        &'r self,
-        joints: usize,
-        robust: &[f64],
-        weights_of: impl Fn(&'r Row<'a>) -> &'r [(u32, f64)],
-        target: impl Fn(&'r Row<'a>) -> Vec3,
-    ) -> Option<Vec<Affine>> {
-        let size = 4 * joints;
-        let (mut normal, mut right) = (Mat::<f64>::zeros(size, size), Mat::<f64>::zeros(size, 3));
-        for (row, &weight) in self.rows.iter().zip(robust).filter(|(_, weight)| **weight > 0.0) {
-            let Vec3([x, y, z]) = row.x;
-            let (place, goal) = ([x, y, z, 1.0], target(row));
-            let own = weights_of(row);
-            for &(a, share_a) in own {
-                let a = 4 * a as usize;
-                for (i, p) in place.iter().enumerate() {
-                    let row_weight = weight * share_a * p;
-                    for axis in 0..3 {
-                        right[(a + i, axis)] += row_weight * goal.0[axis];
-                    }
-                    for &(b, share_b) in own {
-                        let b = 4 * b as usize;
-                        for (k, q) in place.iter().enumerate() {
-                            normal[(a + i, b + k)] += row_weight * share_b * q;
-                        }
-                    }
-                }
-            }
-        }
-        let trace: f64 = (0..size).map(|i| normal[(i, i)]).sum();
-        let ridge = (RIDGE * trace / size as f64).max(f64::MIN_POSITIVE);
-        (0..size).for_each(|i| normal[(i, i)] += ridge);
-        let solved = normal.llt(Side::Lower).ok()?.solve(&right);
-        let column = |joint: usize, k: usize| Vec3(std::array::from_fn(|axis| solved[(4 * joint + k, axis)]));
-        let found: Vec<Affine> = (0..joints)
-            .map(|joint| std::array::from_fn(|k| column(joint, k)))
-            .collect();
-        let is_finite = found.iter().flatten().all(|v| v.0.iter().all(|x| x.is_finite()));
-        is_finite.then_some(found)
-    }
-
-    /// Welsch's weights by the distances that a pose leaves, and their median.
-    fn reweigh(&self, pose: &[Affine], weights: &mut [f64]) -> f64 {
-        let left = |row: &Row<'_>| (apply(&blend(pose, row.weights), row.x) - row.y).norm();
-        let distances: Vec<f64> = self.rows.iter().map(left).collect();
-        let mut sorted = distances.clone();
-        let middle = sorted.len() / 2;
-        let (_, &mut median, _) = sorted.select_nth_unstable_by(middle, f64::total_cmp);
-        for (weight, distance) in weights.iter_mut().zip(&distances) {
-            let beside = distance / median.max(f64::MIN_POSITIVE);
-            *weight = (-0.125 * beside * beside).exp();
-        }
-        median
+    /// Whether a pose leaves no more than rounding.
+    fn is_exact(&self, median: f64) -> bool {
+        median <= 1e-14 * self.size
     }
 
     /// The suspect before it was posed.
-    fn undone(&self, pose: &[Affine], suspect: &TriMesh, map: &Correspondence, median: f64) -> Unposed {
-        let scale = self.scale(pose);
+    fn undone(&self, pose: &impl Pose, suspect: &TriMesh, map: &Correspondence) -> Unposed {
         let mut positions = suspect.positions().to_vec();
         let mut found = vec![None; map.suspect_of.len()];
         for row in &self.rows {
-            let motion = blend(pose, row.weights);
-            let partner = map.suspect_of[row.vertex];
-            let (Some(x), Some(partner)) = (inverse(&motion, row.y, FLATTEST * scale), partner) else {
-                continue;
-            };
-            positions[partner as usize] = ((x + self.centre) * self.diagonal).into();
-            found[row.vertex] = Some(partner);
+            if let (Some(x), Some(partner)) = (pose.undone(row), map.suspect_of[row.vertex]) {
+                positions[partner as usize] = ((x + self.centre) * self.diagonal).into();
+                found[row.vertex] = Some(partner);
+            }
         }
         Unposed {
             positions,
             map: Correspondence { suspect_of: found },
-            residual: median / scale,
+            residual: median(self.distances(pose)) / pose.scale(),
         }
     }
-
-    /// By how much the pose scales, in the median of the vertices.
-    fn scale(&self, pose: &[Affine]) -> f64 {
-        let volume = |row: &Row<'_>| {
-            let [a, b, c, _] = blend(pose, row.weights);
-            a.dot(b.cross(c)).abs().cbrt()
-        };
-        let mut scales: Vec<f64> = self.rows.iter().map(volume).collect();
-        let middle = scales.len() / 2;
-        *scales.select_nth_unstable_by(middle, f64::total_cmp).1
-    }
 }
 
-fn blend(pose: &[Affine], weights: &[(u32, f64)]) -> Affine {
-    let mut sum = [Vec3([0.0; 3]); 4];
-    for &(joint, weight) in weights {
-        for (total, column) in sum.iter_mut().zip(pose[joint as usize]) {
-            *total = *total + column * weight;
-        }
-    }
-    sum
+/// Welsch's weights by distances, in twice their median, which comes with them.
+fn robust_weights(distances: Vec<f64>) -> (Vec<f64>, f64) {
+    let median = median(distances.clone());
+    let weight = |distance: f64| {
+        let beside = 0.5 * distance / median.max(f64::MIN_POSITIVE);
+        (-0.5 * beside * beside).exp()
+    };
+    (distances.into_iter().map(weight).collect(), median)
 }
 
-fn apply([a, b, c, t]: &Affine, Vec3([x, y, z]): Vec3) -> Vec3 {
-    *a * x + *b * y + *c * z + *t
-}
-
-/// Where a motion takes a point from; none where it presses some direction flatter than a factor.
-fn inverse([a, b, c, t]: &Affine, y: Vec3, flattest: f64) -> Option<Vec3> {
-    let decomposed = crate::matrix::svd(&Mat3([*a, *b, *c]).transposed());
-    if decomposed.values[2].is_nan() || decomposed.values[2] <= flattest {
-        return None;
-    }
-    let (Mat3(left), Mat3(right)) = (decomposed.left, decomposed.right);
-    let offset = y - *t;
-    let steps = (0..3).map(|i| right[i] * (left[i].dot(offset) / decomposed.values[i]));
-    Some(steps.fold(Vec3([0.0; 3]), |sum, step| sum + step))
+fn median(mut values: Vec<f64>) -> f64 {
+    let middle = values.len() / 2;
+    *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
 #[cfg(test)]
 mod tests {
     use mesh::shapes;
 
-    use super::*;
+    use super::{linear::Affine, *};
 
     const JOINTS: usize = 5;
 
@@ -269,9 +194,17 @@ mod tests {
     fn posed(mesh: &TriMesh, rig: &Rig, angle: f64) -> TriMesh {
         let joint = |j: usize| turned(j % 3, angle * (j as f64 - 2.0) / 2.0, j as f64);
         let pose: Vec<Affine> = (0..JOINTS).map(joint).collect();
-        let place = |v: usize| apply(&blend(&pose, rig.weights_of(v)), mesh.point(v)).into();
+        let place = |v: usize| skinned(&pose, rig.weights_of(v), mesh.point(v)).into();
         mesh.with_positions((0..mesh.vertex_count()).map(place).collect())
             .unwrap()
+    }
+
+    fn skinned(pose: &[Affine], weights: &[(u32, f64)], x: Vec3) -> Vec3 {
+        let moved = |&(joint, weight): &(u32, f64)| {
+            let [a, b, c, t] = pose[joint as usize];
+            (a * x.0[0] + b * x.0[1] + c * x.0[2] + t) * weight
+        };
+        weights.iter().map(moved).sum()
     }
 
     fn identity(vertices: usize) -> Correspondence {
@@ -329,5 +262,22 @@ mod tests {
         )
         .unwrap();
         assert!(found.residual < 1e-7, "{}", found.residual);
+    }
+
+    #[test]
+    fn motions_that_were_blended_as_dual_quaternions_are_undone_exactly_also_mirrored() {
+        let (mesh, rig) = rigged();
+        let map = identity(mesh.vertex_count());
+        for mirrors in [false, true] {
+            let pose = dual::Dual::for_tests(JOINTS, 1.2, mirrors);
+            let pairs = Pairs::of(&mesh, &rig, &mesh, &map);
+            let moved = pairs.rows.iter().map(|row| pose.moved(row).into()).collect();
+            let suspect = mesh.with_positions(moved).unwrap();
+            let found = unpose(&mesh, &rig, &suspect, &map).unwrap();
+            assert!(found.residual < 1e-9, "{}", found.residual);
+            for (v, place) in found.positions.iter().enumerate() {
+                assert!((Vec3(*place) - mesh.point(v)).norm() < 1e-7);
+            }
+        }
     }
 }

@@ -1,0 +1,344 @@
+//! Dual quaternion skinning (Kavan et al. 2008): rigid motions are blended, so that joints that turn keep their volume.
+
+use faer::{Mat, Side, linalg::solvers::Solve};
+use mesh::Vec3;
+
+use super::{Pairs, Pose, Row, linear::Linear, robust_weights};
+use crate::{Handedness, fit_similarity, matrix::Mat3};
+
+/// More joints than this are not solved for: each has six unknowns, in several rounds.
+const MOST_JOINTS: usize = 256;
+
+/// Rounds of Gauss–Newton at most, and how small a step ends them.
+const ROUNDS: usize = 40;
+const SETTLED: f64 = 1e-9;
+
+/// About so many vertices are looked at while the pose is still far off.
+const A_FEW: usize = 6000;
+
+/// The power of its weight by which a vertex tells of one joint's motion alone.
+const ALMOST_ALONE: i32 = 4;
+
+/// Damping at first, beside the mean of the normal equations' diagonal.
+const DAMPING: f64 = 1e-3;
+
+/// w, x, y, z.
+type Quaternion = [f64; 4];
+
+/// A rigid motion: q of unit length, and ½ t q.
+#[derive(Clone, Copy)]
+struct Motion {
+    real: Quaternion,
+    dual: Quaternion,
+}
+
+/// A rigid motion for each joint, and one scale; of mirrored suspects after z was turned round.
+pub(super) struct Dual {
+    joints: Vec<Motion>,
+    scale: f64,
+    mirrors: bool,
+}
+
+impl Dual {
+    /// Gauss–Newton from a linear pose, with robust weights; none where the joints are too many.
+    pub(super) fn fit(pairs: &Pairs<'_>, linear: &Linear) -> Option<Self> {
+        if pairs.joints > MOST_JOINTS {
+            return None;
+        }
+        let mut pose = Self::near(pairs, linear)?;
+        let step = (pairs.rows.len() / A_FEW).max(1);
+        pose.settle(&pairs.rows.iter().step_by(step).collect::<Vec<_>>(), ROUNDS)?;
+        if step > 1 {
+            pose.settle(&pairs.rows.iter().collect::<Vec<_>>(), 4)?;
+        }
+        Some(pose)
+    }
+
+    /// A pose that turns each joint by another angle.
+    #[cfg(test)]
+    pub(super) fn for_tests(joints: usize, angle: f64, mirrors: bool) -> Self {
+        let joint = |j: usize| {
+            let turn = Vec3([0.3, 0.5, 0.8]) * (angle * (j as f64 - 2.0) / 2.0);
+            let still = Motion::of(Mat3::IDENTITY, Vec3([0.0; 3]));
+            still.turned(turn).shifted(Vec3([0.02, -0.01, 0.03]) * j as f64)
+        };
+        Self {
+            joints: (0..joints).map(joint).collect(),
+            scale: 7.0,
+            mirrors,
+        }
+    }
+
+    /// The rigid motions by which the joints take what they move most; of the linear pose, the scale and the hand.
+    fn near(pairs: &Pairs<'_>, linear: &Linear) -> Option<Self> {
+        let mirrored = pairs.rows.iter().filter(|row| linear.volume(row) < 0.0).count();
+        let mirrors = 2 * mirrored > pairs.rows.len();
+        let scale = linear.scale();
+        let mut own = vec![(Vec::new(), Vec::new(), Vec::new()); pairs.joints];
+        for row in &pairs.rows {
+            for &(joint, weight) in row.weights {
+                let (from, to, weights) = &mut own[joint as usize];
+                from.push(row.x.into());
+                to.push((turned_round(row.y, mirrors) * (1.0 / scale)).into());
+                weights.push(weight.powi(ALMOST_ALONE));
+            }
+        }
+        let joint = |(from, to, weights): (Vec<_>, Vec<_>, Vec<_>)| {
+            let fit = fit_similarity(&from, &to, Some(&weights), Handedness::Proper).ok();
+            let rotation = fit.map_or(Mat3::IDENTITY, |fit| fit.transform.rotation.into());
+            let all = weights.iter().sum::<f64>().max(f64::MIN_POSITIVE);
+            let middle = |points: &[[f64; 3]]| -> Vec3 {
+                let weighed = points.iter().zip(&weights);
+                weighed.map(|(&p, weight)| Vec3(p) * (weight / all)).sum()
+            };
+            Motion::of(rotation, middle(&to) - rotation * middle(&from))
+        };
+        let joints = own.into_iter().map(joint).collect();
+        (scale.is_finite() && scale > 0.0).then_some(Self {
+            joints,
+            scale,
+            mirrors,
+        })
+    }
+
+    /// Takes damped steps while they help.
+    fn settle(&mut self, rows: &[&Row<'_>], rounds: usize) -> Option<()> {
+        let mut damping = DAMPING;
+        for _round in 0..rounds {
+            let distances = rows.iter().map(|row| (self.moved(row) - row.y).norm()).collect();
+            let (weights, _) = robust_weights(distances);
+            let before = self.misfit(rows, &weights);
+            let (normal, right) = self.normal_equations(rows, &weights);
+            let size = normal.nrows();
+            let mean = (0..size).map(|i| normal[(i, i)]).sum::<f64>() / size as f64;
+            let mut damped = normal.clone();
+            (0..size)
+                .for_each(|i| damped[(i, i)] += damping * normal[(i, i)] + 1e-12 * mean + f64::MIN_POSITIVE);
+            let step = damped.llt(Side::Lower).ok()?.solve(&right);
+            let tried = self.stepped(&step);
+            if tried.misfit(rows, &weights) < before {
+                *self = tried;
+                damping *= 0.2;
+            } else {
+                damping *= 10.0;
+            }
+            let largest = (0..size).map(|i| step[(i, 0)].abs()).fold(0.0, f64::max);
+            if !largest.is_finite() || damping > 1e6 {
+                return None;
+            }
+            if largest < SETTLED {
+                break;
+            }
+        }
+        Some(())
+    }
+
+    fn misfit(&self, rows: &[&Row<'_>], weights: &[f64]) -> f64 {
+        let squares = rows
+            .iter()
+            .zip(weights)
+            .map(|(row, weight)| weight * (self.moved(row) - row.y).squared());
+        squares.sum()
+    }
+
+    /// Of the unknowns: for each joint a turn and a shift after its motion, and last the logarithm of the scale.
+    fn normal_equations(&self, rows: &[&Row<'_>], weights: &[f64]) -> (Mat<f64>, Mat<f64>) {
+        let last = 6 * self.joints.len();
+        let (mut normal, mut right) = (Mat::zeros(last + 1, last + 1), Mat::zeros(last + 1, 1));
+        let mut columns: Vec<(usize, Vec3)> = Vec::new();
+        for (row, weight) in rows.iter().zip(weights) {
+            let blended = self.blend(row.weights);
+            let gradients = blended.gradients(row.x);
+            let place = blended.apply(row.x) * self.scale;
+            columns.clear();
+            columns.push((last, place));
+            for (joint, share) in self.shares(row.weights) {
+                let Motion { real, dual } = self.joints[joint];
+                for axis in 0..3 {
+                    let (turn, shift) = (half_turn(axis, real), half_turn(axis, dual));
+                    let along = |real: Quaternion, dual: Quaternion| {
+                        let all = real.into_iter().chain(dual).zip(&gradients);
+                        all.map(|(change, gradient)| *gradient * (change * share * self.scale))
+                            .sum::<Vec3>()
+                    };
+                    columns.push((6 * joint + axis, along(turn, shift)));
+                    columns.push((6 * joint + 3 + axis, along([0.0; 4], turn)));
+                }
+            }
+            let rest = turned_round(row.y, self.mirrors) - place;
+            for &(i, column) in &columns {
+                right[(i, 0)] += weight * column.dot(rest);
+                for &(k, other) in &columns {
+                    normal[(i, k)] += weight * column.dot(other);
+                }
+            }
+        }
+        (normal, right)
+    }
+
+    fn stepped(&self, step: &Mat<f64>) -> Self {
+        let number = |i: usize| step[(i, 0)];
+        let joints = self.joints.iter().enumerate().map(|(joint, motion)| {
+            let [turn, shift] =
+                [0, 3].map(|first| Vec3(std::array::from_fn(|axis| number(6 * joint + first + axis))));
+            motion.turned(turn).shifted(shift)
+        });
+        Self {
+            joints: joints.collect(),
+            scale: self.scale * number(6 * self.joints.len()).clamp(-1.0, 1.0).exp(),
+            mirrors: self.mirrors,
+        }
+    }
+
+    /// The joints of a vertex with their weights, negative where the other of two equal quaternions is nearer to the one that weighs most.
+    fn shares(&self, weights: &[(u32, f64)]) -> impl Iterator<Item = (usize, f64)> {
+        let heaviest = weights.iter().max_by(|a, b| a.1.total_cmp(&b.1));
+        let pivot = heaviest.map_or([0.0; 4], |&(joint, _)| self.joints[joint as usize].real);
+        weights.iter().map(move |&(joint, weight)| {
+            let joint = joint as usize;
+            let sign = if dot(self.joints[joint].real, pivot) < 0.0 {
+                -1.0
+            } else {
+                1.0
+            };
+            (joint, sign * weight)
+        })
+    }
+
+    /// Not of unit length.
+    fn blend(&self, weights: &[(u32, f64)]) -> Motion {
+        let mut sum = Motion {
+            real: [0.0; 4],
+            dual: [0.0; 4],
+        };
+        for (joint, share) in self.shares(weights) {
+            let Motion { real, dual } = self.joints[joint];
+            (0..4).for_each(|i| sum.real[i] += share * real[i]);
+            (0..4).for_each(|i| sum.dual[i] += share * dual[i]);
+        }
+        sum
+    }
+}
+
+impl Pose for Dual {
+    fn moved(&self, row: &Row<'_>) -> Vec3 {
+        turned_round(self.blend(row.weights).apply(row.x) * self.scale, self.mirrors)
+    }
+
+    fn undone(&self, row: &Row<'_>) -> Option<Vec3> {
+        let y = turned_round(row.y, self.mirrors) * (1.0 / self.scale);
+        Some(self.blend(row.weights).undo(y))
+    }
+
+    fn scale(&self) -> f64 {
+        self.scale
+    }
+}
+
+impl Motion {
+    fn of(rotation: Mat3, offset: Vec3) -> Self {
+        let real = quaternion(rotation);
+        Self { real, dual: [0.0; 4] }.shifted(offset)
+    }
+
+    /// This motion, and then a turn by a vector's length about it.
+    fn turned(self, turn: Vec3) -> Self {
+        let angle = turn.norm();
+        let half = 0.5 * angle;
+        let factor = if angle > 1e-12 { half.sin() / angle } else { 0.5 };
+        let Vec3([x, y, z]) = turn * factor;
+        let by = [half.cos(), x, y, z];
+        let (real, dual) = (product(by, self.real), product(by, self.dual));
+        let length = dot(real, real).sqrt();
+        Self {
+            real: real.map(|x| x / length),
+            dual: dual.map(|x| x / length),
+        }
+    }
+
+    /// This motion, and then a shift.
+    fn shifted(self, Vec3([x, y, z]): Vec3) -> Self {
+        let change = product([0.0, 0.5 * x, 0.5 * y, 0.5 * z], self.real);
+        Self {
+            real: self.real,
+            dual: std::array::from_fn(|i| self.dual[i] + change[i]),
+        }
+    }
+
+    /// The rotation and the translation of a blend.
+    fn parts(&self) -> (f64, Vec3, Vec3) {
+        let length = dot(self.real, self.real).sqrt().max(f64::MIN_POSITIVE);
+        let [w, x, y, z] = self.real.map(|x| x / length);
+        let [dual_w, dual_x, dual_y, dual_z] = self.dual.map(|x| x / length);
+        let (v, dual) = (Vec3([x, y, z]), Vec3([dual_x, dual_y, dual_z]));
+        (w, v, (dual * w - v * dual_w + v.cross(dual)) * 2.0)
+    }
+
+    fn apply(&self, x: Vec3) -> Vec3 {
+        let (w, v, t) = self.parts();
+        x + v.cross(v.cross(x) + x * w) * 2.0 + t
+    }
+
+    fn undo(&self, y: Vec3) -> Vec3 {
+        let (w, v, t) = self.parts();
+        let (v, x) = (-v, y - t);
+        x + v.cross(v.cross(x) + x * w) * 2.0
+    }
+
+    /// How the place of a point changes with the eight numbers of a blend, by central differences.
+    fn gradients(&self, x: Vec3) -> [Vec3; 8] {
+        const STEP: f64 = 1e-6;
+        std::array::from_fn(|i| {
+            let [forth, back] = [STEP, -STEP].map(|step| {
+                let mut changed = *self;
+                match i {
+                    0..4 => changed.real[i] += step,
+                    _ => changed.dual[i - 4] += step,
+                }
+                changed.apply(x)
+            });
+            (forth - back) * (0.5 / STEP)
+        })
+    }
+}
+
+/// ½ e q, the change of q with a turn about an axis.
+fn half_turn(axis: usize, q: Quaternion) -> Quaternion {
+    let mut by = [0.0; 4];
+    by[axis + 1] = 0.5;
+    product(by, q)
+}
+
+fn product([aw, ax, ay, az]: Quaternion, [bw, bx, by, bz]: Quaternion) -> Quaternion {
+    [
+        aw * bw - ax * bx - ay * by - az * bz,
+        aw * bx + ax * bw + ay * bz - az * by,
+        aw * by - ax * bz + ay * bw + az * bx,
+        aw * bz + ax * by - ay * bx + az * bw,
+    ]
+}
+
+fn dot(a: Quaternion, b: Quaternion) -> f64 {
+    a.into_iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// The quaternion of a rotation: of the four ways to it the one without cancellation (Shepperd 1978).
+fn quaternion(rotation: Mat3) -> Quaternion {
+    let [[a, b, c], [d, e, f], [g, h, i]] = rotation.rows();
+    let squares = [1.0 + a + e + i, 1.0 + a - e - i, 1.0 - a + e - i, 1.0 - a - e + i];
+    let largest = (0..4)
+        .max_by(|&p, &q| squares[p].total_cmp(&squares[q]))
+        .unwrap_or(0);
+    let rows = [
+        [squares[0], h - f, c - g, d - b],
+        [h - f, squares[1], b + d, c + g],
+        [c - g, b + d, squares[2], f + h],
+        [d - b, c + g, f + h, squares[3]],
+    ];
+    let length = dot(rows[largest], rows[largest]).sqrt().max(f64::MIN_POSITIVE);
+    rows[largest].map(|x| x / length)
+}
+
+fn turned_round(Vec3([x, y, z]): Vec3, mirrors: bool) -> Vec3 {
+    Vec3([x, y, if mirrors { -z } else { z }])
+}

@@ -1,0 +1,168 @@
+//! Models that their own joints posed: read as they were before, for their owner.
+
+#![allow(clippy::unwrap_used)] // in the helpers of tests, too
+
+use job::Job;
+use mesh::{Rig, TriMesh, Vec3, shapes};
+use rand_chacha::{ChaCha20Rng, rand_core::SeedableRng};
+use registration::MatchedBy;
+use sigmark::{Curve, Embedder, Outcome, Signed, SigningKey, Verdict, Verifier, claim::Tracer};
+
+const JOINTS: u32 = 6;
+
+fn key() -> SigningKey {
+    SigningKey::generate(Curve::P256, &mut ChaCha20Rng::from_seed([4; 32]))
+}
+
+/// A column with bumps, and joints up along it that share the vertices between them.
+fn rigged() -> (TriMesh, Rig) {
+    let mesh = shapes::bumpy_torus(90, 50, 3);
+    let bounds = mesh.bounding_box();
+    let weights = |p: &[f64; 3]| {
+        let at = (p[0] - bounds.min[0]) / bounds.size()[0] * f64::from(JOINTS - 1);
+        let joint = (at.floor() as u32).min(JOINTS - 2);
+        let share = at - f64::from(joint);
+        vec![(joint, 1.0 - share), (joint + 1, share)]
+    };
+    let rig = Rig::new(&mesh.positions().iter().map(weights).collect::<Vec<_>>());
+    (mesh, rig)
+}
+
+/// Where a chain of joints takes a mesh that bends by so much at each of them.
+fn posed(mesh: &TriMesh, rig: &Rig, angle: f64) -> TriMesh {
+    let bounds = mesh.bounding_box();
+    let turned = |joint: u32, v: usize| {
+        let pivot = bounds.min[0] + bounds.size()[0] * f64::from(joint) / f64::from(JOINTS - 1);
+        let (sin, cos) = (angle * f64::from(joint)).sin_cos();
+        let Vec3([x, y, z]) = mesh.point(v) - Vec3([pivot, 0.0, 0.0]);
+        Vec3([cos * x - sin * z + pivot, y, sin * x + cos * z])
+    };
+    let place = |v: usize| {
+        let weights = rig.weights_of(v).iter();
+        let sum: Vec3 = weights.map(|&(joint, weight)| turned(joint, v) * weight).sum();
+        (sum * 2.5).into()
+    };
+    mesh.with_positions((0..mesh.vertex_count()).map(place).collect())
+        .unwrap()
+}
+
+fn signed() -> (TriMesh, Rig, Signed) {
+    let (mesh, rig) = rigged();
+    let signed = Embedder::new(&key()).embed(&mesh, &Job::default()).unwrap();
+    (mesh, rig, signed)
+}
+
+fn judged(original: &TriMesh, rig: Option<Rig>, signed: &Signed, suspect: &TriMesh) -> Verdict {
+    let certificate = signed.certificate();
+    let verifier = Verifier::new(original, certificate, certificate.public_key()).unwrap();
+    verifier.with_rig(rig).verify(suspect, &Job::default()).unwrap()
+}
+
+#[test]
+fn a_posed_copy_is_verified_in_any_order_of_its_vertices() {
+    let (mesh, rig, signed) = signed();
+    for angle in [0.1, 0.35] {
+        let suspect = shapes::shuffled(&posed(signed.mesh(), &rig, angle), 5);
+        let verdict = judged(&mesh, Some(rig.clone()), &signed, &suspect);
+        assert_eq!(
+            (verdict.outcome, verdict.matched_by),
+            (Outcome::Verified, MatchedBy::Rig)
+        );
+        assert!(verdict.overlap > 0.99 && verdict.mismatch.is_none());
+    }
+    let suspect = posed(signed.mesh(), &rig, 0.35);
+    assert!(!judged(&mesh, None, &signed, &suspect).outcome.is_found());
+}
+
+#[test]
+fn what_was_not_posed_is_read_as_ever_and_counts_both_ways() {
+    let (mesh, rig, signed) = signed();
+    let with = judged(&mesh, Some(rig), &signed, signed.mesh());
+    let without = judged(&mesh, None, &signed, signed.mesh());
+    assert_eq!(with.matched_by, MatchedBy::Connectivity);
+    assert_eq!(with.p_value, 2.0 * without.p_value);
+    assert!(with.is_evidence());
+}
+
+/// The forger's chair: a rig is no part of what is signed. Who makes a claim over a model that is not his could give its vertices weights that move them by his bits when the pose is undone; so no
+/// verdict by a rig is evidence, however small its p.
+#[test]
+fn a_rig_is_evidence_for_nobody() {
+    let (mesh, rig, signed) = signed();
+    // An honest rig, and one whose weights are bent until an unmarked model, posed, comes back with the mark.
+    let suspect = posed(&mesh, &rig, FORGED);
+    let forged: Vec<Vec<(u32, f64)>> = (0..mesh.vertex_count())
+        .map(|v| {
+            let own = rig.weights_of(v);
+            let wanted = signed.mesh().point(v);
+            // Of the two joints' shares those that put the marked vertex nearest to where the unmarked one is seen.
+            let at = |share: f64| {
+                let [(a, _), (b, _)] = [own[0], *own.last().unwrap()];
+                let there = posed_point(&mesh, wanted, &[(a, 1.0 - share), (b, share)], FORGED);
+                (there - suspect.point(v)).squared()
+            };
+            let share = own.last().unwrap().1;
+            let best = (0..=200).map(|i| (share - 0.05 + 5e-4 * f64::from(i)).clamp(0.0, 1.0));
+            let best = best.min_by(|a, b| at(*a).total_cmp(&at(*b))).unwrap();
+            vec![(own[0].0, 1.0 - best), (own.last().unwrap().0, best)]
+        })
+        .collect();
+    let verdict = judged(&mesh, Some(Rig::new(&forged)), &signed, &suspect);
+    assert!(
+        verdict.outcome.is_found() && verdict.p_value < 1e-6,
+        "the attack works: {}",
+        verdict.p_value
+    );
+    assert!(!verdict.is_evidence() && verdict.p_dispute() == 1.0);
+    assert!(verdict.is_for_owner_alone());
+
+    let honest = judged(&mesh, Some(rig), &signed, &suspect);
+    assert!(
+        !honest.outcome.is_found(),
+        "an unmarked model has no mark in any pose"
+    );
+}
+
+/// How far the forger's joints turn.
+const FORGED: f64 = 0.6;
+
+/// Where joints take one point.
+fn posed_point(mesh: &TriMesh, point: Vec3, weights: &[(u32, f64)], angle: f64) -> Vec3 {
+    let bounds = mesh.bounding_box();
+    let turned = |&(joint, weight): &(u32, f64)| {
+        let pivot = bounds.min[0] + bounds.size()[0] * f64::from(joint) / f64::from(JOINTS - 1);
+        let (sin, cos) = (angle * f64::from(joint)).sin_cos();
+        let Vec3([x, y, z]) = point - Vec3([pivot, 0.0, 0.0]);
+        Vec3([cos * x - sin * z + pivot, y, sin * x + cos * z]) * weight
+    };
+    weights.iter().map(turned).sum::<Vec3>() * 2.5
+}
+
+#[test]
+fn another_model_of_the_same_triangles_is_not_found_by_any_pose() {
+    let (mesh, rig, signed) = signed();
+    let other = shapes::bumpy_torus(90, 50, 8);
+    let verdict = judged(&mesh, Some(rig.clone()), &signed, &posed(&other, &rig, 0.3));
+    assert!(!verdict.outcome.is_found());
+}
+
+#[test]
+fn a_posed_copy_names_its_buyer() {
+    let ((mesh, rig), job) = (rigged(), Job::default());
+    let key = key();
+    let prepared = Embedder::new(&key).prepare(&mesh, &job).unwrap();
+    let mut tracer = Tracer::new(&mesh, &key.public_key())
+        .unwrap()
+        .with_rig(Some(rig.clone()));
+    let mut copies = Vec::new();
+    for buyer in ["Anna", "Bert", "Carl"] {
+        let copy = prepared.embed_for(buyer, &job).unwrap();
+        tracer.add(&copy.certificate().clone().into()).unwrap();
+        copies.push(copy.mesh().clone());
+    }
+    let trace = tracer.trace(posed(&copies[2], &rig, 0.3), &job).unwrap();
+    let named: Vec<usize> = trace.accused.iter().map(|accused| accused.candidate).collect();
+    assert_eq!((named, trace.matched_by), (vec![2], MatchedBy::Rig));
+    let nobody = tracer.trace(posed(&mesh, &rig, 0.3), &job).unwrap();
+    assert!(nobody.accused.is_empty());
+}
