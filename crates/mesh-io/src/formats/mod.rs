@@ -59,7 +59,7 @@ pub(crate) fn weights(
     format: Format,
     buffers: &[Buffer],
     slots: &Slots,
-) -> Result<Option<Vec<Vec<(u32, f64)>>>, Fault> {
+) -> Result<Option<gltf::Weights>, Fault> {
     match (format, slots) {
         (Format::Gltf | Format::Glb, Slots::Scene(scene)) => gltf::weights(buffers, scene),
         _ => Ok(None),

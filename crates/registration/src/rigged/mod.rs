@@ -101,8 +101,8 @@ impl<'a> Pairs<'a> {
         };
         let (centre, suspect_centre) = (mean(|row| row.x), mean(|row| row.y));
         for row in &mut rows {
-            row.x = row.x - centre;
-            row.y = row.y - suspect_centre;
+            row.x -= centre;
+            row.y -= suspect_centre;
         }
         let squares: f64 = rows.iter().map(|row| row.y.squared()).sum();
         Self {

@@ -17,8 +17,11 @@ use crate::slots::scene::SceneSlots;
 /// Joints are numbered through all skins, and every node that shows a mesh without one is a joint of its own.
 type Joints = HashMap<(Option<usize>, usize), u32>;
 
-/// The weights of each of the file's vertices, some (joint, weight); `None` where nothing has a skin. What is shown several times is moved as it is the first time.
-pub(crate) fn weights(buffers: &[Buffer], slots: &SceneSlots) -> Result<Option<Vec<Vec<(u32, f64)>>>, Fault> {
+/// Of each vertex of a file some (joint, weight).
+pub(crate) type Weights = Vec<Vec<(u32, f64)>>;
+
+/// The weights of the file's vertices; `None` where nothing has a skin. What is shown several times is moved as it is the first time.
+pub(crate) fn weights(buffers: &[Buffer], slots: &SceneSlots) -> Result<Option<Weights>, Fault> {
     let container = Container::of(&buffers[0].bytes)?;
     let document = Document::of(&buffers[0].bytes[container.json.clone()], container.json.start)?;
     let store = Store {
@@ -26,7 +29,7 @@ pub(crate) fn weights(buffers: &[Buffer], slots: &SceneSlots) -> Result<Option<V
         places: slots.places.clone(),
     };
     let (mut vertices, mut joints, mut has_skin) = (Vertices::default(), Joints::new(), false);
-    let mut all: Vec<Vec<(u32, f64)>> = Vec::new();
+    let mut all = Weights::new();
     super::for_each_primitive(&document, &store, |primitive, positions, (placement, placed)| {
         let known = vertices.count();
         let numbers = vertices.add(&document, &store, positions, placement)?.to_vec();
