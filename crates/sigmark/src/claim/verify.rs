@@ -365,10 +365,13 @@ impl Verifier {
     }
 }
 
-/// The second verdict where it says more. Another shape is not found, however well its vertices agree: posed back, or part by part, it may be.
+/// The second verdict where it says more, but never in place of evidence one that is none. Another shape is not found, however well its vertices agree: brought back from its pose, or part by part, it may
+/// be.
 fn better(first: Verdict, second: Verdict) -> Verdict {
-    let says_more = !first.outcome.is_found() || second.outcome == Outcome::Verified;
-    match second.outcome.is_found() && says_more {
+    let is_evidence_alone = first.is_evidence() && !second.is_evidence();
+    let says_more =
+        !first.outcome.is_found() || second.outcome == Outcome::Verified || second.p_value < first.p_value;
+    match second.outcome.is_found() && says_more && !is_evidence_alone {
         true => second,
         false => first,
     }
