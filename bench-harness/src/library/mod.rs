@@ -35,6 +35,9 @@ pub struct LibraryBench {
     /// Of candidates that strangers bring up, so many are aligned and read
     #[arg(long, value_name = "N", default_value_t = 200)]
     pub read: usize,
+    /// Only attacks in whose names this is; may be given again
+    #[arg(long, value_name = "TEXT")]
+    pub only: Vec<String>,
     /// Take suspects of the models on which thresholds were chosen, and write no page
     #[arg(long)]
     pub tune: bool,

@@ -8,7 +8,7 @@ use mesh::{Edges, TriMesh, Vec3, Welded, shapes};
 
 use super::{
     draw::Draw,
-    models::{across, bent, cut, extent, turned, twisted, with},
+    models::{across, bent, cut, turned, twisted, with},
 };
 
 /// What is asked of an attack.
@@ -195,25 +195,46 @@ fn cropped(mesh: &TriMesh, share: f64, draw: &mut Draw) -> TriMesh {
     cut(mesh, draw.direction(), share).unwrap_or_else(|| mesh.clone())
 }
 
-/// What lies beyond a plane at a third to a half of the model is turned about a line in it, with a smooth joint a tenth of the model wide: linear blend skinning of one joint.
+/// A limb is turned about a joint, smoothly over a tenth of the model: linear blend skinning of one joint. Joints are where models are thin: of 32 planes that leave a tenth to two fifths of the
+/// model beyond them, it is the one at which the model is thinnest.
 fn posed(mesh: &TriMesh, degrees: f64, draw: &mut Draw) -> TriMesh {
-    let axis = draw.direction();
-    let [low, high] = extent(mesh, axis);
-    let place = low + (high - low) * draw.between(0.5, 0.7);
-    let width = 0.1 * (high - low);
-    let hinge = turned(across(axis), axis, draw.between(0.0, std::f64::consts::TAU));
-    let near: Vec<Vec3> = mesh
-        .positions()
-        .iter()
-        .map(|&p| Vec3(p))
-        .filter(|p| (p.dot(axis) - place).abs() < width)
-        .collect();
-    let centre = match near.len() {
-        0 => axis * place,
-        count => near.iter().copied().sum::<Vec3>() / count as f64,
+    let points: Vec<Vec3> = mesh.positions().iter().map(|&p| Vec3(p)).collect();
+    let step = points.len().div_ceil(3000);
+    let plane = |draw: &mut Draw| {
+        let axis = draw.direction();
+        let mut heights: Vec<f64> = points.iter().step_by(step).map(|p| p.dot(axis)).collect();
+        heights.sort_by(f64::total_cmp);
+        let place = heights[(heights.len() as f64 * draw.between(0.6, 0.9)) as usize];
+        (axis, place)
     };
+    let width = 0.05 * mesh.bounding_box().diagonal();
+    let near = |axis: Vec3, place: f64| -> Vec<Vec3> {
+        let all = points.iter().copied();
+        all.filter(|p| (p.dot(axis) - place).abs() < width).collect()
+    };
+    let middle = |near: &[Vec3]| near.iter().copied().sum::<Vec3>() / near.len() as f64;
+    let thickness = |near: &[Vec3]| {
+        let centre = middle(near);
+        near.iter().map(|&p| (p - centre).squared()).sum::<f64>() / near.len() as f64
+    };
+    let mut thinnest: Option<(f64, Vec3, f64, Vec3)> = None;
+    for _ in 0..32 {
+        let (axis, place) = plane(draw);
+        let near = near(axis, place);
+        if near.len() < 8 {
+            continue;
+        }
+        let found = thickness(&near);
+        if thinnest.is_none_or(|(least, ..)| found < least) {
+            thinnest = Some((found, axis, place, middle(&near)));
+        }
+    }
+    let Some((_, axis, place, centre)) = thinnest else {
+        return mesh.clone();
+    };
+    let hinge = turned(across(axis), axis, draw.between(0.0, std::f64::consts::TAU));
     with(mesh, |p| {
-        let share = ((p.dot(axis) - place) / width).clamp(-0.5, 0.5) + 0.5;
+        let share = ((p.dot(axis) - place) / (2.0 * width)).clamp(-0.5, 0.5) + 0.5;
         let smooth = share * share * (3.0 - 2.0 * share);
         centre + turned(p - centre, hinge, degrees.to_radians() * smooth)
     })

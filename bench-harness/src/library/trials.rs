@@ -51,7 +51,8 @@ pub(super) fn is_tested(base: usize, tunes: bool) -> bool {
 pub(super) fn attacked(bases: &[Base], built: &Built, options: &LibraryBench, job: &Job) -> Result<Vec<Found>> {
     let chosen = chosen(bases, options);
     let mut all = Vec::new();
-    for (a, attack) in ATTACKS.iter().enumerate() {
+    let only = |name: &str| options.only.is_empty() || options.only.iter().any(|part| name.contains(part.as_str()));
+    for (a, attack) in ATTACKS.iter().enumerate().filter(|(_, attack)| only(attack.name)) {
         let seeds: Vec<u64> = (0..chosen.len() as u64).map(|i| i + 1000 * a as u64).collect();
         let queries: Vec<Result<(Query, f64)>> = job.install(|| {
             (0..chosen.len())

@@ -5,7 +5,8 @@ use mesh::{TriMesh, Vec3};
 use super::grid::Grid;
 use crate::LibraryError;
 
-/// How many samples a surface has.
+/// How many samples a surface has, and of how many of them the whole is described.
+const FINE: usize = 16_384;
 pub(super) const SAMPLES: usize = 4096;
 
 /// The ball in which samples are counted, in units of the cloud's radius. Smaller ones see the noise.
@@ -25,12 +26,25 @@ pub(crate) struct Cloud {
 }
 
 impl Cloud {
-    /// Samples of a mesh.
+    /// Samples of a mesh, all of one weight.
+    pub(super) fn fine(mesh: &TriMesh) -> Result<Self, LibraryError> {
+        let mut cloud = sampled(mesh, FINE)?;
+        cloud.normalise();
+        Ok(cloud)
+    }
+
+    /// Every fourth sample, with weights that even out how dense they lie.
     ///
     /// A sample's weight is one over the number of samples in a ball around it. On a smooth surface that changes nothing; where noise has roughened small triangles, which have more area
     /// then, or where a wall has two sides close together, mass stays what it is seen to be from a distance.
-    pub(super) fn of(mesh: &TriMesh) -> Result<Self, LibraryError> {
-        let mut cloud = sampled(mesh, SAMPLES)?;
+    pub(super) fn evened(&self) -> Self {
+        let step = FINE / SAMPLES;
+        let mut cloud = Self {
+            points: self.points.iter().skip(step / 2).step_by(step).copied().collect(),
+            normals: self.normals.iter().skip(step / 2).step_by(step).copied().collect(),
+            weights: vec![1.0; SAMPLES],
+            area: 0.0,
+        };
         cloud.normalise();
         let counts: Vec<f64> = {
             let grid = Grid::new(&cloud.points, DENSITY_RADIUS);
@@ -45,7 +59,19 @@ impl Cloud {
         cloud.area = counts.iter().map(|count| ball / count).sum();
         cloud.weights = counts.iter().map(|count| 1.0 / count).collect();
         cloud.area /= cloud.normalise().powi(2);
-        Ok(cloud)
+        cloud
+    }
+
+    /// Every `step`th sample.
+    pub(super) fn thinned(&self, step: usize) -> Self {
+        let mut thinned = Self {
+            points: self.points.iter().step_by(step).copied().collect(),
+            normals: self.normals.iter().step_by(step).copied().collect(),
+            weights: self.weights.iter().step_by(step).copied().collect(),
+            area: self.area,
+        };
+        thinned.area /= thinned.normalise().powi(2);
+        thinned
     }
 
     /// Brings the weights' sum to 1, the centre to the origin and the radius to 1; the answer is what the radius was.
@@ -62,18 +88,6 @@ impl Cloud {
         self.points.iter_mut().for_each(|p| *p = (*p - centre) * scale);
         self.weights.iter_mut().for_each(|w| *w /= total);
         radius
-    }
-
-    /// Every `step`th sample.
-    pub(super) fn thinned(&self, step: usize) -> Self {
-        let mut thinned = Self {
-            points: self.points.iter().step_by(step).copied().collect(),
-            normals: self.normals.iter().step_by(step).copied().collect(),
-            weights: self.weights.iter().step_by(step).copied().collect(),
-            area: self.area,
-        };
-        thinned.area /= thinned.normalise().powi(2);
-        thinned
     }
 }
 
@@ -141,7 +155,7 @@ mod tests {
 
     #[test]
     fn samples_of_a_sphere_lie_on_the_unit_sphere_and_weigh_alike() {
-        let cloud = Cloud::of(&shapes::icosphere(4)).unwrap();
+        let cloud = Cloud::fine(&shapes::icosphere(4)).unwrap().evened();
         assert_eq!(cloud.points.len(), SAMPLES);
         assert!(cloud.points.iter().all(|p| (p.norm() - 1.0).abs() < 0.03));
         assert!((cloud.weights.iter().sum::<f64>() - 1.0).abs() < 1e-12);
@@ -152,11 +166,11 @@ mod tests {
     #[test]
     fn a_surface_without_area_or_with_the_largest_numbers_is_no_panic() {
         let line = TriMesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]], vec![[0, 1, 2]]).unwrap();
-        assert!(matches!(Cloud::of(&line), Err(LibraryError::NoArea)));
+        assert!(matches!(Cloud::fine(&line), Err(LibraryError::NoArea)));
         let point = TriMesh::new(vec![[1.0; 3]; 3], vec![[0, 1, 2]]).unwrap();
-        assert!(matches!(Cloud::of(&point), Err(LibraryError::NoArea)));
+        assert!(matches!(Cloud::fine(&point), Err(LibraryError::NoArea)));
         let huge = shapes::cube(1.0).positions().iter().map(|p| p.map(|x| if x > 0.5 { f64::MAX } else { -f64::MAX }));
         let huge = shapes::cube(1.0).with_positions(huge.collect()).unwrap();
-        assert!(Cloud::of(&huge).is_ok());
+        assert!(Cloud::fine(&huge).is_ok());
     }
 }

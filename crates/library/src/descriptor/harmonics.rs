@@ -49,7 +49,7 @@ const MOST: usize = 8;
 const TERMS: usize = (MOST + 1) * (MOST + 1);
 
 /// ε of the root.
-const SOFT: f64 = 0.02;
+const SOFT: f64 = 0.006;
 
 impl Layout {
     /// How many numbers.
@@ -96,7 +96,9 @@ impl Layout {
         };
         for s in 0..shells {
             for l in 0..=self.degree {
-                numbers.push(root(product(s, s, l) - own[s]));
+                let share = root(product(s, s, l) - own[s]);
+                // Of degree 0 it is the mass of the shell.
+                numbers.push(if l == 0 { 0.5 * share - 0.08 } else { share });
             }
         }
         for s in 0..shells - 1 {
@@ -107,6 +109,12 @@ impl Layout {
         numbers.push(mean - 0.85);
         numbers.push(0.25 * (fourth - 1.5));
         numbers
+    }
+
+    /// The numbers in bytes: 127 is 0, a step is 1 / 600.
+    pub(super) fn bytes<const N: usize>(&self, points: &[Vec3], weights: &[f64]) -> [u8; N] {
+        let numbers = self.describe(points, weights);
+        std::array::from_fn(|i| (127.0 + 600.0 * numbers.get(i).copied().unwrap_or(0.0)).round().clamp(0.0, 255.0) as u8)
     }
 
     /// The shell below a radius, and the share of the one above it.
@@ -122,11 +130,6 @@ impl Layout {
 
 fn root(energy: f64) -> f64 {
     energy / (energy.abs() + SOFT * SOFT).sqrt()
-}
-
-/// Bytes of numbers: 127 is 0, a step is 1/320.
-pub(super) fn quantised(numbers: &[f64]) -> impl Iterator<Item = u8> {
-    numbers.iter().map(|x| (127.0 + 320.0 * x).round().clamp(0.0, 255.0) as u8)
 }
 
 /// Schmidt's factors √((2 − δ_m0) (l − m)! / (l + m)!), at l (l + 1) + m.
@@ -219,10 +222,5 @@ mod tests {
                 }
             }
         }
-    }
-
-    #[test]
-    fn the_lengths_are_those_of_the_tables() {
-        assert_eq!([WHOLE, PART, FITTED].map(|layout| layout.length()), [96, 32, 61]);
     }
 }

@@ -10,24 +10,22 @@ use mesh::TriMesh;
 
 use crate::LibraryError;
 use cloud::Cloud;
-use harmonics::{PART, WHOLE, quantised};
-pub(crate) use parts::{Cuttable, KEPT_LENGTH, PART_LENGTH, PARTS};
+use harmonics::WHOLE;
+pub(crate) use parts::{Cut, Cuttable, KEPT_LENGTH, PART_LENGTH, PARTS};
 
 /// Bytes of the whole.
 pub(crate) const WHOLE_LENGTH: usize = WHOLE.length();
 /// Bytes of the small shapes.
 pub(crate) const LOCAL_LENGTH: usize = local::LENGTH;
 
-/// Every so many of the samples is enough for parts.
-const PARTS_STEP: usize = 2;
-
 /// What is kept of an original, by which it is found.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Descriptor {
-    pub(crate) whole: Vec<u8>,
+    pub(crate) whole: [u8; WHOLE_LENGTH],
+    pub(crate) local: [u8; LOCAL_LENGTH],
+    /// [`PART_LENGTH`] bytes each.
     pub(crate) parts: Vec<u8>,
-    pub(crate) local: Vec<u8>,
-    /// Samples, to which planes are fitted.
+    /// Samples, which planes cut.
     pub(crate) samples: Vec<u8>,
 }
 
@@ -42,23 +40,23 @@ pub struct Descriptor {
 /// ```
 #[derive(Clone, Debug)]
 pub struct Query {
-    pub(crate) whole: Vec<u8>,
-    pub(crate) part: Vec<u8>,
-    pub(crate) local: Vec<u8>,
+    pub(crate) whole: [u8; WHOLE_LENGTH],
+    pub(crate) local: [u8; LOCAL_LENGTH],
+    pub(crate) part: [u8; PART_LENGTH],
     pub(crate) fitted: Vec<f64>,
 }
 
 impl Descriptor {
-    /// Describes an original: some 15 ms, and a microsecond a triangle.
+    /// Describes an original.
     ///
     /// # Errors
     /// [`LibraryError::NoArea`].
     pub fn of(mesh: &TriMesh) -> Result<Self, LibraryError> {
-        let cloud = Cloud::of(mesh)?;
+        let cloud = Cloud::fine(mesh)?.evened();
         Ok(Self {
-            whole: whole(&cloud),
-            parts: parts::describe(&cloud.thinned(PARTS_STEP)),
-            local: local::describe(&cloud).to_vec(),
+            whole: WHOLE.bytes(&cloud.points, &cloud.weights),
+            local: local::describe(&cloud),
+            parts: parts::describe(&cloud),
             samples: parts::kept(&cloud),
         })
     }
@@ -70,11 +68,11 @@ impl Query {
     /// # Errors
     /// [`LibraryError::NoArea`].
     pub fn of(mesh: &TriMesh) -> Result<Self, LibraryError> {
-        let cloud = Cloud::of(mesh)?;
+        let cloud = Cloud::fine(mesh)?.evened();
         Ok(Self {
-            whole: whole(&cloud),
-            part: quantised(&PART.describe(&cloud.points, &cloud.weights)).collect(),
-            local: local::describe(&cloud).to_vec(),
+            whole: WHOLE.bytes(&cloud.points, &cloud.weights),
+            local: local::describe(&cloud),
+            part: parts::as_part(&cloud),
             fitted: parts::fitted(&cloud),
         })
     }
@@ -85,12 +83,8 @@ impl Query {
     }
 }
 
-fn whole(cloud: &Cloud) -> Vec<u8> {
-    quantised(&WHOLE.describe(&cloud.points, &cloud.weights)).collect()
-}
-
 /// The sum of absolute differences of bytes.
 #[inline]
-pub(crate) fn difference(a: &[u8], b: &[u8]) -> u32 {
+pub(crate) fn difference<const N: usize>(a: &[u8; N], b: &[u8; N]) -> u32 {
     a.iter().zip(b).map(|(&a, &b)| u32::from(a.abs_diff(b))).sum()
 }

@@ -3,21 +3,25 @@
 use mesh::Vec3;
 
 use super::{
-    cloud::Cloud,
-    harmonics::{FITTED, PART, quantised},
+    cloud::{Cloud, SAMPLES},
+    harmonics::{FITTED, PART},
 };
 use crate::LibraryError;
 
 /// Directions of planes, and the shares of the mass that they leave.
-const DIRECTIONS: usize = 32;
-const SHARES: [f64; 4] = [0.72, 0.5, 0.35, 0.24];
+const DIRECTIONS: usize = 64;
+const SHARES: [f64; 4] = [0.7, 0.5, 0.35, 0.24];
+
+/// Of the samples every so many is enough for them.
+const STEP: usize = 2;
 
 /// How many parts are described, and in how many bytes each.
 pub(crate) const PARTS: usize = DIRECTIONS * SHARES.len();
 pub(crate) const PART_LENGTH: usize = PART.length();
 
-/// Samples that are kept to fit planes to.
-const KEPT: usize = 1024;
+/// Samples that are kept to be cut, and of how many of them planes are fitted first.
+const KEPT: usize = SAMPLES;
+const ROUGH: usize = 4;
 /// Bytes of them: the least corner and the edge of their box in single precision, then three coordinates and a weight each.
 pub(crate) const KEPT_LENGTH: usize = 16 + 4 * KEPT;
 
@@ -29,6 +33,11 @@ const MOST_TRIES: usize = 48;
 
 /// Nothing is said of less than this share of the mass.
 const LEAST_SHARE: f64 = 0.08;
+
+/// What is looked up of a suspect among the parts.
+pub(super) fn as_part(cloud: &Cloud) -> [u8; PART_LENGTH] {
+    PART.bytes(&cloud.points, &cloud.weights)
+}
 
 /// A suspect, to which planes are fitted.
 pub(super) fn fitted(cloud: &Cloud) -> Vec<f64> {
@@ -46,6 +55,7 @@ fn direction(i: usize) -> Vec3 {
 
 /// The bytes of all parts, [`PART_LENGTH`] each.
 pub(super) fn describe(cloud: &Cloud) -> Vec<u8> {
+    let cloud = &cloud.thinned(STEP);
     let mut bytes = Vec::with_capacity(PARTS * PART_LENGTH);
     let mut order: Vec<usize> = (0..cloud.points.len()).collect();
     for i in 0..DIRECTIONS {
@@ -63,7 +73,8 @@ pub(super) fn describe(cloud: &Cloud) -> Vec<u8> {
                 part.weights.push(cloud.weights[k]);
             }
             part.normalise();
-            bytes.extend(quantised(&PART.describe(&part.points, &part.weights)));
+            let part: [u8; PART_LENGTH] = PART.bytes(&part.points, &part.weights);
+            bytes.extend(part);
         }
     }
     bytes
@@ -96,6 +107,15 @@ pub(crate) struct Cuttable {
     weights: Vec<f64>,
 }
 
+/// What a plane leaves of an original: the side to which the normal points, from a height on.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Cut {
+    /// From the suspect.
+    pub(crate) distance: f64,
+    normal: Vec3,
+    height: f64,
+}
+
 impl Cuttable {
     /// The samples that were [kept].
     pub(crate) fn of(bytes: &[u8]) -> Result<Self, LibraryError> {
@@ -124,31 +144,45 @@ impl Cuttable {
         })
     }
 
-    /// The distance of a suspect from what the best plane near some of the described ones leaves.
-    pub(crate) fn fit(&self, wanted: &[f64], start: usize) -> f64 {
-        let mut n = direction(start / SHARES.len() % DIRECTIONS);
-        let mut height = self.height_of(n, SHARES[start % SHARES.len()]);
-        let mut best = self.distance(wanted, n, height);
-        let (mut step, mut halvings, mut tries) = (FIRST_STEP, 0, 1);
+    /// The best plane near that of a described part, by some of the samples.
+    pub(crate) fn fit(&self, wanted: &[f64], part: usize) -> Cut {
+        let normal = direction(part / SHARES.len() % DIRECTIONS);
+        let height = self.height_of(normal, SHARES[part % SHARES.len()]);
+        self.best_near(wanted, normal, height, FIRST_STEP, ROUGH)
+    }
+
+    /// The best plane near one that was fitted, by all samples.
+    pub(crate) fn refit(&self, wanted: &[f64], cut: &Cut) -> Cut {
+        self.best_near(wanted, cut.normal, cut.height, FIRST_STEP / 4.0, 1)
+    }
+
+    fn best_near(&self, wanted: &[f64], normal: Vec3, height: f64, mut step: f64, every: usize) -> Cut {
+        let cut = |normal: Vec3, height: f64| Cut {
+            distance: self.distance(wanted, normal, height, every),
+            normal,
+            height,
+        };
+        let mut best = cut(normal, height);
+        let (mut halvings, mut tries) = (0, 1);
         while halvings <= HALVINGS && tries < MOST_TRIES {
-            let [a, b] = across(n);
-            let turned = |axis: Vec3, sign: f64| ((n + axis * (sign * step)).unit(), height);
+            let [a, b] = across(best.normal);
+            let turned = |axis: Vec3| cut((best.normal + axis).unit(), best.height);
             let moves = [
-                turned(a, 1.0),
-                turned(a, -1.0),
-                turned(b, 1.0),
-                turned(b, -1.0),
-                (n, height + 0.5 * step),
-                (n, height - 0.5 * step),
+                turned(a * step),
+                turned(a * -step),
+                turned(b * step),
+                turned(b * -step),
+                cut(best.normal, best.height + 0.5 * step),
+                cut(best.normal, best.height - 0.5 * step),
             ];
-            let tried = moves.map(|(n, height)| (self.distance(wanted, n, height), n, height));
             tries += moves.len();
-            let nearest = tried.into_iter().fold((f64::INFINITY, n, height), |x, y| if y.0 < x.0 { y } else { x });
-            if nearest.0 < best {
-                (best, n, height) = nearest;
-            } else {
-                step *= 0.5;
-                halvings += 1;
+            let nearest = moves.into_iter().min_by(|x, y| x.distance.total_cmp(&y.distance));
+            match nearest.filter(|nearest| nearest.distance < best.distance) {
+                Some(nearest) => best = nearest,
+                None => {
+                    step *= 0.5;
+                    halvings += 1;
+                }
             }
         }
         best
@@ -168,23 +202,23 @@ impl Cuttable {
         f64::NEG_INFINITY
     }
 
-    fn distance(&self, wanted: &[f64], n: Vec3, height: f64) -> f64 {
+    fn distance(&self, wanted: &[f64], n: Vec3, height: f64, every: usize) -> f64 {
         let mut part = Cloud::default();
         let mut mass = 0.0;
-        for (&p, &w) in self.points.iter().zip(&self.weights) {
+        for (&p, &w) in self.points.iter().zip(&self.weights).step_by(every) {
             if p.dot(n) >= height {
                 part.points.push(p);
                 part.weights.push(w);
                 mass += w;
             }
         }
-        if mass < LEAST_SHARE {
+        if mass * (every as f64) < LEAST_SHARE {
             return f64::INFINITY;
         }
         part.normalise();
         let found = FITTED.describe(&part.points, &part.weights);
         let sum: f64 = found.iter().zip(wanted).map(|(a, b)| (a - b).abs()).sum();
-        320.0 * sum / wanted.len() as f64
+        600.0 * sum / wanted.len() as f64
     }
 }
 

@@ -232,22 +232,22 @@ impl Library {
         self.read(rows())
     }
 
-    /// Hands over the descriptors of all originals, by numbers: whole, parts, local.
+    /// Hands over the descriptors of all originals, by numbers: whole, local, parts.
     pub(crate) fn each_descriptor(
         &self,
         mut take: impl FnMut(OriginalId, &[u8], &[u8], &[u8]),
     ) -> Result<(), LibraryError> {
         let mut statement = self.read(
             self.connection
-                .prepare("SELECT original, whole, parts, local FROM descriptor ORDER BY original"),
+                .prepare("SELECT original, whole, local, parts FROM descriptor ORDER BY original"),
         )?;
         let mut rows = self.read(statement.query([]))?;
         while let Some(row) = self.read(rows.next())? {
             let id = self.read(row.get::<_, i64>(0))?;
             let whole = self.bytes(row, 1, WHOLE_LENGTH)?;
-            let parts = self.bytes(row, 2, PARTS * PART_LENGTH)?;
-            let local = self.bytes(row, 3, LOCAL_LENGTH)?;
-            take(OriginalId(id), whole, parts, local);
+            let local = self.bytes(row, 2, LOCAL_LENGTH)?;
+            let parts = self.bytes(row, 3, PARTS * PART_LENGTH)?;
+            take(OriginalId(id), whole, local, parts);
         }
         Ok(())
     }
@@ -293,8 +293,7 @@ impl Library {
     }
 
     fn bytes<'r>(&self, row: &'r Row<'_>, column: usize, length: usize) -> Result<&'r [u8], LibraryError> {
-        let bytes = self.read(row.get_ref(column))?.as_blob();
-        let bytes = bytes.map_err(|error| self.damaged(error.to_string()))?;
+        let bytes = self.blob(row, column)?;
         match bytes.len() == length {
             true => Ok(bytes),
             false => Err(self.damaged(format!(
@@ -302,6 +301,11 @@ impl Library {
                 bytes.len()
             ))),
         }
+    }
+
+    fn blob<'r>(&self, row: &'r Row<'_>, column: usize) -> Result<&'r [u8], LibraryError> {
+        let bytes = self.read(row.get_ref(column))?.as_blob();
+        bytes.map_err(|error| self.damaged(error.to_string()))
     }
 
     /// One transaction, for which the others wait.
@@ -337,7 +341,7 @@ fn insert(transaction: &Transaction<'_>, digest: &str, entry: &Entry) -> rusqlit
     let descriptor = &entry.descriptor;
     transaction.execute(
         "INSERT INTO descriptor VALUES (?1, ?2, ?3, ?4)",
-        params![id, descriptor.whole, descriptor.parts, descriptor.local],
+        params![id, descriptor.whole, descriptor.local, descriptor.parts],
     )?;
     transaction.execute("INSERT INTO samples VALUES (?1, ?2)", params![id, descriptor.samples])?;
     Ok(id)

@@ -8,8 +8,8 @@ CREATE TABLE original (
 CREATE TABLE descriptor (
     original INTEGER PRIMARY KEY REFERENCES original (id) ON DELETE CASCADE,
     whole BLOB NOT NULL,
-    parts BLOB NOT NULL,
-    local BLOB NOT NULL
+    local BLOB NOT NULL,
+    parts BLOB NOT NULL
 ) STRICT;
 CREATE TABLE samples (
     original INTEGER PRIMARY KEY REFERENCES original (id) ON DELETE CASCADE,

@@ -6,11 +6,13 @@ use job::{Job, JobError};
 
 use crate::{
     Library, LibraryError, OriginalId, Query,
-    descriptor::{Cuttable, LOCAL_LENGTH, PART_LENGTH, PARTS, WHOLE_LENGTH, difference},
+    descriptor::{Cut, Cuttable, LOCAL_LENGTH, PART_LENGTH, PARTS, WHOLE_LENGTH, difference},
 };
 
-/// Planes are fitted to the parts of so many originals, the nearest by what was described beforehand.
-const FITTED: usize = 64;
+/// Originals to whose parts planes are fitted: the nearest by what was described beforehand.
+const FITTED: usize = 96;
+/// Of these, the nearest to which they are fitted once more, with all samples.
+const REFITTED: usize = 20;
 
 /// Originals that one thread compares at a time.
 const AT_A_TIME: usize = 256;
@@ -41,11 +43,11 @@ impl By {
     }
 
     /// The distance at which nothing is said any more.
-    fn farthest(self) -> f64 {
+    pub fn farthest(self) -> f64 {
         match self {
-            Self::Whole => 24.0,
-            Self::Part => 24.0,
-            Self::Local => 24.0,
+            Self::Whole => 40.0,
+            Self::Part => 80.0,
+            Self::Local => 16.0,
         }
     }
 }
@@ -66,9 +68,10 @@ pub struct Candidate {
 #[derive(Debug, Default)]
 pub struct Index {
     ids: Vec<OriginalId>,
-    whole: Vec<u8>,
-    parts: Vec<u8>,
-    local: Vec<u8>,
+    whole: Vec<[u8; WHOLE_LENGTH]>,
+    local: Vec<[u8; LOCAL_LENGTH]>,
+    /// [`PARTS`] of each original.
+    parts: Vec<[u8; PART_LENGTH]>,
 }
 
 /// How far the nearest part of an original is, and which it is.
@@ -85,14 +88,11 @@ impl Index {
     /// When it can't be read, or a descriptor has another length.
     pub fn load(library: &Library) -> Result<Self, LibraryError> {
         let mut index = Self::default();
-        let count = library.count()?;
-        index.ids.reserve(count);
-        index.parts.reserve(count * PARTS * PART_LENGTH);
-        library.each_descriptor(|id, whole, parts, local| {
+        library.each_descriptor(|id, whole, local, parts| {
             index.ids.push(id);
-            index.whole.extend_from_slice(whole);
-            index.parts.extend_from_slice(parts);
-            index.local.extend_from_slice(local);
+            index.whole.push(std::array::from_fn(|i| whole[i]));
+            index.local.push(std::array::from_fn(|i| local[i]));
+            index.parts.extend_from_slice(parts.as_chunks().0);
         })?;
         Ok(index)
     }
@@ -104,7 +104,7 @@ impl Index {
 
     /// Bytes of all descriptors.
     pub fn bytes(&self) -> usize {
-        self.whole.len() + self.parts.len() + self.local.len()
+        self.ids.len() * (WHOLE_LENGTH + LOCAL_LENGTH + PARTS * PART_LENGTH)
     }
 
     /// Whether there are none.
@@ -116,13 +116,7 @@ impl Index {
     ///
     /// # Errors
     /// When samples can't be read from the library, or the job is cancelled.
-    pub fn search(
-        &self,
-        library: &Library,
-        query: &Query,
-        most: usize,
-        job: &Job,
-    ) -> Result<Vec<Candidate>, LibraryError> {
+    pub fn search(&self, library: &Library, query: &Query, most: usize, job: &Job) -> Result<Vec<Candidate>, LibraryError> {
         let lists = self.lists(library, query, most, job)?;
         let mut best: HashMap<OriginalId, Candidate> = HashMap::new();
         for (by, list) in By::ALL.into_iter().zip(&lists) {
@@ -153,15 +147,9 @@ impl Index {
     ///
     /// # Errors
     /// As [`search`](Self::search).
-    pub fn lists(
-        &self,
-        library: &Library,
-        query: &Query,
-        most: usize,
-        job: &Job,
-    ) -> Result<[Vec<(OriginalId, f64)>; 3], LibraryError> {
-        let whole = self.distances::<WHOLE_LENGTH>(&self.whole, &query.whole, job)?;
-        let local = self.distances::<LOCAL_LENGTH>(&self.local, &query.local, job)?;
+    pub fn lists(&self, library: &Library, query: &Query, most: usize, job: &Job) -> Result<[Vec<(OriginalId, f64)>; 3], LibraryError> {
+        let whole = self.of_each(job, |i| difference(&self.whole[i], &query.whole))?;
+        let local = self.of_each(job, |i| difference(&self.local[i], &query.local))?;
         let of = |differences: &[u32], length: usize| -> Vec<(OriginalId, f64)> {
             let nearest = nearest(differences, most).into_iter();
             nearest
@@ -183,35 +171,32 @@ impl Index {
         most: usize,
         job: &Job,
     ) -> Result<Vec<(OriginalId, f64)>, LibraryError> {
-        let parts: Vec<NearestPart> = self.in_chunks(job, |i| {
-            let own = &self.parts[i * PARTS * PART_LENGTH..(i + 1) * PARTS * PART_LENGTH];
-            nearest_part(own, &query.part)
-        })?;
-        let differences: Vec<u32> = parts.iter().map(|part| part.difference).collect();
+        let nearest_parts: Vec<NearestPart> =
+            self.of_each(job, |i| nearest_part(&self.parts[i * PARTS..(i + 1) * PARTS], &query.part))?;
+        let differences: Vec<u32> = nearest_parts.iter().map(|part| part.difference).collect();
         let chosen = nearest(&differences, FITTED.max(most));
         let samples = chosen.iter().map(|&i| library.samples(self.ids[i]));
         let samples: Vec<Vec<u8>> = samples.collect::<Result<_, _>>()?;
-        let fitted = job.map(chosen.len(), 1, |k| {
-            let cuttable = Cuttable::of(&samples[k])?;
-            Ok((self.ids[chosen[k]], cuttable.fit(&query.fitted, parts[chosen[k]].part)))
+        let originals: Vec<Cuttable> = samples.iter().map(|bytes| Cuttable::of(bytes)).collect::<Result<_, _>>()?;
+        let rough = job.map(chosen.len(), 1, |k| {
+            originals[k].fit(&query.fitted, nearest_parts[chosen[k]].part)
         })?;
-        let mut fitted = fitted.into_iter().collect::<Result<Vec<_>, LibraryError>>()?;
+        let mut order: Vec<usize> = (0..chosen.len()).collect();
+        order.sort_by(|&a, &b| rough[a].distance.total_cmp(&rough[b].distance).then(a.cmp(&b)));
+        order.truncate(REFITTED.max(most));
+        let fitted = job.map(order.len(), 1, |i| {
+            let k = order[i];
+            let cut: Cut = originals[k].refit(&query.fitted, &rough[k]);
+            (self.ids[chosen[k]], cut.distance)
+        })?;
+        let mut fitted = fitted;
         fitted.sort_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
         fitted.truncate(most);
         Ok(fitted)
     }
 
-    fn distances<const N: usize>(&self, all: &[u8], wanted: &[u8], job: &Job) -> Result<Vec<u32>, JobError> {
-        let (all, _) = all.as_chunks::<N>();
-        let (wanted, _) = wanted.as_chunks::<N>();
-        let Some(wanted) = wanted.first() else {
-            return Ok(Vec::new());
-        };
-        self.in_chunks(job, |i| difference(&all[i], wanted))
-    }
-
     /// Something of each original.
-    fn in_chunks<T: Send>(&self, job: &Job, of: impl Fn(usize) -> T + Sync + Send) -> Result<Vec<T>, JobError> {
+    fn of_each<T: Send>(&self, job: &Job, of: impl Fn(usize) -> T + Sync + Send) -> Result<Vec<T>, JobError> {
         let count = self.ids.len();
         let chunks = job.map(count.div_ceil(AT_A_TIME), 1, |chunk| {
             let first = chunk * AT_A_TIME;
@@ -222,15 +207,10 @@ impl Index {
     }
 }
 
-fn nearest_part(parts: &[u8], wanted: &[u8]) -> NearestPart {
+fn nearest_part(parts: &[[u8; PART_LENGTH]], wanted: &[u8; PART_LENGTH]) -> NearestPart {
     let mut nearest = NearestPart {
         difference: u32::MAX,
         part: 0,
-    };
-    let (parts, _) = parts.as_chunks::<PART_LENGTH>();
-    let (wanted, _) = wanted.as_chunks::<PART_LENGTH>();
-    let Some(wanted) = wanted.first() else {
-        return nearest;
     };
     for (i, part) in parts.iter().enumerate() {
         let difference = difference(part, wanted);
