@@ -12,13 +12,16 @@ use super::models::{Base, original};
 use crate::kept;
 
 /// What has no part in the library.
-const NO_PART: [&str; 6] = [
+const NO_PART: [&str; 9] = [
     "crates/cli",
     "crates/evaluation/src/pages",
     "crates/sigmark",
     "crates/baselines",
     "crates/code",
     "crates/partition",
+    "crates/library/tests",
+    "bench-harness/src/library/page.rs",
+    "bench-harness/src/library/trials.rs",
 ];
 
 /// Originals that are made at a time.
@@ -64,7 +67,10 @@ pub(super) fn library(bases: &[Base], size: usize, job: &Job) -> Result<Built> {
         if start - told >= 2000 {
             told = start;
             let seconds = begun.elapsed().as_secs_f64();
-            println!("{start} originals, {:.1} a second", (start - first) as f64 / seconds);
+            println!(
+                "{start} originals, {:.1} a second",
+                (start - first) as f64 / seconds
+            );
         }
     }
     drop(library);
@@ -72,7 +78,11 @@ pub(super) fn library(bases: &[Base], size: usize, job: &Job) -> Result<Built> {
     let library = Library::open(&path)?;
     let index = Index::load(&library)?;
     let seconds_to_open = begun.elapsed().as_secs_f64();
-    let ids = library.originals()?.into_iter().map(|original| original.id).collect();
+    let ids = library
+        .originals()?
+        .into_iter()
+        .map(|original| original.id)
+        .collect();
     let figures = Figures {
         size: index.len(),
         seconds_to_open,
@@ -86,4 +96,14 @@ pub(super) fn library(bases: &[Base], size: usize, job: &Job) -> Result<Built> {
         ids,
         figures,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_left_out_is_there() {
+        kept::assert_is_there(&NO_PART);
+    }
 }

@@ -12,7 +12,9 @@ pub(super) struct Draw(ChaCha20Rng);
 impl Draw {
     /// What is drawn depends on the seed and on what it is for.
     pub(super) fn new(purpose: u64, seed: u64) -> Self {
-        Self(ChaCha20Rng::seed_from_u64(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ purpose))
+        Self(ChaCha20Rng::seed_from_u64(
+            seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ purpose,
+        ))
     }
 
     /// Between 0 and 1.

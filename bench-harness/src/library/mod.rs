@@ -5,6 +5,7 @@
 mod built;
 mod draw;
 mod models;
+mod page;
 mod suspects;
 mod trials;
 
@@ -33,7 +34,7 @@ pub struct LibraryBench {
     #[arg(long, value_name = "N", default_value_t = 10_000)]
     pub strangers: usize,
     /// Of candidates that strangers bring up, so many are aligned and read
-    #[arg(long, value_name = "N", default_value_t = 200)]
+    #[arg(long, value_name = "N", default_value_t = 100)]
     pub read: usize,
     /// Only attacks in whose names this is; may be given again
     #[arg(long, value_name = "TEXT")]
@@ -56,7 +57,11 @@ impl LibraryBench {
         let built = built::library(&bases, self.size, &job)?;
         println!("{}", serde_json::to_string(&built.figures)?);
         let found = trials::attacked(&bases, &built, self, &job)?;
-        let _ = found;
-        Ok(())
+        if self.tune {
+            return Ok(());
+        }
+        let strangers = trials::strangers(&bases, &built, self, &job)?;
+        let speed = trials::speed(&bases)?;
+        page::write(&bases, &built.figures, &found, &strangers, &speed)
     }
 }

@@ -32,8 +32,6 @@ pub(super) struct Base {
 /// An original of the library.
 pub(super) struct Model {
     pub(super) name: String,
-    /// The number of its base.
-    pub(super) base: usize,
     pub(super) mesh: TriMesh,
 }
 
@@ -96,17 +94,24 @@ fn unit(mesh: &TriMesh) -> TriMesh {
 /// The mesh with every vertex elsewhere; as it was, where that is nowhere.
 pub(super) fn with(mesh: &TriMesh, place: impl Fn(Vec3) -> Vec3) -> TriMesh {
     let positions = mesh.positions().iter().map(|&p| place(Vec3(p)).0);
-    mesh.with_positions(positions.collect()).unwrap_or_else(|_| mesh.clone())
+    mesh.with_positions(positions.collect())
+        .unwrap_or_else(|_| mesh.clone())
 }
 
 /// A ball whose radius follows Gielis's formula in two angles.
 fn formula(draw: &mut Draw) -> TriMesh {
     let mut one = || {
         let m = draw.between(2.0, 8.0).floor();
-        let n = [draw.between(0.4, 3.0), draw.between(0.5, 4.0), draw.between(0.5, 4.0)];
+        let n = [
+            draw.between(0.4, 3.0),
+            draw.between(0.5, 4.0),
+            draw.between(0.5, 4.0),
+        ];
         move |angle: f64| {
             let (a, b) = ((m * angle / 4.0).cos().abs(), (m * angle / 4.0).sin().abs());
-            (a.powf(n[1]) + b.powf(n[2])).powf(-1.0 / (2.0 * n[0])).clamp(0.25, 2.5)
+            (a.powf(n[1]) + b.powf(n[2]))
+                .powf(-1.0 / (2.0 * n[0]))
+                .clamp(0.25, 2.5)
         }
     };
     let (across, along) = (one(), one());
@@ -115,7 +120,11 @@ fn formula(draw: &mut Draw) -> TriMesh {
         let (longitude, latitude) = (y.atan2(x), z.clamp(-1.0, 1.0).asin());
         let (r, s) = (across(longitude), along(latitude));
         let level = latitude.cos() * s;
-        Vec3([r * level * longitude.cos(), r * level * longitude.sin(), s * latitude.sin()])
+        Vec3([
+            r * level * longitude.cos(),
+            r * level * longitude.sin(),
+            s * latitude.sin(),
+        ])
     })
 }
 
@@ -127,14 +136,12 @@ pub(super) fn original(bases: &[Base], number: usize) -> Model {
     {
         return Model {
             name: bases[base].name.clone(),
-            base,
             mesh: whole.clone(),
         };
     }
     let base = number % bases.len();
     Model {
         name: format!("{} {number}", bases[base].name),
-        base,
         mesh: variation(bases, base, number as u64),
     }
 }
@@ -154,7 +161,9 @@ pub(super) fn variation(bases: &[Base], base: usize, seed: u64) -> TriMesh {
         mesh = shapes::divided(&mesh);
     }
     let stretch: [f64; 3] = std::array::from_fn(|_| (0.25 * draw.normal()).exp());
-    let mut mesh = with(&mesh, |Vec3([x, y, z])| Vec3([x * stretch[0], y * stretch[1], z * stretch[2]]));
+    let mut mesh = with(&mesh, |Vec3([x, y, z])| {
+        Vec3([x * stretch[0], y * stretch[1], z * stretch[2]])
+    });
     let taper = draw.between(-0.5, 0.5);
     let axis = draw.direction();
     mesh = with(&mesh, |p| p * (1.0 + taper * p.dot(axis)));
@@ -173,10 +182,19 @@ fn displaced(mesh: &TriMesh, amount: f64, draw: &mut Draw) -> TriMesh {
         .map(|_| {
             let length = draw.between(0.25, 1.2);
             let wave = draw.direction() * (std::f64::consts::TAU / length);
-            (wave, draw.direction() * length.sqrt(), draw.between(0.0, std::f64::consts::TAU))
+            (
+                wave,
+                draw.direction() * length.sqrt(),
+                draw.between(0.0, std::f64::consts::TAU),
+            )
         })
         .collect();
-    let field = |p: Vec3| waves.iter().map(|&(wave, along, phase)| along * (wave.dot(p) + phase).sin()).sum::<Vec3>();
+    let field = |p: Vec3| {
+        waves
+            .iter()
+            .map(|&(wave, along, phase)| along * (wave.dot(p) + phase).sin())
+            .sum::<Vec3>()
+    };
     let square: f64 = mesh.positions().iter().map(|&p| field(Vec3(p)).squared()).sum();
     let scale = amount / (square / mesh.vertex_count() as f64).sqrt().max(1e-12);
     with(mesh, |p| p + field(p) * scale)
@@ -185,7 +203,8 @@ fn displaced(mesh: &TriMesh, amount: f64, draw: &mut Draw) -> TriMesh {
 /// A second model, smaller, about a vertex of the first.
 fn stuck_together(mesh: &TriMesh, other: &TriMesh, draw: &mut Draw) -> TriMesh {
     let place = Vec3(mesh.positions()[draw.one_of(mesh.vertex_count())]);
-    let turn = mesh::Similarity::from_quaternion([draw.normal(), draw.normal(), draw.normal(), draw.normal()]);
+    let turn =
+        mesh::Similarity::from_quaternion([draw.normal(), draw.normal(), draw.normal(), draw.normal()]);
     let scale = draw.between(0.3, 0.6);
     let moved = with(other, |p| place + turn.apply(p) * scale);
     shapes::disjoint_union(&[mesh.clone(), moved])
@@ -195,7 +214,10 @@ fn stuck_together(mesh: &TriMesh, other: &TriMesh, draw: &mut Draw) -> TriMesh {
 pub(super) fn cut(mesh: &TriMesh, direction: Vec3, share: f64) -> Option<TriMesh> {
     let used = mesh.used_vertices();
     let height = |v: usize| mesh.point(v).dot(direction);
-    let mut heights: Vec<f64> = (0..mesh.vertex_count()).filter(|&v| used[v]).map(height).collect();
+    let mut heights: Vec<f64> = (0..mesh.vertex_count())
+        .filter(|&v| used[v])
+        .map(height)
+        .collect();
     heights.sort_by(f64::total_cmp);
     let place = ((heights.len() as f64 * share) as usize).min(heights.len() - 1);
     let limit = heights[place];
@@ -232,11 +254,19 @@ pub(super) fn bent(mesh: &TriMesh, axis: Vec3, degrees: f64) -> TriMesh {
 
 pub(super) fn extent(mesh: &TriMesh, axis: Vec3) -> [f64; 2] {
     let heights = mesh.positions().iter().map(|&p| Vec3(p).dot(axis));
-    heights.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)])
+    heights.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
+        [low.min(x), high.max(x)]
+    })
 }
 
 pub(super) fn across(axis: Vec3) -> Vec3 {
-    let least = (0..3).fold(0, |least, i| if axis.0[i].abs() < axis.0[least].abs() { i } else { least });
+    let least = (0..3).fold(0, |least, i| {
+        if axis.0[i].abs() < axis.0[least].abs() {
+            i
+        } else {
+            least
+        }
+    });
     let mut other = Vec3::ZERO;
     other[least] = 1.0;
     axis.cross(other).unit()

@@ -44,25 +44,101 @@ pub(super) struct Attack {
 
 /// All of them.
 pub(super) const ATTACKS: [Attack; 19] = [
-    Attack { name: "similarity", group: Group::Table4, does: |mesh, _| Ok(mesh.clone()) },
-    Attack { name: "noise 0.5 %", group: Group::Table4, does: |mesh, draw| Ok(noisy(mesh, 0.005, draw)) },
-    Attack { name: "noise 0.1 %", group: Group::Table4, does: |mesh, draw| Ok(noisy(mesh, 0.001, draw)) },
-    Attack { name: "Laplacian ×5", group: Group::Table4, does: |mesh, _| Ok(smoothed(mesh, &[0.9; 5])) },
-    Attack { name: "Taubin ×10", group: Group::Table4, does: |mesh, _| Ok(smoothed(mesh, &[0.5, -0.53].repeat(10))) },
-    Attack { name: "re-meshing", group: Group::Table4, does: |mesh, _| clustered(mesh) },
-    Attack { name: "Loop", group: Group::Table4, does: |mesh, _| Ok(looped(mesh)) },
-    Attack { name: "simplified to 50 %", group: Group::Table4, does: |mesh, _| simplified(mesh, 0.5) },
-    Attack { name: "simplified to 10 %", group: Group::Table4, does: |mesh, _| simplified(mesh, 0.1) },
-    Attack { name: "simplified to 5 %", group: Group::Table4, does: |mesh, _| simplified(mesh, 0.05) },
-    Attack { name: "simplified to 1 %", group: Group::Beyond, does: |mesh, _| simplified(mesh, 0.01) },
-    Attack { name: "crop to 50 %", group: Group::Crop, does: |mesh, draw| Ok(cropped(mesh, 0.5, draw)) },
-    Attack { name: "crop to 35 %", group: Group::Crop, does: |mesh, draw| Ok(cropped(mesh, 0.35, draw)) },
-    Attack { name: "crop to 25 %", group: Group::Crop, does: |mesh, draw| Ok(cropped(mesh, 0.25, draw)) },
-    Attack { name: "crop to 50 %, simplified to 10 %", group: Group::Beyond, does: |mesh, draw| simplified(&cropped(mesh, 0.5, draw), 0.1) },
-    Attack { name: "one joint, 60°", group: Group::Pose, does: |mesh, draw| Ok(posed(mesh, 60.0, draw)) },
-    Attack { name: "two joints, 45°", group: Group::Pose, does: |mesh, draw| Ok(posed(&posed(mesh, 45.0, draw), 45.0, draw)) },
-    Attack { name: "bend 45°", group: Group::Pose, does: |mesh, _| Ok(bent(mesh, longest(mesh), 45.0)) },
-    Attack { name: "twist 45°", group: Group::Pose, does: |mesh, _| Ok(twisted(mesh, longest(mesh), 45.0)) },
+    Attack {
+        name: "similarity",
+        group: Group::Table4,
+        does: |mesh, _| Ok(mesh.clone()),
+    },
+    Attack {
+        name: "noise 0.5 %",
+        group: Group::Table4,
+        does: |mesh, draw| Ok(noisy(mesh, 0.005, draw)),
+    },
+    Attack {
+        name: "noise 0.1 %",
+        group: Group::Table4,
+        does: |mesh, draw| Ok(noisy(mesh, 0.001, draw)),
+    },
+    Attack {
+        name: "Laplacian ×5",
+        group: Group::Table4,
+        does: |mesh, _| Ok(smoothed(mesh, &[0.9; 5])),
+    },
+    Attack {
+        name: "Taubin ×10",
+        group: Group::Table4,
+        does: |mesh, _| Ok(smoothed(mesh, &[0.5, -0.53].repeat(10))),
+    },
+    Attack {
+        name: "re-meshing",
+        group: Group::Table4,
+        does: |mesh, _| clustered(mesh),
+    },
+    Attack {
+        name: "Loop",
+        group: Group::Table4,
+        does: |mesh, _| Ok(looped(mesh)),
+    },
+    Attack {
+        name: "simplified to 50 %",
+        group: Group::Table4,
+        does: |mesh, _| simplified(mesh, 0.5),
+    },
+    Attack {
+        name: "simplified to 10 %",
+        group: Group::Table4,
+        does: |mesh, _| simplified(mesh, 0.1),
+    },
+    Attack {
+        name: "simplified to 5 %",
+        group: Group::Table4,
+        does: |mesh, _| simplified(mesh, 0.05),
+    },
+    Attack {
+        name: "simplified to 1 %",
+        group: Group::Beyond,
+        does: |mesh, _| simplified(mesh, 0.01),
+    },
+    Attack {
+        name: "crop to 50 %",
+        group: Group::Crop,
+        does: |mesh, draw| Ok(cropped(mesh, 0.5, draw)),
+    },
+    Attack {
+        name: "crop to 35 %",
+        group: Group::Crop,
+        does: |mesh, draw| Ok(cropped(mesh, 0.35, draw)),
+    },
+    Attack {
+        name: "crop to 25 %",
+        group: Group::Crop,
+        does: |mesh, draw| Ok(cropped(mesh, 0.25, draw)),
+    },
+    Attack {
+        name: "crop to 50 %, simplified to 10 %",
+        group: Group::Beyond,
+        does: |mesh, draw| simplified(&cropped(mesh, 0.5, draw), 0.1),
+    },
+    Attack {
+        name: "one joint, 60°",
+        group: Group::Pose,
+        does: |mesh, draw| Ok(posed(mesh, 60.0, draw)),
+    },
+    Attack {
+        name: "two joints, 45°",
+        group: Group::Pose,
+        does: |mesh, draw| Ok(posed(&posed(mesh, 45.0, draw), 45.0, draw)),
+    },
+    Attack {
+        name: "bend 45°",
+        group: Group::Pose,
+        does: |mesh, _| Ok(bent(mesh, longest(mesh), 45.0)),
+    },
+    Attack {
+        name: "twist 45°",
+        group: Group::Pose,
+        does: |mesh, _| Ok(twisted(mesh, longest(mesh), 45.0)),
+    },
 ];
 
 impl Attack {
@@ -77,9 +153,10 @@ impl Attack {
 fn noisy(mesh: &TriMesh, amount: f64, draw: &mut Draw) -> TriMesh {
     let bounds = mesh.bounding_box();
     let edges: [f64; 3] = std::array::from_fn(|axis| bounds.max[axis] - bounds.min[axis]);
-    let positions = mesh.positions().iter().map(|p| {
-        std::array::from_fn(|axis| p[axis] + amount * edges[axis] * draw.between(-1.0, 1.0))
-    });
+    let positions = mesh
+        .positions()
+        .iter()
+        .map(|p| std::array::from_fn(|axis| p[axis] + amount * edges[axis] * draw.between(-1.0, 1.0)));
     let positions: Vec<[f64; 3]> = positions.collect();
     mesh.with_positions(positions).unwrap_or_else(|_| mesh.clone())
 }
@@ -172,7 +249,10 @@ fn clustered(mesh: &TriMesh) -> Result<TriMesh> {
     for (sum, count, number) in cells.into_values() {
         positions[number as usize] = (sum / count).0;
     }
-    let merged = fine.triangles().iter().map(|corners| corners.map(|v| cluster[v as usize]));
+    let merged = fine
+        .triangles()
+        .iter()
+        .map(|corners| corners.map(|v| cluster[v as usize]));
     let mut triangles: Vec<[u32; 3]> = merged.filter(|[a, b, c]| a != b && b != c && c != a).collect();
     let sorted = |corners: &[u32; 3]| {
         let mut corners = *corners;
@@ -244,7 +324,10 @@ fn posed(mesh: &TriMesh, degrees: f64, draw: &mut Draw) -> TriMesh {
 fn longest(mesh: &TriMesh) -> Vec3 {
     let bounds = mesh.bounding_box();
     let edge = |axis: usize| bounds.max[axis] - bounds.min[axis];
-    let axis = (0..3).fold(0, |longest, axis| if edge(axis) > edge(longest) { axis } else { longest });
+    let axis = (0..3).fold(
+        0,
+        |longest, axis| if edge(axis) > edge(longest) { axis } else { longest },
+    );
     let mut direction = Vec3::ZERO;
     direction[axis] = 1.0;
     direction

@@ -26,8 +26,8 @@ use std::ffi::OsString;
 
 use args::Command;
 use commands::{
-    align, compare, completions, dispute, embed, inspect, keygen, library, man, partition, spectrum, stamp, trace,
-    verify,
+    align, compare, completions, dispute, embed, inspect, keygen, library, man, partition, spectrum, stamp,
+    trace, verify,
 };
 
 /// What a command that was carried out has to say.

@@ -51,7 +51,8 @@ pub fn pack_geometry(mesh: &TriMesh) -> Vec<u8> {
                 let mut before = 0_u32;
                 let deltas = own.map(|x| {
                     let bits = (x as f32).to_bits();
-                    bits.wrapping_sub(std::mem::replace(&mut before, bits)).to_le_bytes()
+                    bits.wrapping_sub(std::mem::replace(&mut before, bits))
+                        .to_le_bytes()
                 });
                 shuffle(&deltas.collect::<Vec<_>>(), &mut raw);
             }
@@ -59,7 +60,8 @@ pub fn pack_geometry(mesh: &TriMesh) -> Vec<u8> {
                 let mut before = 0_u64;
                 let deltas = own.map(|x| {
                     let bits = x.to_bits();
-                    bits.wrapping_sub(std::mem::replace(&mut before, bits)).to_le_bytes()
+                    bits.wrapping_sub(std::mem::replace(&mut before, bits))
+                        .to_le_bytes()
                 });
                 shuffle(&deltas.collect::<Vec<_>>(), &mut raw);
             }
@@ -168,7 +170,11 @@ mod tests {
     use proptest::prelude::*;
 
     fn bits(mesh: &TriMesh) -> Vec<u64> {
-        mesh.positions().as_flattened().iter().map(|x| x.to_bits()).collect()
+        mesh.positions()
+            .as_flattened()
+            .iter()
+            .map(|x| x.to_bits())
+            .collect()
     }
 
     fn any_mesh() -> impl Strategy<Value = TriMesh> {
@@ -219,7 +225,10 @@ mod tests {
             [1.0 / 3.0, -1e300, 1.0],
         ];
         let mesh = TriMesh::new(positions, vec![[0, 1, 2], [2, 1, 0]]).unwrap();
-        assert_eq!(bits(&unpack_geometry(&pack_geometry(&mesh)).unwrap()), bits(&mesh));
+        assert_eq!(
+            bits(&unpack_geometry(&pack_geometry(&mesh)).unwrap()),
+            bits(&mesh)
+        );
     }
 
     #[test]

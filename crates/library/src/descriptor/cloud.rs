@@ -41,7 +41,13 @@ impl Cloud {
         let step = FINE / SAMPLES;
         let mut cloud = Self {
             points: self.points.iter().skip(step / 2).step_by(step).copied().collect(),
-            normals: self.normals.iter().skip(step / 2).step_by(step).copied().collect(),
+            normals: self
+                .normals
+                .iter()
+                .skip(step / 2)
+                .step_by(step)
+                .copied()
+                .collect(),
             weights: vec![1.0; SAMPLES],
             area: 0.0,
         };
@@ -94,20 +100,31 @@ impl Cloud {
 /// Samples at equal steps of area in the order of the triangles; within them by the two-dimensional golden ratio.
 fn sampled(mesh: &TriMesh, count: usize) -> Result<Cloud, LibraryError> {
     // Any finite coordinates are legal, and squares of large ones are not finite.
-    let largest = mesh.positions().as_flattened().iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+    let largest = mesh
+        .positions()
+        .as_flattened()
+        .iter()
+        .fold(0.0_f64, |most, x| most.max(x.abs()));
     let unit = match largest > 0.0 {
         true => largest,
         false => return Err(LibraryError::NoArea),
     };
     let bounds = mesh.bounding_box();
     let centre = Vec3(bounds.min.map(|x| 0.5 * (x / unit))) + Vec3(bounds.max.map(|x| 0.5 * (x / unit)));
-    let extent = (0..3).fold(0.0_f64, |most, axis| most.max(bounds.max[axis] / unit - bounds.min[axis] / unit));
+    let extent = (0..3).fold(0.0_f64, |most, axis| {
+        most.max(bounds.max[axis] / unit - bounds.min[axis] / unit)
+    });
     if extent <= 0.0 {
         return Err(LibraryError::NoArea);
     }
-    let corners = |t: usize| mesh.corners(t).map(|p| (Vec3(p.0.map(|x| x / unit)) - centre) / extent);
+    let corners = |t: usize| {
+        mesh.corners(t)
+            .map(|p| (Vec3(p.0.map(|x| x / unit)) - centre) / extent)
+    };
     let twice = |[a, b, c]: [Vec3; 3]| (b - a).cross(c - a);
-    let areas: Vec<f64> = (0..mesh.triangle_count()).map(|t| twice(corners(t)).norm()).collect();
+    let areas: Vec<f64> = (0..mesh.triangle_count())
+        .map(|t| twice(corners(t)).norm())
+        .collect();
     let total: f64 = areas.iter().sum();
     if !(total.is_finite() && total > 0.0) {
         return Err(LibraryError::NoArea);
@@ -169,7 +186,10 @@ mod tests {
         assert!(matches!(Cloud::fine(&line), Err(LibraryError::NoArea)));
         let point = TriMesh::new(vec![[1.0; 3]; 3], vec![[0, 1, 2]]).unwrap();
         assert!(matches!(Cloud::fine(&point), Err(LibraryError::NoArea)));
-        let huge = shapes::cube(1.0).positions().iter().map(|p| p.map(|x| if x > 0.5 { f64::MAX } else { -f64::MAX }));
+        let huge = shapes::cube(1.0)
+            .positions()
+            .iter()
+            .map(|p| p.map(|x| if x > 0.5 { f64::MAX } else { -f64::MAX }));
         let huge = shapes::cube(1.0).with_positions(huge.collect()).unwrap();
         assert!(Cloud::fine(&huge).is_ok());
     }

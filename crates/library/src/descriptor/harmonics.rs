@@ -79,7 +79,9 @@ impl Layout {
             let mut add = |s: usize, share: f64| {
                 let row = &mut f[s * terms..(s + 1) * terms];
                 let share = w * share;
-                row.iter_mut().zip(&values[..terms]).for_each(|(f, y)| *f += share * y);
+                row.iter_mut()
+                    .zip(&values[..terms])
+                    .for_each(|(f, y)| *f += share * y);
                 own[s] += share * share;
             };
             add(s, 1.0 - upper);
@@ -114,7 +116,11 @@ impl Layout {
     /// The numbers in bytes: 127 is 0, a step is 1 / 600.
     pub(super) fn bytes<const N: usize>(&self, points: &[Vec3], weights: &[f64]) -> [u8; N] {
         let numbers = self.describe(points, weights);
-        std::array::from_fn(|i| (127.0 + 600.0 * numbers.get(i).copied().unwrap_or(0.0)).round().clamp(0.0, 255.0) as u8)
+        std::array::from_fn(|i| {
+            (127.0 + 600.0 * numbers.get(i).copied().unwrap_or(0.0))
+                .round()
+                .clamp(0.0, 255.0) as u8
+        })
     }
 
     /// The shell below a radius, and the share of the one above it.
@@ -122,7 +128,10 @@ impl Layout {
         let above = self.shells.iter().position(|&node| radius < node);
         match above {
             Some(0) => (0, 0.0),
-            Some(i) => (i - 1, (radius - self.shells[i - 1]) / (self.shells[i] - self.shells[i - 1])),
+            Some(i) => (
+                i - 1,
+                (radius - self.shells[i - 1]) / (self.shells[i] - self.shells[i - 1]),
+            ),
             None => (self.shells.len() - 1, 0.0),
         }
     }
@@ -181,7 +190,10 @@ mod tests {
     fn legendre(l: usize, x: f64) -> f64 {
         let (mut before, mut now) = (0.0, 1.0);
         for k in 0..l {
-            (before, now) = (now, ((2 * k + 1) as f64 * x * now - k as f64 * before) / (k + 1) as f64);
+            (before, now) = (
+                now,
+                ((2 * k + 1) as f64 * x * now - k as f64 * before) / (k + 1) as f64,
+            );
         }
         now
     }

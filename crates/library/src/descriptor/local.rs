@@ -48,7 +48,11 @@ pub(super) fn describe(cloud: &Cloud) -> [u8; LENGTH] {
     }
     let weight = |c: usize| cloud.weights[c * STEP];
     // Whether a file's triangles face outward is its own affair.
-    let bend: f64 = seen.iter().enumerate().map(|(c, seen)| weight(c) * seen[2].offset).sum();
+    let bend: f64 = seen
+        .iter()
+        .enumerate()
+        .map(|(c, seen)| weight(c) * seen[2].offset)
+        .sum();
     let sign = if bend < 0.0 { -1.0 } else { 1.0 };
     let mut bins = [0.0; LENGTH];
     let mut total = 0.0;
@@ -62,17 +66,36 @@ pub(super) fn describe(cloud: &Cloud) -> [u8; LENGTH] {
         let (mut first, pair) = (0, COARSE * COARSE);
         for r in 0..3 {
             let mass = (seen[r].mass.max(1e-3).log2() + 1.2) / 2.4 * MASSES as f64 - 0.5;
-            spread(&mut bins[first..], [OFFSETS, MASSES], [offset(r, OFFSETS), mass], w);
+            spread(
+                &mut bins[first..],
+                [OFFSETS, MASSES],
+                [offset(r, OFFSETS), mass],
+                w,
+            );
             first += OFFSETS * MASSES;
         }
         for r in 0..2 {
-            spread(&mut bins[first..], [COARSE, COARSE], [offset(r, COARSE), offset(r + 1, COARSE)], w);
+            spread(
+                &mut bins[first..],
+                [COARSE, COARSE],
+                [offset(r, COARSE), offset(r + 1, COARSE)],
+                w,
+            );
             first += pair;
         }
         let elongation = seen[2].elongation * COARSE as f64 - 0.5;
-        spread(&mut bins[first..], [COARSE, COARSE], [offset(2, COARSE), elongation], w);
+        spread(
+            &mut bins[first..],
+            [COARSE, COARSE],
+            [offset(2, COARSE), elongation],
+            w,
+        );
     }
-    bins.map(|share| (255.0 * (share / total).max(0.0).sqrt()).round().clamp(0.0, 255.0) as u8)
+    bins.map(|share| {
+        (255.0 * (share / total).max(0.0).sqrt())
+            .round()
+            .clamp(0.0, 255.0) as u8
+    })
 }
 
 /// What a ball around a sample sees.

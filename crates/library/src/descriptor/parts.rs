@@ -85,7 +85,10 @@ pub(super) fn kept(cloud: &Cloud) -> Vec<u8> {
     let corner = |pick: fn(f64, f64) -> f64, start: f64| -> [f64; 3] {
         std::array::from_fn(|axis| cloud.points.iter().fold(start, |m, p| pick(m, p.0[axis])))
     };
-    let (least, most) = (corner(f64::min, f64::INFINITY), corner(f64::max, f64::NEG_INFINITY));
+    let (least, most) = (
+        corner(f64::min, f64::INFINITY),
+        corner(f64::max, f64::NEG_INFINITY),
+    );
     let edge = (0..3).fold(1e-9_f64, |edge, axis| edge.max(most[axis] - least[axis]));
     let heaviest = cloud.weights.iter().fold(0.0_f64, |m, &w| m.max(w));
     let mut bytes = Vec::with_capacity(KEPT_LENGTH);
@@ -190,7 +193,12 @@ impl Cuttable {
 
     /// How high a plane lies that leaves a share.
     fn height_of(&self, n: Vec3, share: f64) -> f64 {
-        let mut heights: Vec<(f64, f64)> = self.points.iter().zip(&self.weights).map(|(p, &w)| (p.dot(n), w)).collect();
+        let mut heights: Vec<(f64, f64)> = self
+            .points
+            .iter()
+            .zip(&self.weights)
+            .map(|(p, &w)| (p.dot(n), w))
+            .collect();
         heights.sort_by(|a, b| b.0.total_cmp(&a.0));
         let mut mass = 0.0;
         for (height, w) in heights {
@@ -224,7 +232,13 @@ impl Cuttable {
 
 /// Two directions across a third, and each other.
 fn across(n: Vec3) -> [Vec3; 2] {
-    let least = (0..3).fold(0, |least, axis| if n.0[axis].abs() < n.0[least].abs() { axis } else { least });
+    let least = (0..3).fold(0, |least, axis| {
+        if n.0[axis].abs() < n.0[least].abs() {
+            axis
+        } else {
+            least
+        }
+    });
     let mut axis = Vec3([0.0; 3]);
     axis[least] = 1.0;
     let a = n.cross(axis).unit();

@@ -63,7 +63,9 @@ impl Library {
         self.write(|transaction| {
             let digest = entry.digest.to_string();
             let known = "SELECT id FROM original WHERE digest = ?1";
-            let known: Option<i64> = transaction.query_row(known, [&digest], |row| row.get(0)).optional()?;
+            let known: Option<i64> = transaction
+                .query_row(known, [&digest], |row| row.get(0))
+                .optional()?;
             let id = match known {
                 Some(id) => id,
                 None => insert(transaction, &digest, entry)?,
@@ -119,7 +121,9 @@ impl Library {
     pub fn knows(&self, file: &FileRecord) -> Result<bool, LibraryError> {
         let question = "SELECT count(*) FROM file WHERE path = ?1 AND size = ?2 AND modified = ?3";
         let given = params![file.path, file.size as i64, file.modified];
-        let count = self.connection.query_row(question, given, |row| row.get::<_, i64>(0));
+        let count = self
+            .connection
+            .query_row(question, given, |row| row.get::<_, i64>(0));
         Ok(self.read(count)? > 0)
     }
 
@@ -129,7 +133,9 @@ impl Library {
     /// When the library can't be read.
     pub fn names(&self, digest: &GeometryDigest) -> Result<bool, LibraryError> {
         let question = "SELECT count(*) FROM certificate WHERE original = ?1";
-        let count = self.connection.query_row(question, [digest.to_string()], |row| row.get::<_, i64>(0));
+        let count = self
+            .connection
+            .query_row(question, [digest.to_string()], |row| row.get::<_, i64>(0));
         Ok(self.read(count)? > 0)
     }
 
@@ -138,7 +144,9 @@ impl Library {
     /// # Errors
     /// When the library can't be read.
     pub fn count(&self) -> Result<usize, LibraryError> {
-        let count = self.connection.query_row("SELECT count(*) FROM original", [], |row| row.get::<_, i64>(0));
+        let count = self
+            .connection
+            .query_row("SELECT count(*) FROM original", [], |row| row.get::<_, i64>(0));
         Ok(self.read(count)?.max(0) as usize)
     }
 
@@ -165,7 +173,9 @@ impl Library {
     /// [`LibraryError::Damaged`], where it is not what the digest says.
     pub fn geometry(&self, original: &OriginalRecord) -> Result<Option<TriMesh>, LibraryError> {
         let question = "SELECT packed FROM geometry WHERE original = ?1";
-        let packed = self.connection.query_row(question, [original.id.0], |row| row.get::<_, Vec<u8>>(0));
+        let packed = self
+            .connection
+            .query_row(question, [original.id.0], |row| row.get::<_, Vec<u8>>(0));
         let Some(packed) = self.read(packed.optional())? else {
             return Ok(None);
         };
@@ -207,7 +217,9 @@ impl Library {
     /// When the library can't be read.
     pub fn waiting(&self) -> Result<usize, LibraryError> {
         let question = "SELECT count(*) FROM certificate WHERE original NOT IN (SELECT digest FROM original)";
-        let count = self.connection.query_row(question, [], |row| row.get::<_, i64>(0));
+        let count = self
+            .connection
+            .query_row(question, [], |row| row.get::<_, i64>(0));
         Ok(self.read(count)?.max(0) as usize)
     }
 
@@ -255,7 +267,9 @@ impl Library {
     /// The samples of an original.
     pub(crate) fn samples(&self, id: OriginalId) -> Result<Vec<u8>, LibraryError> {
         let question = "SELECT bytes FROM samples WHERE original = ?1";
-        let bytes = self.connection.query_row(question, [id.0], |row| row.get::<_, Vec<u8>>(0));
+        let bytes = self
+            .connection
+            .query_row(question, [id.0], |row| row.get::<_, Vec<u8>>(0));
         let bytes = self.read(bytes)?;
         match bytes.len() == KEPT_LENGTH {
             true => Ok(bytes),
@@ -263,7 +277,11 @@ impl Library {
         }
     }
 
-    fn records(&self, which: &str, given: impl rusqlite::Params) -> Result<Vec<OriginalRecord>, LibraryError> {
+    fn records(
+        &self,
+        which: &str,
+        given: impl rusqlite::Params,
+    ) -> Result<Vec<OriginalRecord>, LibraryError> {
         let rows = || -> rusqlite::Result<Vec<OriginalRecord>> {
             let question = format!(
                 "SELECT id, digest, name, vertices, triangles,
@@ -309,9 +327,14 @@ impl Library {
     }
 
     /// One transaction, for which the others wait.
-    fn write<T>(&mut self, work: impl FnOnce(&Transaction<'_>) -> rusqlite::Result<T>) -> Result<T, LibraryError> {
+    fn write<T>(
+        &mut self,
+        work: impl FnOnce(&Transaction<'_>) -> rusqlite::Result<T>,
+    ) -> Result<T, LibraryError> {
         let done = || {
-            let transaction = self.connection.transaction_with_behavior(TransactionBehavior::Immediate)?;
+            let transaction = self
+                .connection
+                .transaction_with_behavior(TransactionBehavior::Immediate)?;
             let result = work(&transaction)?;
             transaction.commit()?;
             Ok(result)
@@ -343,7 +366,10 @@ fn insert(transaction: &Transaction<'_>, digest: &str, entry: &Entry) -> rusqlit
         "INSERT INTO descriptor VALUES (?1, ?2, ?3, ?4)",
         params![id, descriptor.whole, descriptor.local, descriptor.parts],
     )?;
-    transaction.execute("INSERT INTO samples VALUES (?1, ?2)", params![id, descriptor.samples])?;
+    transaction.execute(
+        "INSERT INTO samples VALUES (?1, ?2)",
+        params![id, descriptor.samples],
+    )?;
     Ok(id)
 }
 

@@ -26,12 +26,11 @@ pub(super) fn open(path: &Path) -> Result<Connection, LibraryError> {
     if !path.exists() {
         return Err(LibraryError::Missing { path: path.into() });
     }
-    let connection = connect(path, OpenFlags::SQLITE_OPEN_READ_WRITE)
-        .or_else(|error| match error {
-            // A medium that can't be written to.
-            LibraryError::Database { .. } => connect(path, OpenFlags::SQLITE_OPEN_READ_ONLY),
-            error => Err(error),
-        })?;
+    let connection = connect(path, OpenFlags::SQLITE_OPEN_READ_WRITE).or_else(|error| match error {
+        // A medium that can't be written to.
+        LibraryError::Database { .. } => connect(path, OpenFlags::SQLITE_OPEN_READ_ONLY),
+        error => Err(error),
+    })?;
     match state(&connection, path)? {
         State::Ours => check_tables(&connection, path)?,
         State::Empty => {
@@ -54,7 +53,8 @@ pub(super) fn create(path: &Path) -> Result<Connection, LibraryError> {
         let made = || -> rusqlite::Result<()> {
             let transaction = connection.transaction_with_behavior(TransactionBehavior::Immediate)?;
             // Another writer may have been first.
-            let tables: i64 = transaction.query_row("SELECT count(*) FROM sqlite_schema", [], |row| row.get(0))?;
+            let tables: i64 =
+                transaction.query_row("SELECT count(*) FROM sqlite_schema", [], |row| row.get(0))?;
             if tables == 0 {
                 transaction.execute_batch(SCHEMA)?;
                 transaction.pragma_update(None, "application_id", APPLICATION)?;
@@ -91,7 +91,9 @@ fn write_ahead(connection: &Connection, path: &Path) -> Result<(), LibraryError>
     loop {
         let set = connection.query_row("PRAGMA journal_mode = WAL", [], |_| Ok(()));
         match set.map_err(|error| of(path, error)) {
-            Err(LibraryError::Busy { .. }) if begun.elapsed() < PATIENCE => thread::sleep(Duration::from_millis(20)),
+            Err(LibraryError::Busy { .. }) if begun.elapsed() < PATIENCE => {
+                thread::sleep(Duration::from_millis(20))
+            }
             other => return other,
         }
     }

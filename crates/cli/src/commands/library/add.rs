@@ -164,9 +164,9 @@ impl Adding<'_> {
         for (number, chunk) in changed.chunks(at_a_time).enumerate() {
             self.job.progress((number * at_a_time) as f64 / total as f64)?;
             let keeps_geometry = !self.arguments.no_geometry;
-            let read = self
-                .job
-                .map(chunk.len(), 1, |i| read_mesh(&chunk[i].0, &chunk[i].1, keeps_geometry))?;
+            let read = self.job.map(chunk.len(), 1, |i| {
+                read_mesh(&chunk[i].0, &chunk[i].1, keeps_geometry)
+            })?;
             for read in read {
                 self.job.go_on()?;
                 match read {

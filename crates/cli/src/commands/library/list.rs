@@ -22,7 +22,11 @@ pub(crate) fn run(arguments: &LibraryList) -> Result<Answer> {
     let mut originals = Vec::new();
     for record in &records {
         let certificates = library.certificates(&record.digest)?;
-        let files: Vec<String> = library.files(record.id)?.into_iter().map(|file| file.path).collect();
+        let files: Vec<String> = library
+            .files(record.id)?
+            .into_iter()
+            .map(|file| file.path)
+            .collect();
         let mut recipients: Vec<String> = certificates
             .iter()
             .filter(|certificate| !certificate.recipient.is_empty())
@@ -33,7 +37,11 @@ pub(crate) fn run(arguments: &LibraryList) -> Result<Answer> {
         let for_whom = match (recipients.is_empty(), more) {
             (true, _) => String::new(),
             (false, 0) => format!(" for {}", report::listed(&recipients)),
-            (false, more) => format!(" for {} and {} more", recipients.join(", "), report::grouped(more)),
+            (false, more) => format!(
+                " for {} and {} more",
+                recipients.join(", "),
+                report::grouped(more)
+            ),
         };
         let kept = match record.geometry_bytes {
             Some(bytes) => format!("{} KiB kept", report::grouped(bytes.div_ceil(1024))),

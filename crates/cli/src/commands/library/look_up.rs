@@ -141,11 +141,19 @@ impl Catalogue {
         let candidates = nearest.into_iter().map(|candidate| self.candidate(candidate));
         let mut candidates: Vec<Looked> = candidates.collect::<Result<_>>()?;
         let is_near = |looked: &&mut Looked| looked.candidate.score > 0.0;
-        let readings: usize = candidates.iter_mut().filter(is_near).map(|looked| groups(&looked.certificates).len()).sum();
+        let readings: usize = candidates
+            .iter_mut()
+            .filter(is_near)
+            .map(|looked| groups(&looked.certificates).len())
+            .sum();
         let suspect = PreparedMesh::from(suspect);
         let p_bound = self.p_bound / readings.max(1) as f64;
         let mut best = None;
-        for (number, looked) in candidates.iter_mut().enumerate().filter(|(_, looked)| looked.candidate.score > 0.0) {
+        for (number, looked) in candidates
+            .iter_mut()
+            .enumerate()
+            .filter(|(_, looked)| looked.candidate.score > 0.0)
+        {
             let found = self.judge(looked, &suspect, p_bound, job).with_context(shown)?;
             looked.finding = found;
             match &looked.finding {
@@ -171,7 +179,9 @@ impl Catalogue {
         for stored in self.library.certificates(&record.digest)? {
             // They were checked when they were added; the file may have been anywhere since.
             match Certificate::from_json(&stored.text) {
-                Ok(certificate) if self.key.is_none_or(|key| key == *certificate.public_key()) => certificates.push(certificate),
+                Ok(certificate) if self.key.is_none_or(|key| key == *certificate.public_key()) => {
+                    certificates.push(certificate)
+                }
                 Ok(_) => {}
                 Err(error) => report::warning(&format!(
                     "{}: a certificate of {} is passed over: {error}",
@@ -210,7 +220,13 @@ impl Catalogue {
         Ok(None)
     }
 
-    fn judge(&self, looked: &Looked, suspect: &PreparedMesh, p_bound: f64, job: &Job) -> Result<Option<Finding>> {
+    fn judge(
+        &self,
+        looked: &Looked,
+        suspect: &PreparedMesh,
+        p_bound: f64,
+        job: &Job,
+    ) -> Result<Option<Finding>> {
         let Some(mesh) = self.geometry(&looked.record)? else {
             return Ok(None);
         };
@@ -224,7 +240,9 @@ impl Catalogue {
                 Ok(found @ Finding::Marked(_)) => return Ok(Some(found)),
                 Ok(found) => best = best.or(Some(found)),
                 Err(error @ SigmarkError::Job(_)) => return Err(error.into()),
-                Err(error @ SigmarkError::Mark(MarkError::Registration(_) | MarkError::Mesh(_))) => return Err(error.into()),
+                Err(error @ SigmarkError::Mark(MarkError::Registration(_) | MarkError::Mesh(_))) => {
+                    return Err(error.into());
+                }
                 Err(error) => {
                     let name = &looked.record.name;
                     report::warning(&format!("a certificate of {name} can't be read with: {error}"));
@@ -299,7 +317,10 @@ fn trace(
         }
     }
     let trace = tracer.trace(suspect, job)?;
-    let Some((accused, &number)) = trace.accused.first().and_then(|accused| Some((accused, added.get(accused.candidate)?)))
+    let Some((accused, &number)) = trace
+        .accused
+        .first()
+        .and_then(|accused| Some((accused, added.get(accused.candidate)?)))
     else {
         let lying = Lying {
             overlap: trace.overlap,
@@ -340,7 +361,10 @@ fn align(mesh: &TriMesh, suspect: &PreparedMesh, job: &Job) -> Result<Finding> {
 pub(super) fn was_stopped(error: &anyhow::Error) -> bool {
     let is_cancelled = |cause: &(dyn std::error::Error + 'static)| {
         cause.downcast_ref::<JobError>() == Some(&JobError::Cancelled)
-            || matches!(cause.downcast_ref::<SigmarkError>(), Some(SigmarkError::Job(JobError::Cancelled)))
+            || matches!(
+                cause.downcast_ref::<SigmarkError>(),
+                Some(SigmarkError::Job(JobError::Cancelled))
+            )
     };
     !interrupt::is_asked_for() && error.chain().any(is_cancelled)
 }

@@ -27,10 +27,18 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer> {
 /// What is noted of a file, by which a later run knows that it has not changed.
 fn record_of(path: &std::path::Path) -> Result<FileRecord> {
     use anyhow::Context;
-    let shown = || format!("{}: can't be looked at; check the spelling and the folder", path.display());
+    let shown = || {
+        format!(
+            "{}: can't be looked at; check the spelling and the folder",
+            path.display()
+        )
+    };
     let metadata = std::fs::metadata(path).with_context(shown)?;
     let full = std::fs::canonicalize(path).with_context(shown)?;
-    let since = metadata.modified().ok().and_then(|time| time.duration_since(std::time::UNIX_EPOCH).ok());
+    let since = metadata
+        .modified()
+        .ok()
+        .and_then(|time| time.duration_since(std::time::UNIX_EPOCH).ok());
     Ok(FileRecord {
         path: full.to_string_lossy().into_owned(),
         size: metadata.len(),
@@ -41,5 +49,7 @@ fn record_of(path: &std::path::Path) -> Result<FileRecord> {
 /// Whether a failure is one of the library, after which nothing else can be added either.
 fn is_of_library(error: &anyhow::Error) -> bool {
     let of_mesh = |error: &LibraryError| matches!(error, LibraryError::NoArea);
-    error.downcast_ref::<LibraryError>().is_some_and(|error| !of_mesh(error))
+    error
+        .downcast_ref::<LibraryError>()
+        .is_some_and(|error| !of_mesh(error))
 }
