@@ -186,11 +186,10 @@ mod tests {
         assert!(matches!(Cloud::fine(&line), Err(LibraryError::NoArea)));
         let point = TriMesh::new(vec![[1.0; 3]; 3], vec![[0, 1, 2]]).unwrap();
         assert!(matches!(Cloud::fine(&point), Err(LibraryError::NoArea)));
-        let huge = shapes::cube(1.0)
-            .positions()
-            .iter()
-            .map(|p| p.map(|x| if x > 0.5 { f64::MAX } else { -f64::MAX }));
-        let huge = shapes::cube(1.0).with_positions(huge.collect()).unwrap();
+        let cube = shapes::cube(1.0);
+        let far = |x: f64| if x > 0.5 { f64::MAX } else { -f64::MAX };
+        let huge = cube.positions().iter().map(|p| p.map(far)).collect();
+        let huge = cube.with_positions(huge).unwrap();
         assert!(Cloud::fine(&huge).is_ok());
     }
 }

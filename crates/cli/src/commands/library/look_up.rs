@@ -154,6 +154,10 @@ impl Catalogue {
             .enumerate()
             .filter(|(_, looked)| looked.candidate.score > 0.0)
         {
+            // Once the shape is known, another original is asked only for its marks.
+            if best.is_some() && looked.certificates.is_empty() {
+                continue;
+            }
             let found = self.judge(looked, &suspect, p_bound, job).with_context(shown)?;
             looked.finding = found;
             match &looked.finding {
