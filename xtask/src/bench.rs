@@ -5,6 +5,7 @@ use bench_harness::{
     code::CodeBench,
     eigen::{EigenBench, LoneSolve},
     formats::FormatsBench,
+    library::LibraryBench,
     partition::{LoneDivision, PartitionBench},
     python::PythonBench,
     quality::QualityBench,
@@ -82,6 +83,10 @@ pub(crate) enum Bench {
     /// Half an hour and more. Points that are finished are kept in .cache/bench/code by the digest of the code that made them, so that a run that was
     /// interrupted goes on.
     Code(CodeBench),
+    /// Libraries: how often the original of an attacked model is among the first ten of a hundred thousand, how long that takes, and what strangers' models bring up
+    ///
+    /// An hour and more the first time. The library is kept in .cache/bench/library by the digest of the code that made it, so that a run that was interrupted goes on.
+    Library(LibraryBench),
     /// Solve one problem in a process of its own, for `eigen`
     #[command(hide = true)]
     Solve(LoneSolve),
@@ -106,6 +111,7 @@ impl Bench {
             Self::Formats(bench) => bench.run(),
             Self::Services(bench) => bench.run(),
             Self::Code(bench) => bench.run(),
+            Self::Library(bench) => bench.run(),
             Self::Solve(alone) => alone.run(),
             Self::Divide(alone) => alone.run(),
         }

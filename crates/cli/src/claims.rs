@@ -1,7 +1,7 @@
 //! The files of a claim: certificate, original, public key.
 
 use std::{
-    fs,
+    fs, io,
     path::{Path, PathBuf},
 };
 
@@ -16,6 +16,9 @@ use crate::{
     files::{self, Text},
     keys,
 };
+
+/// What a name of a certificate ends in.
+pub(crate) const CERTIFICATE_SUFFIX: &str = ".cert.json";
 
 /// Where the files of a claim lie.
 #[derive(Clone, Debug)]
@@ -162,8 +165,14 @@ impl Claim {
 
 /// Reads and checks a certificate.
 pub(crate) fn read_certificate(path: &Path) -> Result<Certificate> {
+    Ok(read_certificate_text(path)?.0)
+}
+
+/// Reads and checks a certificate; with its text.
+pub(crate) fn read_certificate_text(path: &Path) -> Result<(Certificate, String)> {
     let text = files::read_text(path, Text::Certificate)?;
-    Certificate::from_json(&text).with_context(|| path.display().to_string())
+    let certificate = Certificate::from_json(&text).with_context(|| path.display().to_string())?;
+    Ok((certificate, text))
 }
 
 /// The original in the certificate's folder: the file of its name, or else any mesh, with the digest of the certificate; else one of its geometry.
@@ -215,4 +224,39 @@ fn meshes_in(folder: &Path) -> Result<Vec<PathBuf>> {
     }
     meshes.sort();
     Ok(meshes)
+}
+
+/// The files that were named, and in the order of their names those in folders that were and that are named as certificates are.
+pub(crate) fn certificates_in(named: &[PathBuf]) -> Result<Vec<PathBuf>> {
+    let mut paths = Vec::new();
+    for path in named {
+        if !path.is_dir() {
+            paths.push(path.clone());
+            continue;
+        }
+        let mut inside = Vec::new();
+        walk_for_certificates(path, &mut inside)
+            .with_context(|| format!("{}: can't be listed; allow it with chmod", path.display()))?;
+        inside.sort();
+        paths.append(&mut inside);
+    }
+    Ok(paths)
+}
+
+/// Hidden files are passed over, and folders are not followed through links.
+fn walk_for_certificates(folder: &Path, found: &mut Vec<PathBuf>) -> io::Result<()> {
+    for entry in fs::read_dir(folder)? {
+        let entry = entry?;
+        let name = entry.file_name();
+        let name = name.to_string_lossy();
+        if name.starts_with('.') {
+            continue;
+        }
+        if entry.file_type()?.is_dir() {
+            walk_for_certificates(&entry.path(), found)?;
+        } else if name.ends_with(CERTIFICATE_SUFFIX) {
+            found.push(entry.path());
+        }
+    }
+    Ok(())
 }

@@ -26,8 +26,8 @@ use std::ffi::OsString;
 
 use args::Command;
 use commands::{
-    align, compare, completions, dispute, embed, inspect, keygen, man, partition, spectrum, stamp, trace,
-    verify,
+    align, compare, completions, dispute, embed, inspect, keygen, library, man, partition, spectrum, stamp,
+    trace, verify,
 };
 
 /// What a command that was carried out has to say.
@@ -53,6 +53,7 @@ pub fn run(command_line: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Embed(arguments) => embed::run(arguments),
         Command::Verify(arguments) => verify::run(arguments),
         Command::Trace(arguments) => trace::run(arguments),
+        Command::Library(arguments) => library::run(arguments),
         Command::Stamp(arguments) => stamp::run(arguments),
         Command::Dispute(arguments) => dispute::run(arguments),
         Command::Align(arguments) => align::run(arguments),

@@ -699,6 +699,11 @@ fn every_command_has_help_with_an_example() {
         "inspect",
         "spectrum",
         "partition",
+        "library",
+        "library add",
+        "library list",
+        "library search",
+        "library verify",
         "completions",
         "man",
     ] {

@@ -15,12 +15,15 @@ use mesh::shapes;
 use mesh_io::{Asset, Precision};
 use serde_json::Value;
 
-const COMMANDS: [&str; 12] = [
+const COMMANDS: [&str; 15] = [
     "keygen",
     "embed",
     "verify",
     "trace",
     "dispute",
+    "library add",
+    "library list",
+    "library search",
     "stamp request",
     "stamp attach",
     "align",
@@ -177,6 +180,7 @@ fn folder() -> Folder {
         );
         folder.write(format!("{name}.claim.json"), claim);
     }
+    folder.done("library add model.ply brick.ply signed.ply.cert.json --library lib.sigmark");
     folder
 }
 
@@ -193,6 +197,7 @@ fn lines(command: &str) -> &'static [&'static str] {
         "verify" => &[
             "verify signed.ply --certificate signed.ply.cert.json",
             "verify worn.ply torus.ply bad.ply --certificate signed.ply.cert.json",
+            "library verify signed.ply --library lib.sigmark",
         ],
         "trace" => &[
             "trace signed.ply --original model.ply --certificates signed.ply.cert.json",
@@ -202,6 +207,16 @@ fn lines(command: &str) -> &'static [&'static str] {
         "dispute" => &[
             "dispute mine.claim.json theirs.claim.json",
             "dispute mine.claim.json theirs.claim.json --suspect stolen.ply",
+        ],
+        "library add" => &[
+            "library add model.ply signed.ply.cert.json --library new.sigmark",
+            "library add bad.ply sheet.obj --library new.sigmark",
+        ],
+        "library list" => &["library list --library lib.sigmark"],
+        "library search" => &[
+            "library search signed.ply --library lib.sigmark",
+            "library search leak.ply torus.ply bad.ply --library lib.sigmark",
+            "library search torus.ply --library lib.sigmark",
         ],
         "stamp request" => &["stamp request signed.ply.cert.json -o query.tsq"],
         "align" => &[
@@ -287,7 +302,7 @@ fn the_help_names_the_keys_of_the_page() {
         // Outcomes and stages look like keys.
         for word in words
             .into_iter()
-            .filter(|word| is_key(word) && *word != "not_found")
+            .filter(|word| is_key(word) && !["not_found", "another_shape"].contains(word))
         {
             assert!(
                 names.contains(word),

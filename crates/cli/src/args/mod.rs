@@ -4,6 +4,7 @@ mod analysing;
 mod comparing;
 mod disputing;
 mod installing;
+mod keeping;
 mod numbers;
 mod shared;
 mod signing;
@@ -17,6 +18,7 @@ pub(crate) use self::{
     comparing::{Align, Compare, Heat, MetricName},
     disputing::Dispute,
     installing::{Completions, Man},
+    keeping::{Library, LibraryAdd, LibraryList, LibrarySearch, LibraryStep, LibraryVerify, Searching},
     shared::{Common, TimeLimit},
     signing::{Embed, Keygen, Manifest, Profile, Verify},
     stamping::{Attach, Request, Stamp, Step},
@@ -56,6 +58,8 @@ pub(crate) enum Command {
     Verify(Verify),
     /// Ask of whose copies a suspect mesh was made
     Trace(Trace),
+    /// Keep originals and certificates in one file, and search suspects in it
+    Library(Library),
     /// Have an authority say when a certificate existed
     Stamp(Stamp),
     /// Ask which of two claims on a model came first

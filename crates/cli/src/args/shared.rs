@@ -14,6 +14,11 @@ pub(crate) struct TimeLimit {
 }
 
 impl TimeLimit {
+    /// The same limit for a part of a command's work.
+    pub(crate) fn of(limit: Option<Duration>) -> Self {
+        Self { limit }
+    }
+
     pub(crate) fn duration(&self) -> Option<Duration> {
         self.limit
     }
@@ -37,6 +42,11 @@ pub(crate) struct Common {
 }
 
 impl Common {
+    /// The same for a part of a command's work.
+    pub(crate) fn of(other: &Self) -> Self {
+        Self { ..*other }
+    }
+
     pub(crate) fn threads(&self) -> usize {
         let all = || std::thread::available_parallelism().map_or(1, usize::from);
         self.threads.unwrap_or_else(all)

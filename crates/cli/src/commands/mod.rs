@@ -7,6 +7,7 @@ pub(crate) mod dispute;
 pub(crate) mod embed;
 pub(crate) mod inspect;
 pub(crate) mod keygen;
+pub(crate) mod library;
 pub(crate) mod man;
 pub(crate) mod partition;
 pub(crate) mod spectrum;

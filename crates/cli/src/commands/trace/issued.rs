@@ -1,9 +1,6 @@
 //! The certificates of all copies.
 
-use std::{
-    fs, io,
-    path::{Path, PathBuf},
-};
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use job::Job;
@@ -13,13 +10,10 @@ use sigmark::{
 };
 
 use crate::{
-    claims::ReadFile,
+    claims::{CERTIFICATE_SUFFIX, ReadFile},
     files::{self, Text},
     report,
 };
-
-/// What a name of a certificate ends in.
-const SUFFIX: &str = ".cert.json";
 
 /// Certificates that are read at a time, so that not all are in memory.
 const AT_A_TIME: usize = 256;
@@ -158,45 +152,10 @@ impl Collected<'_> {
             _ => {
                 let named: Vec<String> = named.iter().map(|path| path.display().to_string()).collect();
                 bail!(
-                    "{}: no certificate there could be read (their names end in {SUFFIX}); name the folder into which `sigmark embed` wrote the copies",
+                    "{}: no certificate there could be read (their names end in {CERTIFICATE_SUFFIX}); name the folder into which `sigmark embed` wrote the copies",
                     report::listed(&named)
                 )
             }
         }
     }
-}
-
-/// The files that were named, and in the order of their names those in folders that were and that are named as certificates are.
-pub(super) fn listed(named: &[PathBuf]) -> Result<Vec<PathBuf>> {
-    let mut paths = Vec::new();
-    for path in named {
-        if !path.is_dir() {
-            paths.push(path.clone());
-            continue;
-        }
-        let mut inside = Vec::new();
-        walk(path, &mut inside)
-            .with_context(|| format!("{}: can't be listed; allow it with chmod", path.display()))?;
-        inside.sort();
-        paths.append(&mut inside);
-    }
-    Ok(paths)
-}
-
-/// Hidden files are passed over, and folders are not followed through links.
-fn walk(folder: &Path, found: &mut Vec<PathBuf>) -> io::Result<()> {
-    for entry in fs::read_dir(folder)? {
-        let entry = entry?;
-        let name = entry.file_name();
-        let name = name.to_string_lossy();
-        if name.starts_with('.') {
-            continue;
-        }
-        if entry.file_type()?.is_dir() {
-            walk(&entry.path(), found)?;
-        } else if name.ends_with(SUFFIX) {
-            found.push(entry.path());
-        }
-    }
-    Ok(())
 }

@@ -12,7 +12,7 @@ use sigmark::{SigmarkError, claim::Trace, mark::MarkError};
 use super::verify::remark;
 use crate::{
     Answer, args,
-    claims::ReadFile,
+    claims::{ReadFile, certificates_in},
     files, keys,
     progress::Progress,
     report,
@@ -45,7 +45,7 @@ pub(crate) fn run(arguments: &args::Trace) -> Result<Answer> {
 
 /// The copies that are asked for.
 fn copies(arguments: &args::Trace, session: &Session<'_>, original: &Asset) -> Result<Copies> {
-    let paths = issued::listed(&arguments.certificates)?;
+    let paths = certificates_in(&arguments.certificates)?;
     session.check_apart_from_all(&paths, "a certificate")?;
     let (mut key, mut key_file) = (None, None);
     if let Some(path) = &arguments.public_key {

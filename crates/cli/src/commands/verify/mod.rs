@@ -48,7 +48,7 @@ pub(crate) fn run(arguments: &Verify) -> Result<Answer> {
 }
 
 /// A claim, by which suspects are judged one after the other.
-struct Judging<'a> {
+pub(crate) struct Judging<'a> {
     arguments: &'a Verify,
     session: &'a Session<'a>,
     claim: Claim,
@@ -57,7 +57,7 @@ struct Judging<'a> {
 }
 
 impl<'a> Judging<'a> {
-    fn new(
+    pub(crate) fn new(
         arguments: &'a Verify,
         session: &'a Session<'a>,
         claim: Claim,

@@ -1,0 +1,109 @@
+//! The library, made once for some code and size, and kept.
+
+use std::{fs, time::Instant};
+
+use anyhow::{Context, Result};
+use evaluation::sources;
+use job::Job;
+use library::{Entry, Index, Library, OriginalId};
+use serde::{Deserialize, Serialize};
+
+use super::models::{Base, original};
+use crate::kept;
+
+/// What has no part in the library.
+const NO_PART: [&str; 9] = [
+    "crates/cli",
+    "crates/evaluation/src/pages",
+    "crates/sigmark",
+    "crates/baselines",
+    "crates/code",
+    "crates/partition",
+    "crates/library/tests",
+    "bench-harness/src/library/page.rs",
+    "bench-harness/src/library/trials.rs",
+];
+
+/// Originals that are made at a time.
+const AT_A_TIME: usize = 64;
+
+/// A library and its index.
+pub(super) struct Built {
+    pub(super) library: Library,
+    pub(super) index: Index,
+    pub(super) ids: Vec<OriginalId>,
+    pub(super) figures: Figures,
+}
+
+/// What it took.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(super) struct Figures {
+    pub(super) size: usize,
+    /// To open the file and read all descriptors.
+    pub(super) seconds_to_open: f64,
+    /// Of the index in memory.
+    pub(super) bytes_in_memory: usize,
+    pub(super) bytes_in_file: u64,
+    pub(super) code: String,
+}
+
+/// The library of so many originals; what an earlier run made of it is gone on with.
+pub(super) fn library(bases: &[Base], size: usize, job: &Job) -> Result<Built> {
+    let code = sources::digest_of_all_but(&NO_PART)?;
+    let path = kept::folder(&format!("library/{code}"))?.join("originals.sigmark");
+    let mut library = Library::create(&path)?;
+    let begun = Instant::now();
+    let first = library.count()?;
+    let mut told = first;
+    for start in (first..size).step_by(AT_A_TIME) {
+        let count = AT_A_TIME.min(size - start);
+        let entries = job.map(count, 1, |i| {
+            let model = original(bases, start + i);
+            Entry::of(&model.name, &model.mesh, false)
+        })?;
+        for (i, entry) in entries.into_iter().enumerate() {
+            library.add(&entry.with_context(|| format!("original {}", start + i))?)?;
+        }
+        if start - told >= 2000 {
+            told = start;
+            let seconds = begun.elapsed().as_secs_f64();
+            println!(
+                "{start} originals, {:.1} a second",
+                (start - first) as f64 / seconds
+            );
+        }
+    }
+    drop(library);
+    let begun = Instant::now();
+    let library = Library::open(&path)?;
+    let index = Index::load(&library)?;
+    let seconds_to_open = begun.elapsed().as_secs_f64();
+    let ids = library
+        .originals()?
+        .into_iter()
+        .map(|original| original.id)
+        .collect();
+    let figures = Figures {
+        size: index.len(),
+        seconds_to_open,
+        bytes_in_memory: index.bytes(),
+        bytes_in_file: fs::metadata(&path)?.len(),
+        code,
+    };
+    Ok(Built {
+        library,
+        index,
+        ids,
+        figures,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_left_out_is_there() {
+        kept::assert_is_there(&NO_PART);
+    }
+}

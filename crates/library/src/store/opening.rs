@@ -1,0 +1,175 @@
+//! Opening a database that may be anybody's, and making one.
+
+use std::{
+    path::Path,
+    thread,
+    time::{Duration, Instant},
+};
+
+use rusqlite::{Connection, ErrorCode, OpenFlags, TransactionBehavior};
+
+use crate::LibraryError;
+
+/// The version of the tables that this library writes and reads: SQLite's `user_version`.
+pub const SCHEMA_VERSION: i64 = 1;
+
+/// SQLite's `application_id`: "sgmk".
+const APPLICATION: i64 = 0x7367_6d6b;
+
+const SCHEMA: &str = include_str!("schema.sql");
+
+/// How long one waits for another writer. An original takes some milliseconds to write.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// Opens a library that is there.
+pub(super) fn open(path: &Path) -> Result<Connection, LibraryError> {
+    if !path.exists() {
+        return Err(LibraryError::Missing { path: path.into() });
+    }
+    let connection = connect(path, OpenFlags::SQLITE_OPEN_READ_WRITE).or_else(|error| match error {
+        // A medium that can't be written to.
+        LibraryError::Database { .. } => connect(path, OpenFlags::SQLITE_OPEN_READ_ONLY),
+        error => Err(error),
+    })?;
+    match state(&connection, path)? {
+        State::Ours => check_tables(&connection, path)?,
+        State::Empty => {
+            return Err(LibraryError::Foreign {
+                path: path.into(),
+                problem: "it is empty".into(),
+            });
+        }
+    }
+    Ok(connection)
+}
+
+/// Opens a library, or makes one where there is none.
+pub(super) fn create(path: &Path) -> Result<Connection, LibraryError> {
+    let flags = OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_CREATE;
+    let mut connection = connect(path, flags)?;
+    // Nothing is written to a file before it is known to be ours, or empty.
+    if let State::Empty = state(&connection, path)? {
+        write_ahead(&connection, path)?;
+        let made = || -> rusqlite::Result<()> {
+            let transaction = connection.transaction_with_behavior(TransactionBehavior::Immediate)?;
+            // Another writer may have been first.
+            let tables: i64 =
+                transaction.query_row("SELECT count(*) FROM sqlite_schema", [], |row| row.get(0))?;
+            if tables == 0 {
+                transaction.execute_batch(SCHEMA)?;
+                transaction.pragma_update(None, "application_id", APPLICATION)?;
+                transaction.pragma_update(None, "user_version", SCHEMA_VERSION)?;
+            }
+            transaction.commit()
+        };
+        let mut made = made;
+        made().map_err(|error| of(path, error))?;
+        state(&connection, path)?;
+    }
+    check_tables(&connection, path)?;
+    Ok(connection)
+}
+
+fn connect(path: &Path, flags: OpenFlags) -> Result<Connection, LibraryError> {
+    let set = || -> rusqlite::Result<Connection> {
+        let connection = Connection::open_with_flags(path, flags | OpenFlags::SQLITE_OPEN_NO_MUTEX)?;
+        connection.busy_timeout(PATIENCE)?;
+        // What a stranger's file would have functions do is not done, and its pages are looked at before they are believed.
+        connection.pragma_update(None, "trusted_schema", false)?;
+        connection.pragma_update(None, "cell_size_check", true)?;
+        connection.pragma_update(None, "foreign_keys", true)?;
+        // With a log ahead of the file, a kill at any moment leaves the last whole transaction; so does a loss of power, at worst the one before.
+        connection.pragma_update(None, "synchronous", "NORMAL")?;
+        Ok(connection)
+    };
+    set().map_err(|error| of(path, error))
+}
+
+/// Readers go on while somebody writes. Two who ask for it at once may be refused without having waited.
+fn write_ahead(connection: &Connection, path: &Path) -> Result<(), LibraryError> {
+    let begun = Instant::now();
+    loop {
+        let set = connection.query_row("PRAGMA journal_mode = WAL", [], |_| Ok(()));
+        match set.map_err(|error| of(path, error)) {
+            Err(LibraryError::Busy { .. }) if begun.elapsed() < PATIENCE => {
+                thread::sleep(Duration::from_millis(20))
+            }
+            other => return other,
+        }
+    }
+}
+
+/// What a file is.
+enum State {
+    Ours,
+    Empty,
+}
+
+fn state(connection: &Connection, path: &Path) -> Result<State, LibraryError> {
+    let number = |question: &str| {
+        let answer = connection.query_row(question, [], |row| row.get::<_, i64>(0));
+        answer.map_err(|error| of(path, error))
+    };
+    let tables = number("SELECT count(*) FROM sqlite_schema")?;
+    let (application, version) = (number("PRAGMA application_id")?, number("PRAGMA user_version")?);
+    match (application, version, tables) {
+        (APPLICATION, SCHEMA_VERSION, _) => Ok(State::Ours),
+        (APPLICATION, found, _) if found > SCHEMA_VERSION => Err(LibraryError::Newer {
+            path: path.into(),
+            found,
+            expected: SCHEMA_VERSION,
+        }),
+        (0, 0, 0) => Ok(State::Empty),
+        _ => Err(LibraryError::Foreign {
+            path: path.into(),
+            problem: "a database of another program".into(),
+        }),
+    }
+}
+
+/// The tables are word for word those that this library makes: no views, no triggers, nothing that runs when it is asked.
+fn check_tables(connection: &Connection, path: &Path) -> Result<(), LibraryError> {
+    let words = |connection: &Connection| -> rusqlite::Result<Vec<(String, String, Option<String>)>> {
+        let mut statement = connection.prepare("SELECT type, name, sql FROM sqlite_schema ORDER BY name")?;
+        let rows = statement.query_map([], |row| Ok((row.get(0)?, row.get(1)?, row.get(2)?)))?;
+        rows.collect()
+    };
+    let expected = Connection::open_in_memory().and_then(|model| {
+        model.execute_batch(SCHEMA)?;
+        words(&model)
+    });
+    let expected = expected.map_err(|error| of(path, error))?;
+    let found = words(connection).map_err(|error| of(path, error))?;
+    match found == expected {
+        true => Ok(()),
+        false => Err(LibraryError::Foreign {
+            path: path.into(),
+            problem: "its tables are not those of a library".into(),
+        }),
+    }
+}
+
+/// What SQLite says, with the file.
+pub(super) fn of(path: &Path, error: rusqlite::Error) -> LibraryError {
+    let path = path.to_path_buf();
+    let damaged = |problem: String| LibraryError::Damaged {
+        path: path.clone(),
+        problem,
+    };
+    match (&error, error.sqlite_error_code()) {
+        (_, Some(ErrorCode::DatabaseBusy | ErrorCode::DatabaseLocked)) => LibraryError::Busy { path },
+        (_, Some(ErrorCode::NotADatabase)) => LibraryError::Foreign {
+            path,
+            problem: "it is no SQLite database".into(),
+        },
+        (_, Some(ErrorCode::DatabaseCorrupt | ErrorCode::TooBig)) => damaged(error.to_string()),
+        (
+            rusqlite::Error::FromSqlConversionFailure(..)
+            | rusqlite::Error::IntegralValueOutOfRange(..)
+            | rusqlite::Error::InvalidColumnType(..)
+            | rusqlite::Error::Utf8Error(..),
+            _,
+        ) => damaged(error.to_string()),
+        _ => LibraryError::Database { path, source: error },
+    }
+}
