@@ -221,7 +221,7 @@ pub(super) fn strangers(
         let verifier =
             Verifier::new(&model.mesh, signed.certificate(), &key.public_key())?.p_bound(1e-6 / FIRST as f64);
         let begun = Instant::now();
-        let verdict = verifier.verify(&stranger(number), job)?;
+        let verdict = verifier.verify(stranger(number), job)?;
         seconds.push(begun.elapsed().as_secs_f64());
         told.read += 1;
         told.lying += usize::from(verdict.mismatch.is_none());

@@ -6,7 +6,7 @@ mod common;
 
 use std::{fs, process::Stdio, thread, time::Duration};
 
-use common::{Folder, finish, model};
+use common::Folder;
 use mesh::{TriMesh, shapes};
 use mesh_io::{Asset, Precision};
 use serde_json::Value;

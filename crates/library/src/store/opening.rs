@@ -50,7 +50,7 @@ pub(super) fn create(path: &Path) -> Result<Connection, LibraryError> {
     // Nothing is written to a file before it is known to be ours, or empty.
     if let State::Empty = state(&connection, path)? {
         write_ahead(&connection, path)?;
-        let made = || -> rusqlite::Result<()> {
+        let mut made = || -> rusqlite::Result<()> {
             let transaction = connection.transaction_with_behavior(TransactionBehavior::Immediate)?;
             // Another writer may have been first.
             let tables: i64 =
@@ -62,7 +62,6 @@ pub(super) fn create(path: &Path) -> Result<Connection, LibraryError> {
             }
             transaction.commit()
         };
-        let mut made = made;
         made().map_err(|error| of(path, error))?;
         state(&connection, path)?;
     }
@@ -92,7 +91,7 @@ fn write_ahead(connection: &Connection, path: &Path) -> Result<(), LibraryError>
         let set = connection.query_row("PRAGMA journal_mode = WAL", [], |_| Ok(()));
         match set.map_err(|error| of(path, error)) {
             Err(LibraryError::Busy { .. }) if begun.elapsed() < PATIENCE => {
-                thread::sleep(Duration::from_millis(20))
+                thread::sleep(Duration::from_millis(20));
             }
             other => return other,
         }

@@ -184,7 +184,7 @@ impl Catalogue {
             // They were checked when they were added; the file may have been anywhere since.
             match Certificate::from_json(&stored.text) {
                 Ok(certificate) if self.key.is_none_or(|key| key == *certificate.public_key()) => {
-                    certificates.push(certificate)
+                    certificates.push(certificate);
                 }
                 Ok(_) => {}
                 Err(error) => report::warning(&format!(
