@@ -51,6 +51,8 @@ fn geometry_comes_back_and_an_original_is_there_once() {
         .map(|file| file.path)
         .collect();
     assert_eq!(paths, ["a", "b"]);
+    // Closed, it is one file.
+    drop(library);
     assert_eq!(fs::read_dir(folder.path()).expect("a folder").count(), 1);
 }
 
