@@ -62,6 +62,6 @@ impl LibraryBench {
         }
         let strangers = trials::strangers(&bases, &built, self, &job)?;
         let speed = trials::speed(&bases)?;
-        page::write(&bases, &built.figures, &found, &strangers, &speed)
+        page::write(self, &bases, &built.figures, &found, &strangers, &speed)
     }
 }

@@ -4,6 +4,7 @@ use anyhow::Result;
 use evaluation::{machine, sources, table::Table};
 
 use super::{
+    LibraryBench,
     built::Figures,
     models::Base,
     suspects::Group,
@@ -13,6 +14,7 @@ use crate::results;
 
 /// Writes the page and its CSV files.
 pub(super) fn write(
+    options: &LibraryBench,
     bases: &[Base],
     library: &Figures,
     found: &[Found],
@@ -24,8 +26,11 @@ pub(super) fn write(
     attacks.write_csv(&folder.join("library.csv"))?;
     speeds.write_csv(&folder.join("library_speed.csv"))?;
     let page = format!(
-        "# Searching in a library\n\nWritten by `cargo xtask bench library --size {}`.\n\n{}\n{}\n{}\n{}\n{}\n{}{}; {}. Code {}, digest of what made the library {}.\n",
-        library.size,
+        "# Searching in a library\n\nWritten by `cargo xtask bench library --meshes DIR --assets DIR --size {} --suspects {} --strangers {} --read {}`.\n\n{}\n{}\n{}\n{}\n{}\n{}{}; {}. Code {}, digest of what made the library {}.\n",
+        options.size,
+        options.suspects,
+        options.strangers,
+        options.read,
         how_made(bases, library),
         verdicts(found),
         attacks.markdown(),

@@ -59,15 +59,15 @@ pub(crate) fn run(arguments: &LibraryAdd) -> Result<Answer> {
         report::counted(counts.certificates, "certificate", "certificates"),
         arguments.library.display()
     ));
-    for (count, what) in [
-        (counts.known, "known: the geometry was there"),
-        (counts.unchanged, "unchanged: not read again"),
-        (counts.copies, "signed copies, which are no originals"),
-        (counts.failed, "failed"),
-        (waiting, "certificates whose originals are not in the library"),
+    for (count, what, why) in [
+        (counts.known, "known", "its geometry was there already"),
+        (counts.unchanged, "unchanged", "not read again"),
+        (counts.copies, "signed copies", "beside their certificates, and no originals"),
+        (counts.failed, "failed", "standard error says why"),
+        (waiting, "waiting", "certificates whose originals are not in the library"),
     ] {
         if count > 0 {
-            lines.field("files", format!("{} {what}", report::grouped(count)));
+            lines.field(what, format!("{}, {why}", report::grouped(count)));
         }
     }
     lines.field("now", report::counted(total, "original", "originals"));
