@@ -38,7 +38,7 @@ pub struct Trace {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Accused {
-    /// The candidate's [number](Tracer::add).
+    /// The candidate's [number](super::Tracer::add).
     pub candidate: usize,
     /// The probability that anybody at all who is innocent would be named before or with him, an upper bound: it counts all candidates, poses and rounds.
     pub p_value: f64,
