@@ -61,7 +61,7 @@ fn judged(original: &TriMesh, rig: Option<Rig>, signed: &Signed, suspect: &TriMe
 #[test]
 fn a_posed_copy_is_verified_in_any_order_of_its_vertices() {
     let (mesh, rig, signed) = signed();
-    for angle in [0.1, 0.35] {
+    for angle in [0.35, 0.5] {
         let suspect = shapes::shuffled(&posed(signed.mesh(), &rig, angle), 5);
         let verdict = judged(&mesh, Some(rig.clone()), &signed, &suspect);
         assert_eq!(
@@ -70,6 +70,14 @@ fn a_posed_copy_is_verified_in_any_order_of_its_vertices() {
         );
         assert!(verdict.overlap > 0.99 && verdict.mismatch.is_none());
     }
+    // What is evidence without the rig stays evidence.
+    let evidence = judged(
+        &mesh,
+        Some(rig.clone()),
+        &signed,
+        &posed(signed.mesh(), &rig, 0.1),
+    );
+    assert!(evidence.is_evidence() && evidence.matched_by == MatchedBy::Connectivity);
     let suspect = posed(signed.mesh(), &rig, 0.35);
     assert!(!judged(&mesh, None, &signed, &suspect).outcome.is_found());
 }

@@ -62,9 +62,17 @@ pub(crate) fn run(arguments: &LibraryAdd) -> Result<Answer> {
     for (count, what, why) in [
         (counts.known, "known", "its geometry was there already"),
         (counts.unchanged, "unchanged", "not read again"),
-        (counts.copies, "signed copies", "beside their certificates, and no originals"),
+        (
+            counts.copies,
+            "signed copies",
+            "beside their certificates, and no originals",
+        ),
         (counts.failed, "failed", "standard error says why"),
-        (waiting, "waiting", "certificates whose originals are not in the library"),
+        (
+            waiting,
+            "waiting",
+            "certificates whose originals are not in the library",
+        ),
     ] {
         if count > 0 {
             lines.field(what, format!("{}, {why}", report::grouped(count)));
