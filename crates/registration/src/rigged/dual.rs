@@ -1,6 +1,7 @@
 //! Dual quaternion skinning (Kavan et al. 2008): rigid motions are blended, so that joints that turn keep their volume.
 
 use faer::{Mat, Side, linalg::solvers::Solve};
+use job::{Job, JobError};
 use mesh::Vec3;
 
 use super::{Pairs, Pose, Row, linear::Linear, robust_weights};
@@ -11,6 +12,7 @@ const MOST_JOINTS: usize = 256;
 
 /// Rounds of Gauss–Newton at most, and how small a step ends them.
 const ROUNDS: usize = 40;
+const LAST_ROUNDS: usize = 4;
 const SETTLED: f64 = 1e-9;
 
 /// About so many vertices are looked at while the pose is still far off.
@@ -41,17 +43,20 @@ pub(super) struct Dual {
 
 impl Dual {
     /// Gauss–Newton from a linear pose, with robust weights; none where the joints are too many.
-    pub(super) fn fit(pairs: &Pairs<'_>, linear: &Linear) -> Option<Self> {
+    pub(super) fn fit(pairs: &Pairs<'_>, linear: &Linear, job: &Job) -> Result<Option<Self>, JobError> {
         if pairs.joints > MOST_JOINTS {
-            return None;
+            return Ok(None);
         }
-        let mut pose = Self::near(pairs, linear)?;
+        let Some(mut pose) = Self::near(pairs, linear) else {
+            return Ok(None);
+        };
         let step = (pairs.rows.len() / A_FEW).max(1);
-        pose.settle(&pairs.rows.iter().step_by(step).collect::<Vec<_>>(), ROUNDS)?;
-        if step > 1 {
-            pose.settle(&pairs.rows.iter().collect::<Vec<_>>(), 4)?;
+        let few: Vec<&Row<'_>> = pairs.rows.iter().step_by(step).collect();
+        let mut is_found = pose.settle(&few, ROUNDS, job)?;
+        if step > 1 && is_found {
+            is_found = pose.settle(&pairs.rows.iter().collect::<Vec<_>>(), LAST_ROUNDS, job)?;
         }
-        Some(pose)
+        Ok(is_found.then_some(pose))
     }
 
     /// A pose that turns each joint by another angle.
@@ -101,10 +106,11 @@ impl Dual {
         })
     }
 
-    /// Takes damped steps while they help.
-    fn settle(&mut self, rows: &[&Row<'_>], rounds: usize) -> Option<()> {
+    /// Takes damped steps while they help; false where there are none.
+    fn settle(&mut self, rows: &[&Row<'_>], rounds: usize, job: &Job) -> Result<bool, JobError> {
         let mut damping = DAMPING;
         for _round in 0..rounds {
+            job.go_on()?;
             let distances = rows.iter().map(|row| (self.moved(row) - row.y).norm()).collect();
             let (weights, _) = robust_weights(distances);
             let before = self.misfit(rows, &weights);
@@ -114,7 +120,10 @@ impl Dual {
             let mut damped = normal.clone();
             (0..size)
                 .for_each(|i| damped[(i, i)] += damping * normal[(i, i)] + 1e-12 * mean + f64::MIN_POSITIVE);
-            let step = damped.llt(Side::Lower).ok()?.solve(&right);
+            let Ok(factor) = damped.llt(Side::Lower) else {
+                return Ok(false);
+            };
+            let step = factor.solve(&right);
             let tried = self.stepped(&step);
             if tried.misfit(rows, &weights) < before {
                 *self = tried;
@@ -124,13 +133,13 @@ impl Dual {
             }
             let largest = (0..size).map(|i| step[(i, 0)].abs()).fold(0.0, f64::max);
             if !largest.is_finite() || damping > 1e6 {
-                return None;
+                return Ok(false);
             }
             if largest < SETTLED {
                 break;
             }
         }
-        Some(())
+        Ok(true)
     }
 
     fn misfit(&self, rows: &[&Row<'_>], weights: &[f64]) -> f64 {

@@ -1,6 +1,7 @@
 //! Linear blend skinning.
 
 use faer::{Mat, Side, linalg::solvers::Solve};
+use job::{Job, JobError};
 use mesh::Vec3;
 
 use super::{Pairs, Pose, Row, median, robust_weights};
@@ -26,14 +27,20 @@ pub(super) struct Linear {
 
 impl Linear {
     /// The robust least squares of Σⱼ wⱼ Aⱼ [x; 1] − y.
-    pub(super) fn fit(pairs: &Pairs<'_>) -> Option<Self> {
-        let mut pose = Self::solve(pairs, &vec![1.0; pairs.rows.len()])?;
+    pub(super) fn fit(pairs: &Pairs<'_>, job: &Job) -> Result<Option<Self>, JobError> {
+        let Some(mut pose) = Self::solve(pairs, &vec![1.0; pairs.rows.len()]) else {
+            return Ok(None);
+        };
         for _round in 1..ROUNDS {
+            job.go_on()?;
             let (weights, median) = robust_weights(pairs.distances(&pose));
             if pairs.is_exact(median) {
                 break;
             }
-            pose = Self::solve(pairs, &weights)?;
+            let Some(better) = Self::solve(pairs, &weights) else {
+                return Ok(None);
+            };
+            pose = better;
         }
         // The middle one of three singular values tells of flat models, too.
         let stretch = |row: &Row<'_>| {
@@ -41,7 +48,7 @@ impl Linear {
             svd(&Mat3([a, b, c])).values[1]
         };
         let scale = median(pairs.rows.iter().map(stretch).collect());
-        Some(Self { scale, ..pose })
+        Ok(Some(Self { scale, ..pose }))
     }
 
     /// How the volume around a row's vertex grows; negative where it is mirrored.

@@ -7,6 +7,7 @@
 mod dual;
 mod linear;
 
+use job::{Job, JobError};
 use mesh::{Rig, TriMesh, Vec3};
 
 use crate::Correspondence;
@@ -25,25 +26,39 @@ pub struct Unposed {
 /// More unknowns than this are not solved for: joints are tens, rarely hundreds.
 const MOST_JOINTS: usize = 512;
 
+/// Fewer vertices say nothing of a pose.
+const FEWEST_VERTICES: usize = 12;
+
 /// Brings a suspect, whose vertices were found again, back into the original's pose; none where the rig has too many joints or says nothing of enough vertices.
 ///
 /// Blind to what a mark says: only places and weights are looked at.
-pub fn unpose(original: &TriMesh, rig: &Rig, suspect: &TriMesh, map: &Correspondence) -> Option<Unposed> {
+///
+/// # Errors
+/// When the job was cancelled.
+pub fn unpose(
+    original: &TriMesh,
+    rig: &Rig,
+    suspect: &TriMesh,
+    map: &Correspondence,
+    job: &Job,
+) -> Result<Option<Unposed>, JobError> {
     let fits = rig.vertices() == original.vertex_count() && (1..=MOST_JOINTS).contains(&rig.joints());
     let pairs = Pairs::of(original, rig, suspect, map);
-    if !fits || pairs.rows.len() < 12 {
-        return None;
+    if !fits || pairs.rows.len() < FEWEST_VERTICES {
+        return Ok(None);
     }
-    let linear = linear::Linear::fit(&pairs)?;
+    let Some(linear) = linear::Linear::fit(&pairs, job)? else {
+        return Ok(None);
+    };
     let by_linear = pairs.undone(&linear, suspect, map);
-    let Some(dual) = dual::Dual::fit(&pairs, &linear) else {
-        return Some(by_linear);
+    let Some(dual) = dual::Dual::fit(&pairs, &linear, job)? else {
+        return Ok(Some(by_linear));
     };
     let by_dual = pairs.undone(&dual, suspect, map);
-    Some(match by_dual.residual < by_linear.residual {
+    Ok(Some(match by_dual.residual < by_linear.residual {
         true => by_dual,
         false => by_linear,
-    })
+    }))
 }
 
 /// One vertex in both poses.
@@ -168,6 +183,12 @@ mod tests {
 
     const JOINTS: usize = 5;
 
+    fn brought_back(original: &TriMesh, rig: &Rig, suspect: &TriMesh, map: &Correspondence) -> Unposed {
+        unpose(original, rig, suspect, map, &Job::default())
+            .unwrap()
+            .unwrap()
+    }
+
     /// A torus that bends at five places, and hats as weights.
     fn rigged() -> (TriMesh, Rig) {
         let mesh = shapes::bumpy_torus(60, 40, 1);
@@ -224,7 +245,7 @@ mod tests {
         for angle in [0.0, 1.0, 2.0] {
             let suspect = posed(&marked, &rig, angle);
             let map = identity(mesh.vertex_count());
-            let found = unpose(&mesh, &rig, &suspect, &map).unwrap();
+            let found = brought_back(&mesh, &rig, &suspect, &map);
             let (mut wrong, mut sizes) = (0.0, 0.0);
             for v in (0..mesh.vertex_count()).filter(|&v| found.map.suspect_of[v].is_some()) {
                 wrong += (Vec3(found.positions[v]) - marked.point(v)).squared();
@@ -241,7 +262,7 @@ mod tests {
         let (mesh, rig) = rigged();
         let other = shapes::bumpy_torus(60, 40, 2);
         let suspect = posed(&other, &rig, 1.0);
-        let found = unpose(&mesh, &rig, &suspect, &identity(mesh.vertex_count())).unwrap();
+        let found = brought_back(&mesh, &rig, &suspect, &identity(mesh.vertex_count()));
         assert!(found.residual > 1e-3, "{}", found.residual);
     }
 
@@ -254,13 +275,12 @@ mod tests {
             .unwrap();
         let weights = |v| vec![(u32::from(v > 0) + u32::from(v > 1000), 1.0)];
         let rig = Rig::new(&(0..mesh.vertex_count()).map(weights).collect::<Vec<_>>());
-        let found = unpose(
+        let found = brought_back(
             &flat,
             &rig,
             &shapes::scaled(&flat, 5.0),
             &identity(mesh.vertex_count()),
-        )
-        .unwrap();
+        );
         assert!(found.residual < 1e-7, "{}", found.residual);
     }
 
@@ -273,7 +293,7 @@ mod tests {
             let pairs = Pairs::of(&mesh, &rig, &mesh, &map);
             let moved = pairs.rows.iter().map(|row| pose.moved(row).into()).collect();
             let suspect = mesh.with_positions(moved).unwrap();
-            let found = unpose(&mesh, &rig, &suspect, &map).unwrap();
+            let found = brought_back(&mesh, &rig, &suspect, &map);
             assert!(found.residual < 1e-9, "{}", found.residual);
             for (v, place) in found.positions.iter().enumerate() {
                 assert!((Vec3(*place) - mesh.point(v)).norm() < 1e-7);

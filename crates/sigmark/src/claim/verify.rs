@@ -189,7 +189,7 @@ impl Verifier {
         let found = self.reader.find(suspect, job)?;
         let mut verdict = self.weighed(self.verify_whole(&found, job)?, ways);
         if let Some(rig) = self.rig.as_ref().filter(|_| verdict.outcome != Outcome::Verified)
-            && let Some(unposed) = found.unposed(rig)?
+            && let Some(unposed) = found.unposed(rig, job)?
         {
             verdict = better(verdict, self.weighed(self.verify_whole(&unposed, job)?, ways));
         }

@@ -237,7 +237,7 @@ impl Tracer {
             return Ok(trace);
         }
         if let Some(rig) = &self.rig
-            && let Some(unposed) = found.unposed(rig)?
+            && let Some(unposed) = found.unposed(rig, job)?
         {
             let by_rig = self.accuse(self.read_found(&unposed, has_parts, job)?, job)?;
             if by_rig.is_found() {

@@ -26,7 +26,7 @@ use job::Job;
 use mesh::Rig;
 use registration::{
     AlignOptions, Aligner, Alignment, Correspondence, MatchedBy, Placement, PreparedMesh, RegistrationStage,
-    unpose,
+    Unposed, unpose,
 };
 
 use super::{MarkError, MarkStage};
@@ -158,15 +158,18 @@ impl Found {
     /// where its vertices were not found again, or the rig says nothing of them.
     ///
     /// # Errors
-    /// None that this library's meshes can cause.
-    pub fn unposed(&self, rig: &Rig) -> Result<Option<Self>, MarkError> {
+    /// [`MarkError::Job`].
+    pub fn unposed(&self, rig: &Rig, job: &Job) -> Result<Option<Self>, MarkError> {
         let Placement::ByVertices(maps) = &self.placement else {
             return Ok(None);
         };
-        let found = maps
-            .iter()
-            .filter_map(|map| unpose(self.reference.mesh(), rig, self.suspect.mesh(), map));
-        let Some(best) = found.min_by(|a, b| a.residual.total_cmp(&b.residual)) else {
+        let mut best: Option<Unposed> = None;
+        for map in maps {
+            let found = unpose(self.reference.mesh(), rig, self.suspect.mesh(), map, job)?;
+            let is_better = |found: &Unposed| best.as_ref().is_none_or(|best| found.residual < best.residual);
+            best = found.filter(is_better).or(best);
+        }
+        let Some(best) = best else {
             return Ok(None);
         };
         Ok(Some(Self {
