@@ -6,8 +6,9 @@ use job::Job;
 use mhb_core::LaplacianKind;
 use numpy::PyArray2;
 use pyo3::{exceptions::PyValueError, prelude::*};
-use serde_json::{Value, json};
-use sigmark::{Embedder, Prediction, Strength, payload::PayloadKind};
+use serde_json::Value;
+use sigmark::{Embedder, Strength, payload::PayloadKind};
+use sigmark_cli::figures::of_mark;
 
 use crate::{
     assets::Asset,
@@ -239,35 +240,7 @@ impl Signed {
 
 /// What `sigmark embed --json` prints of a mark.
 fn figures(prepared: &sigmark::Prepared, laplacian: &str) -> Value {
-    let (layout, original) = (prepared.layout(), prepared.original());
-    let Prediction {
-        payload,
-        payload_bits,
-        margin,
-        margin_read,
-        noise_read,
-        noise_evidence,
-        noise_detected,
-        ..
-    } = prepared.prediction();
-    json!({
-        "scheme": prepared.statement_for("").scheme,
-        "payload": payload.name(),
-        "bits": payload_bits,
-        "code_bits": layout.bits(),
-        "chips": layout.chip_count(),
-        "laplacian": laplacian,
-        "functions": original.functions(),
-        "patches": original.patches().len(),
-        "unmarked_vertices": original.patches().unmarked_vertices(),
-        "alpha": layout.alpha(),
-        "distortion_rms": layout.distortion_rms(),
-        "margin_predicted": margin,
-        "margin_read": margin_read,
-        "noise_read": noise_read,
-        "noise_evidence": noise_evidence,
-        "noise_detected": noise_detected,
-    })
+    Value::Object(of_mark(prepared, laplacian))
 }
 
 #[pymethods]

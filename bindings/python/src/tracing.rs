@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use pyo3::{exceptions::PyValueError, prelude::*};
 use serde_json::{Value, json};
+use sigmark_cli::figures;
 
 use crate::{
     certificates::{CertificateInput, KeyInput},
@@ -118,7 +119,7 @@ impl Tracer {
         p_bound: f64,
     ) -> Result<Self, Failure> {
         let mut tracer = sigmark::claim::Tracer::new(&original.surface(), key)?
-            .with_rig(original.rig()?)
+            .with_rig(original.rig())
             .p_bound(p_bound);
         let mut copies = Vec::with_capacity(certificates.len());
         for CertificateInput(certificate) in certificates {
@@ -207,20 +208,11 @@ impl Trace {
                 "margin": accused.margin,
             })
         });
-        json!({
-            "accused": accused.collect::<Vec<_>>(),
-            "candidates": trace.candidates,
-            "unsigned": trace.unsigned,
-            "registration": trace.transform.map(|_| trace.matched_by),
-            "poses": trace.poses,
-            "overlap": trace.overlap,
-            "coverage": trace.coverage,
-            "missing": trace.missing,
-            "transform": trace.transform.map(|transform| transform.to_matrix()),
-            "mirrored": trace.transform.map(|transform| transform.mirrors()),
-            "attack_model": trace.attack_model,
-            "mismatch": trace.mismatch.map(mismatch),
-        })
+        let mut object = figures::of_trace(trace);
+        object.insert("accused".into(), accused.collect());
+        object.insert("unsigned".into(), json!(trace.unsigned));
+        object.insert("mismatch".into(), trace.mismatch.map(mismatch).into());
+        Value::Object(object)
     }
 }
 

@@ -5,7 +5,8 @@ use std::sync::Arc;
 use numpy::PyArray2;
 use pyo3::prelude::*;
 use serde_json::{Value, json};
-use sigmark::{Compared, Mismatch, SigmarkError};
+use sigmark::{Mismatch, SigmarkError};
+use sigmark_cli::figures;
 
 use crate::{
     arrays,
@@ -124,7 +125,7 @@ impl Verifier {
         Ok(Self {
             verifier: Arc::new(
                 verifier
-                    .with_rig(original.rig()?)
+                    .with_rig(original.rig())
                     .p_bound(p_bound)
                     .paper_profile(paper_profile),
             ),
@@ -297,41 +298,9 @@ impl Verdict {
 
 impl Verdict {
     fn described(&self) -> Value {
-        let (verdict, statement) = (&self.verdict, self.certificate.statement());
-        json!({
-            "outcome": verdict.outcome.name(),
-            "evidence": verdict.is_evidence(),
-            "scheme": statement.scheme,
-            "signed": if verdict.binds_original { "statement" } else { "message" },
-            "extraction_rate": verdict.extraction_rate,
-            "p_value": verdict.p_value,
-            "p_dispute": verdict.p_dispute(),
-            "correlation": verdict.correlation,
-            "margin": verdict.margin,
-            "payload": verdict.payload.name(),
-            "bits": verdict.bits,
-            "bit_errors": verdict.bit_errors,
-            "patches_read": verdict.patches_read,
-            "registration": verdict.transform.map(|_| verdict.matched_by),
-            "poses": verdict.poses,
-            "overlap": verdict.overlap,
-            "coverage": verdict.coverage,
-            "missing": verdict.missing,
-            "residual": verdict.residual,
-            "transform": verdict.transform.map(|transform| transform.to_matrix()),
-            "mirrored": verdict.transform.map(|transform| transform.mirrors()),
-            "attack_model": verdict.attack_model,
-            "mismatch": verdict.mismatch.map(mismatch),
-            "marked_parts": verdict.marked_parts,
-            "original_is": match verdict.compared_with {
-                Compared::Original => "file",
-                _ => "geometry",
-            },
-            "message": statement.message,
-            "recipient": statement.recipient,
-            "public_key": statement.public_key.fingerprint(),
-            "own_key": self.own_key,
-        })
+        let mut object = figures::of_verdict(&self.verdict, self.certificate.statement(), self.own_key);
+        object.insert("mismatch".into(), self.verdict.mismatch.map(mismatch).into());
+        Value::Object(object)
     }
 }
 

@@ -45,6 +45,19 @@ def glb(mesh: sigmark.Mesh) -> bytes:
     return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
 
 
+def with_broken_rig(data: bytes) -> bytes:
+    """The same model with a skin whose joints and weights are no such thing."""
+    length = struct.unpack_from("<I", data, 12)[0]
+    document = json.loads(data[20 : 20 + length])
+    document["skins"] = [{"joints": [0]}]
+    document["nodes"][0]["skin"] = 0
+    document["meshes"][0]["primitives"][0]["attributes"] |= {"JOINTS_0": 1, "WEIGHTS_0": 1}
+    text = json.dumps(document).encode()
+    text += b" " * (-len(text) % 4)
+    rest = data[20 + length :]
+    return struct.pack("<4sII", b"glTF", 2, 20 + len(text) + len(rest)) + struct.pack("<I4s", len(text), b"JSON") + text + rest
+
+
 def glb_parts(data: bytes) -> tuple[dict[str, object], np.ndarray[tuple[int], np.dtype[np.uint8]]]:
     """The document without the bounds of positions, and the binary chunk."""
     length = struct.unpack_from("<I", data, 12)[0]

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 import sigmark
 import sigmark.shapes
-from files import glb, glb_parts, obj
+from files import glb, glb_parts, obj, with_broken_rig
 
 SCRIPT = [sys.executable, "-m", "sigmark"]
 
@@ -216,3 +216,10 @@ def test_results_are_frozen_and_say_what_they_are(
         result.message = "another"
     with pytest.raises(AttributeError):
         result.anything = 1
+
+
+def test_a_damaged_rig_costs_nobody_a_claim(torus: sigmark.Mesh, key: sigmark.SigningKey) -> None:
+    original = sigmark.Asset.from_bytes(with_broken_rig(glb(torus)), "glb")
+    signed = sigmark.embed(original, key)
+    assert sigmark.verify(signed.mesh, signed.certificate, original, key.public_key).outcome == "verified"
+    assert sigmark.trace(signed.mesh, original, [signed.certificate]).accused

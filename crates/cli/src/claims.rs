@@ -6,7 +6,6 @@ use std::{
 };
 
 use anyhow::{Context, Result, bail};
-use mesh::Rig;
 use mesh_io::Asset;
 use serde::Deserialize;
 use sha2::{Digest, Sha256};
@@ -35,8 +34,6 @@ pub(crate) struct Claim {
     /// The file of the key; `None` where it was taken from the certificate.
     pub(crate) key_file: Option<ReadFile>,
     pub(crate) original: Asset,
-    /// What poses the original, if its file has that.
-    pub(crate) rig: Option<Rig>,
     pub(crate) original_path: PathBuf,
     pub(crate) public_key: PublicKey,
     /// Whether the key was taken from the certificate, and says nothing of who the signer is.
@@ -132,7 +129,6 @@ impl ClaimFiles {
             certificate,
             certificate_file: ReadFile::of(&self.certificate, text.as_bytes()),
             key_file,
-            rig: original.rig()?,
             original,
             original_path,
             public_key,
@@ -144,15 +140,15 @@ impl ClaimFiles {
 impl Claim {
     /// Judges suspects by this claim; fails where original, certificate and key don't belong together.
     pub(crate) fn verifier(&self) -> Result<Verifier, SigmarkError> {
-        let verifier = Verifier::new(self.original.mesh(), &self.certificate, &self.public_key)?;
-        Ok(verifier.with_rig(self.rig.clone()))
+        Verifier::new(self.original.mesh(), &self.certificate, &self.public_key)
     }
 
-    /// As [`verifier`](Self::verifier), for the owner's information also where the original is of the same geometry and not the very file.
+    /// As [`verifier`](Self::verifier), for the owner's information also where the suspect was posed by the original's rig, or the original is of the same geometry and not the very file.
     pub(crate) fn verifier_for_owner(&self) -> Result<Verifier, SigmarkError> {
         let refused = match self.verifier() {
             Err(error @ SigmarkError::AnotherOriginal { .. }) => error,
-            other => return other,
+            // A damaged rig costs nobody a claim: the mesh is what was signed.
+            other => return Ok(other?.with_rig(self.original.rig().unwrap_or_default())),
         };
         Verifier::for_owner(self.original.mesh(), &self.certificate, &self.public_key).map_err(|error| {
             match error {

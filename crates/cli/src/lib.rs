@@ -10,6 +10,7 @@ mod batch;
 mod capacity;
 mod claims;
 mod commands;
+pub mod figures;
 mod files;
 mod interrupt;
 mod keys;

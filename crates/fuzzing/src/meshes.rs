@@ -15,6 +15,22 @@ pub(crate) fn check(bytes: &[u8], format: Option<Format>) {
     check_moved(&asset);
     check_turned(&asset);
     check_copies(&asset);
+    check_rig(&asset);
+}
+
+/// Reads joints and weights, which are of the mesh's vertices and add up to 1.
+fn check_rig(asset: &Asset) {
+    let Ok(Some(rig)) = asset.rig() else { return };
+    assert_eq!(rig.vertices(), asset.mesh().vertex_count());
+    for v in 0..rig.vertices() {
+        let weights = rig.weights_of(v);
+        let sum: f64 = weights.iter().map(|&(_, weight)| weight).sum();
+        assert!(
+            weights.is_empty() || (sum - 1.0).abs() < 1e-9,
+            "weights of a vertex"
+        );
+        assert!(weights.iter().all(|&(joint, _)| (joint as usize) < rig.joints()));
+    }
 }
 
 /// Moves every vertex, and reads again what was written.

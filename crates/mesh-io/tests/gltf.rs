@@ -465,6 +465,16 @@ fn joints_and_weights_are_those_of_the_skin_and_a_file_without_one_has_no_rig() 
     assert_eq!(rig.weights_of(corner), [(0, 0.2), (1, 0.8)]);
     assert_eq!(rig.weights_of(apex), [(1, 1.0)]);
 
+    // However often a file names the same bytes.
+    let attributes = &mut scene.json["meshes"][0]["primitives"][0]["attributes"];
+    for set in 1..2000 {
+        (
+            attributes[format!("JOINTS_{set}")],
+            attributes[format!("WEIGHTS_{set}")],
+        ) = (2.into(), 3.into());
+    }
+    assert_eq!(open(&scene.glb()).rig().unwrap(), Some(rig));
+
     scene.json["accessors"][3]["type"] = "VEC3".into();
     let refused = open(&scene.glb()).rig().unwrap_err().to_string();
     assert!(refused.contains("accessor 3"), "{refused}");

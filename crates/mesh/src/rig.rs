@@ -5,7 +5,7 @@
 pub struct Rig {
     joints: usize,
     /// Where the weights of each vertex begin; one more than there are vertices.
-    starts: Vec<u32>,
+    starts: Vec<usize>,
     /// Joint and weight.
     weights: Vec<(u32, f64)>,
 }
@@ -38,7 +38,7 @@ impl Rig {
                 own.into_iter()
                     .map(|(joint, weight)| (number(joint), weight / sum)),
             );
-            starts.push(weights.len() as u32);
+            starts.push(weights.len());
         }
         Self {
             joints: used.len(),
@@ -59,7 +59,7 @@ impl Rig {
 
     /// The joints that move a vertex, ascending, with their weights, whose sum is 1; none of a vertex that no joint moves.
     pub fn weights_of(&self, vertex: usize) -> &[(u32, f64)] {
-        let [from, to] = [vertex, vertex + 1].map(|i| self.starts[i] as usize);
+        let [from, to] = [vertex, vertex + 1].map(|i| self.starts[i]);
         &self.weights[from..to]
     }
 }

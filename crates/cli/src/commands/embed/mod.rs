@@ -19,7 +19,7 @@ use sigmark::{Curve, Embedder, Prepared, ReadBack, Scheme, Signed, SigningKey, S
 use crate::{
     Answer,
     args::{Embed, Manifest, Profile},
-    batch,
+    batch, figures,
     files::{self, Output},
     keys,
     progress::Progress,
@@ -195,26 +195,9 @@ impl Task {
 
 /// What `--json` prints of every mark.
 fn object(arguments: &Embed, prepared: &Prepared, seconds: &Seconds) -> Value {
-    let (layout, original, prediction) = (prepared.layout(), prepared.original(), prepared.prediction());
-    json!({
-        "scheme": prepared.statement_for("").scheme,
-        "payload": prediction.payload.name(),
-        "bits": prediction.payload_bits,
-        "code_bits": layout.bits(),
-        "chips": layout.chip_count(),
-        "laplacian": arguments.laplacian.name(),
-        "functions": original.functions(),
-        "patches": original.patches().len(),
-        "unmarked_vertices": original.patches().unmarked_vertices(),
-        "alpha": layout.alpha(),
-        "distortion_rms": layout.distortion_rms(),
-        "margin_predicted": prediction.margin,
-        "margin_read": prediction.margin_read,
-        "noise_read": prediction.noise_read,
-        "noise_evidence": prediction.noise_evidence,
-        "noise_detected": prediction.noise_detected,
-        "seconds": report::seconds_json(seconds),
-    })
+    let mut object = figures::of_mark(prepared, arguments.laplacian.name());
+    object.insert("seconds".into(), report::seconds_json(seconds));
+    Value::Object(object)
 }
 
 /// Refuses a model with a C2PA manifest where that was asked for.

@@ -83,8 +83,6 @@ fn claim(arguments: &LibraryVerify, catalogue: &Catalogue, best: &Looked, number
         public_key: catalogue.key.unwrap_or(*certificate.public_key()),
         certificate,
         key_file: None,
-        // What is kept is the geometry.
-        rig: None,
         original,
         original_path: file.map_or_else(|| PathBuf::from(named()), |file| file.path.into()),
         own_key: catalogue.key.is_none(),

@@ -13,7 +13,7 @@ use super::verify::remark;
 use crate::{
     Answer, args,
     claims::{ReadFile, certificates_in},
-    files, keys,
+    figures, files, keys,
     progress::Progress,
     report,
     report_page::TracePage,
@@ -57,7 +57,10 @@ fn copies(arguments: &args::Trace, session: &Session<'_>, original: &Asset) -> R
     let job = progress.job(arguments.common.threads());
     let copies = Copies::read(original.mesh(), key, &arguments.certificates, &paths, &job);
     let mut copies = session.within_limit(copies, &job)?;
-    copies.tracer = copies.tracer.p_bound(arguments.p_bound).with_rig(original.rig()?);
+    copies.tracer = copies
+        .tracer
+        .p_bound(arguments.p_bound)
+        .with_rig(original.rig().unwrap_or_default());
     copies.key_file = key_file;
     Ok(copies)
 }
@@ -113,26 +116,19 @@ impl Asking<'_> {
             })
         });
         let path = |&number: &usize| self.copies.copies.get(number).map(|copy| &copy.certificate);
-        json!({
+        let mut object = figures::of_trace(trace);
+        object.extend(figures::members(json!({
             "accused": accused.collect::<Vec<_>>(),
-            "candidates": trace.candidates,
             "passed_over": self.copies.passed_over,
             "unreadable": self.copies.unreadable,
             "unsigned": trace.unsigned.iter().filter_map(path).collect::<Vec<_>>(),
             "p_bound": self.arguments.p_bound,
-            "registration": trace.transform.map(|_| trace.matched_by),
-            "poses": trace.poses,
-            "overlap": trace.overlap,
-            "coverage": trace.coverage,
-            "missing": trace.missing,
-            "transform": trace.transform.map(|transform| transform.to_matrix()),
-            "mirrored": trace.transform.map(|transform| transform.mirrors()),
-            "attack_model": trace.attack_model,
             "remark": trace.mismatch.map(remark),
             "original": self.arguments.original,
             "public_key": self.copies.key.fingerprint(),
             "own_key": self.arguments.public_key.is_none(),
-        })
+        })));
+        Value::Object(object)
     }
 
     /// The error with the name of the file that it is about.

@@ -5,14 +5,14 @@ use std::{path::Path, sync::Arc, time::SystemTime};
 use anyhow::Result;
 use job::JobError;
 use serde_json::{Map, Value, json};
-use sigmark::{Compared, GeometryDigest, SigmarkError, Verdict, Verifier, mark::MarkError};
+use sigmark::{GeometryDigest, SigmarkError, Verdict, Verifier, mark::MarkError};
 
 use crate::{
     Answer,
     args::{Profile, Verify},
     batch::Found,
     claims::{Claim, ClaimFiles},
-    files,
+    figures, files,
     progress::Progress,
     report,
     report_page::Page,
@@ -133,30 +133,8 @@ pub(crate) fn is_answered_with_yes(arguments: &Verify, verdict: &Verdict) -> boo
 
 /// A verdict as `--json` prints it, but for the time that it took.
 pub(crate) fn described(verdict: &Verdict, claim: &Claim) -> Map<String, Value> {
-    let statement = claim.certificate.statement();
-    let object = json!({
-        "outcome": verdict.outcome.name(),
-        "evidence": verdict.is_evidence(),
-        "scheme": statement.scheme,
-        "signed": if verdict.binds_original { "statement" } else { "message" },
-        "extraction_rate": verdict.extraction_rate,
-        "p_value": verdict.p_value,
-        "p_dispute": verdict.p_dispute(),
-        "correlation": verdict.correlation,
-        "margin": verdict.margin,
-        "payload": verdict.payload.name(),
-        "bits": verdict.bits,
-        "bit_errors": verdict.bit_errors,
-        "patches_read": verdict.patches_read,
-        "registration": verdict.transform.map(|_| verdict.matched_by),
-        "poses": verdict.poses,
-        "overlap": verdict.overlap,
-        "coverage": verdict.coverage,
-        "missing": verdict.missing,
-        "residual": verdict.residual,
-        "transform": verdict.transform.map(|transform| transform.to_matrix()),
-        "mirrored": verdict.transform.map(|transform| transform.mirrors()),
-        "attack_model": verdict.attack_model,
+    let mut object = figures::of_verdict(verdict, claim.certificate.statement(), claim.own_key);
+    object.extend(figures::members(json!({
         "remark": verdict.mismatch.map(remark),
         "parts": verdict.parts.iter().map(|part| json!({
             "part": part.part,
@@ -164,21 +142,9 @@ pub(crate) fn described(verdict: &Verdict, claim: &Claim) -> Map<String, Value> 
             "seen": part.seen,
             "transform": part.transform.map(|transform| transform.to_matrix()),
         })).collect::<Vec<_>>(),
-        "marked_parts": verdict.marked_parts,
         "original": claim.original_path,
-        "original_is": match verdict.compared_with {
-            Compared::Original => "file",
-            _ => "geometry",
-        },
-        "message": statement.message,
-        "recipient": statement.recipient,
-        "public_key": statement.public_key.fingerprint(),
-        "own_key": claim.own_key,
-    });
-    match object {
-        Value::Object(members) => members,
-        _ => Map::new(),
-    }
+    })));
+    object
 }
 
 /// The error with the name of the file that it is about.

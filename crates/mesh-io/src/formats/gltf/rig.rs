@@ -14,6 +14,9 @@ use crate::buffer::Buffer;
 use crate::error::Fault;
 use crate::slots::scene::SceneSlots;
 
+/// Sets of four that a vertex may have. Programs write one or two; a file could name the same bytes any number of times.
+const MOST_SETS: u32 = 4;
+
 /// Joints are numbered through all skins, and every node that shows a mesh without one is a joint of its own.
 type Joints = HashMap<(Option<usize>, usize), u32>;
 
@@ -34,7 +37,7 @@ pub(crate) fn weights(buffers: &[Buffer], slots: &SceneSlots) -> Result<Option<W
         let known = vertices.count();
         let numbers = vertices.add(&document, &store, positions, placement)?.to_vec();
         all.resize(vertices.count(), Vec::new());
-        let Some((node, skin)) = placed.shown_by else {
+        let Some((node, skin)) = placed.shown_by.filter(|_| vertices.count() > known) else {
             return Ok(());
         };
         let own = match skin {
@@ -76,7 +79,7 @@ fn of_primitive(
         Some(index.value())
     };
     let mut all: Vec<Vec<(usize, f64)>> = Vec::new();
-    for set in 0.. {
+    for set in 0..MOST_SETS {
         let (joints, weights) = (
             attribute(Semantic::Joints(set)),
             attribute(Semantic::Weights(set)),
