@@ -49,8 +49,8 @@ pub(super) fn sentences(verdict: &Verdict, arguments: &Verify, claim: &Claim) ->
             what_was_read(verdict, all)
         ),
         Outcome::Verified if verdict.matched_by == MatchedBy::Rig => format!(
-            "The suspect carries the signature that was written into the original: {} read back from the suspect\u{2019}s shape, after the joints of the original\u{2019}s \
-             rig had been brought back. The rig is not part of what is signed: this informs the owner, and is no evidence for others.",
+            "The suspect carries the signature that was written into the original: {} read back from the suspect\u{2019}s shape, after its pose had been undone by the \
+             original\u{2019}s joints and morph targets. The signature is valid, by the key named below, over this very original, with all that poses it, mark and message.",
             what_was_read(verdict, all)
         ),
         Outcome::Verified => format!(
@@ -150,9 +150,6 @@ pub(super) fn for_stranger(verdict: &Verdict) -> &'static str {
         (false, _) => "marks of this profile can be made up afterwards: they are evidence for nobody",
         _ if verdict.compared_with != Compared::Original => {
             "no evidence: the signature is over another file than the one that was compared"
-        }
-        _ if verdict.matched_by == MatchedBy::Rig => {
-            "no evidence: the rig by which the suspect was brought back is not signed"
         }
         (_, true) => "evidence: even a claim made up after seeing the suspect would not come this far",
         (_, false) => "no evidence: a claim made up after seeing the suspect is not ruled out",
