@@ -2,78 +2,16 @@
 
 mod common;
 
-use common::Folder;
+use common::{
+    Folder,
+    rigged::{rigged, with_views},
+};
 use mesh::{TriMesh, Vec3, shapes};
-use mesh_io::{Asset, Format, Precision, write_mesh};
+use mesh_io::{Asset, Precision};
 use serde_json::{Value, json};
 
 const EMBED: &str = "embed model.glb -o signed.glb -k owner.pem -m order-4711";
 const VERIFY: &str = "--original model.glb --certificate signed.glb.cert.json --public-key owner.pub.pem";
-
-/// A ring whose two halves follow a joint each, and share what lies between; and one target, by which a side swells.
-fn rigged(mesh: &TriMesh) -> Vec<u8> {
-    let share = |p: &[f64; 3]| (0.5 + p[0]).clamp(0.0, 1.0) as f32;
-    let points = mesh.positions();
-    let joints: Vec<u8> = points.iter().flat_map(|_| [0, 1, 0, 0]).collect();
-    let weights = points.iter().flat_map(|p| [1.0 - share(p), share(p), 0.0, 0.0]);
-    let swelling = points.iter().flat_map(|p| {
-        let by = if p[1] > 0.0 { 0.2 } else { 0.0 };
-        p.map(|x| (x * by) as f32)
-    });
-    let bytes = |numbers: Vec<f32>| -> Vec<u8> { numbers.into_iter().flat_map(f32::to_le_bytes).collect() };
-    let views = [joints, bytes(weights.collect()), bytes(swelling.collect())];
-    with_views(
-        &write_mesh(mesh, Format::Glb, Precision::Single),
-        &views,
-        |json, first| {
-            let count = points.len();
-            let accessor = |i: usize, kind: u32, shape: &str| json!({"bufferView": first + i, "componentType": kind, "count": count, "type": shape});
-            let accessors = json["accessors"].as_array_mut().expect("accessors");
-            let number = accessors.len();
-            accessors.extend([
-                accessor(0, 5121, "VEC4"),
-                accessor(1, 5126, "VEC4"),
-                accessor(2, 5126, "VEC3"),
-            ]);
-            let primitive = &mut json["meshes"][0]["primitives"][0];
-            (
-                primitive["attributes"]["JOINTS_0"],
-                primitive["attributes"]["WEIGHTS_0"],
-            ) = (number.into(), (number + 1).into());
-            primitive["targets"] = json!([{"POSITION": number + 2}]);
-            json["skins"] = json!([{"joints": [1, 2]}]);
-            json["nodes"] = json!([{"mesh": 0, "skin": 0}, {}, {}]);
-            json["scenes"] = json!([{"nodes": [0, 1, 2]}]);
-        },
-    )
-}
-
-/// A GLB with more buffer views, the first of which has the number that is passed on.
-fn with_views(glb: &[u8], views: &[Vec<u8>], change: impl FnOnce(&mut Value, usize)) -> Vec<u8> {
-    let length = u32::from_le_bytes(glb[12..16].try_into().expect("a number")) as usize;
-    let mut json: Value = serde_json::from_slice(&glb[20..20 + length]).expect("JSON");
-    let mut bin = glb[28 + length..].to_vec();
-    let all = json["bufferViews"].as_array_mut().expect("views");
-    let first = all.len();
-    for view in views {
-        bin.resize(bin.len().next_multiple_of(4), 0);
-        all.push(json!({"buffer": 0, "byteOffset": bin.len(), "byteLength": view.len()}));
-        bin.extend(view);
-    }
-    json["buffers"][0]["byteLength"] = bin.len().into();
-    change(&mut json, first);
-    let mut text = serde_json::to_vec(&json).expect("JSON");
-    text.resize(text.len().next_multiple_of(4), b' ');
-    bin.resize(bin.len().next_multiple_of(4), 0);
-    let mut out = b"glTF\x02\0\0\0".to_vec();
-    out.extend((28 + text.len() as u32 + bin.len() as u32).to_le_bytes());
-    for (kind, content) in [(b"JSON", &text), (b"BIN\0", &bin)] {
-        out.extend((content.len() as u32).to_le_bytes());
-        out.extend(kind);
-        out.extend(content);
-    }
-    out
-}
 
 /// The second joint turned by so much, the target taken by so much; scaled and in another order, as a baked file has it.
 fn posed(asset: &Asset, angle: f64, swelling: f64) -> TriMesh {
@@ -183,6 +121,24 @@ fn a_rig_that_was_not_signed_is_named_and_passed_over() {
         "{}",
         other.err
     );
+}
+
+#[test]
+fn what_poses_the_original_can_t_be_left_out_of_a_certificate_or_put_into_one() {
+    let folder = folder();
+    let mut certificate: Value = serde_json::from_str(&folder.text("signed.glb.cert.json")).unwrap();
+    let original = certificate["original"].as_object_mut().unwrap();
+    let digest = original.remove("rig").unwrap();
+    folder.write("without.json", certificate.to_string());
+    certificate["original"]["rig"] = certificate["original"]["digest"].clone();
+    folder.write("another.json", certificate.to_string());
+    certificate["original"]["rig"] = digest.as_str().unwrap().to_uppercase().into();
+    folder.write("upper.json", certificate.to_string());
+    let verify = |name: &str| format!("verify posed.obj --original model.glb --certificate {name}");
+    for name in ["without.json", "another.json"] {
+        folder.refused(&verify(name), &[name, "not one by its key over what it states"]);
+    }
+    folder.refused(&verify("upper.json"), &["upper.json", "sha256:"]);
 }
 
 #[test]

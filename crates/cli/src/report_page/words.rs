@@ -162,7 +162,7 @@ pub(super) fn registration(verdict: &Verdict) -> String {
         MatchedBy::Connectivity => "by its vertices: it still has the original\u{2019}s triangles",
         MatchedBy::Surroundings => "by the vertices that are left of the original\u{2019}s",
         MatchedBy::Rig => {
-            "by its vertices, after the joints of the original\u{2019}s rig had been brought back"
+            "by its vertices, after its pose had been undone by the original\u{2019}s joints and morph targets"
         }
         MatchedBy::Parts => {
             "by its parts, each of which was put back by itself; pictures and transform are those of the largest"

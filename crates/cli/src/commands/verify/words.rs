@@ -213,7 +213,9 @@ fn registered(verdict: &Verdict) -> String {
         MatchedBy::Connectivity => "by its vertices",
         MatchedBy::Surroundings => "by the vertices that are left",
         MatchedBy::Parts => "by its parts, each for itself",
-        MatchedBy::Rig => "by its vertices, brought back from its pose by the original's rig",
+        MatchedBy::Rig => {
+            "by its vertices, brought back from its pose by the original's joints and morph targets"
+        }
         _ => "by its surface",
     };
     let poses = match verdict.poses {
