@@ -1,6 +1,6 @@
 //! The benchmarks, and the peers that ours is held against on the same inputs in one run.
 //!
-//! Each comparison has a folder of its own, with its inputs, its runs and its page in `results/`: [`mod@code`], [`eigen`], [`formats`], [`mod@library`], [`partition`], [`python`], [`quality`],
+//! Each comparison has a folder of its own, with its inputs, its runs and its page in `results/`: [`mod@code`], [`eigen`], [`formats`], [`mod@library`], [`partition`], [`pose`], [`python`], [`quality`],
 //! [`registration`], [`robustness`], [`seconds`], [`security`], [`tracing`], [`visibility`]. Each is a struct of options, which `cargo xtask bench` parses, with a method `run`. Peers in other languages are in `peers/`, each in a process of its
 //! own; what they finished is kept in `.cache/bench`. `benches/` measures the steps of ours alone, with criterion.
 //!
@@ -30,6 +30,7 @@ pub mod library;
 mod measure;
 pub mod partition;
 mod peers;
+pub mod pose;
 pub mod python;
 pub mod quality;
 pub mod registration;

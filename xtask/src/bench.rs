@@ -7,6 +7,7 @@ use bench_harness::{
     formats::FormatsBench,
     library::LibraryBench,
     partition::{LoneDivision, PartitionBench},
+    pose::PoseBench,
     python::PythonBench,
     quality::QualityBench,
     registration::RegistrationBench,
@@ -50,6 +51,11 @@ pub(crate) enum Bench {
     /// Makes a Python environment in attacks/.venv. Some minutes for each model. Finished models are kept in .cache/bench/robustness by the digest
     /// of the code that made them, so that a run that was interrupted goes on.
     Robustness(RobustnessBench),
+    /// Poses: models with skeletons and morph targets that were posed, bent or twisted, and what is read of them
+    ///
+    /// Makes Python environments in attacks/.venv and .cache/bench/pose; Blender comes as a package (bpy), for Python 3.11 alone. Some minutes for each model, half an hour in
+    /// all on two cores. Posed files are kept in .cache/bench/pose, finished models there by the digest of the code that made them, so that a run that was interrupted goes on.
+    Pose(PoseBench),
     /// Security: marks that were drowned, overwritten, averaged and extracted anew, and p-values where there is no mark
     ///
     /// Makes a Python environment in attacks/.venv. Some minutes for each model. Finished models are kept in .cache/bench/security by the digest
@@ -104,6 +110,7 @@ impl Bench {
             Self::Registration(bench) => bench.run(),
             Self::Quality(bench) => bench.run(),
             Self::Robustness(bench) => bench.run(),
+            Self::Pose(bench) => bench.run(),
             Self::Security(bench) => bench.run(),
             Self::Tracing(bench) => bench.run(),
             Self::Visibility(bench) => bench.run(),

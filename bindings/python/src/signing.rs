@@ -188,7 +188,10 @@ impl Options {
 
     fn embedder_of(&self, input: &Input) -> Embedder {
         match input {
-            Input::Asset(asset) => self.embedder.clone().original_name(asset.name()),
+            Input::Asset(asset) => {
+                let named = self.embedder.clone().original_name(asset.name());
+                named.rig(input.rig().as_ref())
+            }
             Input::Mesh(_) => self.embedder.clone(),
         }
     }

@@ -6,6 +6,7 @@ use std::{
 };
 
 use anyhow::{Context, Result, bail};
+use mesh::Rig;
 use mesh_io::Asset;
 use serde::Deserialize;
 use sha2::{Digest, Sha256};
@@ -13,7 +14,7 @@ use sigmark::{Certificate, GeometryDigest, PublicKey, SigmarkError, Verifier};
 
 use crate::{
     files::{self, Text},
-    keys,
+    keys, report,
 };
 
 /// What a name of a certificate ends in.
@@ -35,6 +36,8 @@ pub(crate) struct Claim {
     pub(crate) key_file: Option<ReadFile>,
     pub(crate) original: Asset,
     pub(crate) original_path: PathBuf,
+    /// What poses the original.
+    pub(crate) rig: Option<Rig>,
     pub(crate) public_key: PublicKey,
     /// Whether the key was taken from the certificate, and says nothing of who the signer is.
     pub(crate) own_key: bool,
@@ -129,6 +132,7 @@ impl ClaimFiles {
             certificate,
             certificate_file: ReadFile::of(&self.certificate, text.as_bytes()),
             key_file,
+            rig: rig_of(&original, &original_path),
             original,
             original_path,
             public_key,
@@ -143,12 +147,14 @@ impl Claim {
         Verifier::new(self.original.mesh(), &self.certificate, &self.public_key)
     }
 
-    /// As [`verifier`](Self::verifier), for the owner's information also where the suspect was posed by the original's rig, or the original is of the same geometry and not the very file.
+    /// As [`verifier`](Self::verifier), which undoes poses by the original's rig, and for the owner's information also where the original is of the same geometry and not the very file.
     pub(crate) fn verifier_for_owner(&self) -> Result<Verifier, SigmarkError> {
         let refused = match self.verifier() {
             Err(error @ SigmarkError::AnotherOriginal { .. }) => error,
-            // A damaged rig costs nobody a claim: the mesh is what was signed.
-            other => return Ok(other?.with_rig(self.original.rig().unwrap_or_default())),
+            other => {
+                self.warn_of_rig();
+                return Ok(other?.with_rig(self.rig.clone()));
+            }
         };
         Verifier::for_owner(self.original.mesh(), &self.certificate, &self.public_key).map_err(|error| {
             match error {
@@ -157,6 +163,35 @@ impl Claim {
             }
         })
     }
+}
+
+impl Claim {
+    /// Says why poses are not undone, where the certificate and the original's rig do not belong together.
+    fn warn_of_rig(&self) {
+        let is_bound = self.certificate.statement().original.rig.is_some();
+        let why = match (&self.rig, is_bound) {
+            (Some(rig), _) if !self.certificate.binds(rig) => {
+                "its joints or morph targets are not those that were signed with it"
+            }
+            (None, true) => "the joints or morph targets that were signed with it are not in this file",
+            _ => return,
+        };
+        let path = self.original_path.display();
+        report::warning(&format!(
+            "{path}: {why}, so a suspect in another pose can't be brought back"
+        ));
+    }
+}
+
+/// What poses a model. One that is damaged costs nobody a claim: the mesh is what is signed.
+pub(crate) fn rig_of(asset: &Asset, path: &Path) -> Option<Rig> {
+    asset.rig().unwrap_or_else(|error| {
+        report::warning(&format!(
+            "{}: what poses it is passed over: {error}",
+            path.display()
+        ));
+        None
+    })
 }
 
 /// Reads and checks a certificate.

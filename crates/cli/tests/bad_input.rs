@@ -634,8 +634,8 @@ fn certificates_that_are_none_are_refused() {
     folder.write("empty.json", "");
     folder.write("cut.json", &json[..json.len() / 2]);
     folder.write("other.json", "{\"asset\": {\"version\": \"2.0\"}}");
-    folder.write("next.json", json.replace("\"version\": 7", "\"version\": 8"));
-    folder.write("before.json", json.replace("\"version\": 7", "\"version\": 2"));
+    folder.write("next.json", json.replace("\"version\": 8", "\"version\": 9"));
+    folder.write("before.json", json.replace("\"version\": 8", "\"version\": 2"));
     folder.write("extra.json", json.replacen('{', "{\"note\": \"mine\",", 1));
     folder.write("deep.json", "[".repeat(100_000));
     let remedy = ".cert.json file that `sigmark embed` wrote";
@@ -647,7 +647,7 @@ fn certificates_that_are_none_are_refused() {
         ("deep.json", &["not a Sigmark certificate", remedy]),
         (
             "next.json",
-            &["version 8", "reads version 7", "use the Sigmark that wrote it"],
+            &["version 9", "reads version 8", "use the Sigmark that wrote it"],
         ),
         (
             "before.json",
@@ -712,7 +712,7 @@ fn no_field_of_a_certificate_can_be_edited_or_left_out_unnoticed() {
         *value = edited(value);
         folder.write("edited.json", serde_json::to_string_pretty(&certificate).unwrap());
         let noticed = match field.as_str() {
-            "/version" => "version 7",
+            "/version" => "version 8",
             "/format" | "/public_key" => "not a Sigmark certificate",
             "/mark/payload" | "/mark/laplacian" | "/mark/scheme" | "/mark/carrier" => "certificate",
             "/original/name" | "/original/sketch" | "/seal" | "/mark/patches/0/last_eigenvalue" => "seal",

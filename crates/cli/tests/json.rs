@@ -139,6 +139,8 @@ fn folder() -> Folder {
     );
     folder.write("sheet.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 9\nf 1 2 3\n");
     folder.write("bad.ply", "ply");
+    let rigged = common::rigged::rigged(&shapes::bumpy_torus(20, 20, 1));
+    folder.write("rigged.glb", rigged);
     folder.write("list.csv", "Anna\nBert\n");
     folder.write_mesh("odd.obj", &model(), Precision::Double);
     let odd = folder.text("odd.obj") + "vn up\n";
@@ -224,6 +226,7 @@ fn lines(command: &str) -> &'static [&'static str] {
             "align torus.ply model.ply -o never.ply",
             "align ball.ply ball.ply -o round.ply",
             "align odd.obj model.ply -o even.obj",
+            "align rigged.glb rigged.glb -o unposed.glb --pose",
         ],
         "compare" => &[
             "compare model.ply signed.ply --heatmap map.png --interval 0.01",

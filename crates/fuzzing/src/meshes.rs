@@ -18,7 +18,7 @@ pub(crate) fn check(bytes: &[u8], format: Option<Format>) {
     check_rig(&asset);
 }
 
-/// Reads joints and weights, which are of the mesh's vertices and add up to 1.
+/// Reads joints and weights, which are of the mesh's vertices and add up to 1, and morph targets, each of which moves some of them.
 fn check_rig(asset: &Asset) {
     let Ok(Some(rig)) = asset.rig() else { return };
     assert_eq!(rig.vertices(), asset.mesh().vertex_count());
@@ -30,6 +30,13 @@ fn check_rig(asset: &Asset) {
             "weights of a vertex"
         );
         assert!(weights.iter().all(|&(joint, _)| (joint as usize) < rig.joints()));
+    }
+    for target in rig.targets() {
+        let is_one = |&(v, offset): &(u32, [f64; 3])| {
+            (v as usize) < rig.vertices() && offset.iter().all(|x| x.is_finite()) && offset != [0.0; 3]
+        };
+        assert!(!target.is_empty() && target.is_sorted_by_key(|&(v, _)| v));
+        assert!(target.iter().all(is_one), "offsets of a morph target");
     }
 }
 

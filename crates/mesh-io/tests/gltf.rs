@@ -479,3 +479,56 @@ fn joints_and_weights_are_those_of_the_skin_and_a_file_without_one_has_no_rig() 
     let refused = open(&scene.glb()).rig().unwrap_err().to_string();
     assert!(refused.contains("accessor 3"), "{refused}");
 }
+
+#[test]
+fn morph_targets_are_read_in_the_frame_of_the_mesh_and_bytes_that_are_named_too_often_are_refused() {
+    use gltf_common::Scene;
+    let mut scene = Scene::pyramid();
+    let floats = |numbers: &[f32]| numbers.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<_>>();
+    let mut all = [0.0f32; 180];
+    all[12..15].copy_from_slice(&[0.0, 0.5, 0.25]);
+    let whole = scene.add_view(floats(&all));
+    let (numbers, offsets) = (
+        scene.add_view(vec![4, 0]),
+        scene.add_view(floats(&[1.0, 2.0, 3.0])),
+    );
+    let accessors = scene.json["accessors"].as_array_mut().unwrap();
+    let plain = serde_json::json!({"componentType": 5126, "count": 5, "type": "VEC3"});
+    accessors.extend([plain.clone(), plain.clone(), plain]);
+    (accessors[2]["bufferView"], accessors[2]["count"]) = (whole.into(), 60.into());
+    accessors[3]["sparse"] = serde_json::json!({"count": 1, "indices": {"bufferView": numbers, "componentType": 5121},
+        "values": {"bufferView": offsets}});
+    // The third moves nothing.
+    let targets = serde_json::json!([{"POSITION": 2}, {"POSITION": 4}, {"POSITION": 3}]);
+    scene.json["meshes"][0]["primitives"][0]["targets"] = targets;
+    // A quarter turn about y, twice as large.
+    let half = std::f64::consts::FRAC_1_SQRT_2;
+    scene.json["nodes"] =
+        serde_json::json!([{"mesh": 0, "rotation": [0.0, half, 0.0, half], "scale": [2.0, 2.0, 2.0]}]);
+    let asset = open(&scene.glb());
+    let rig = asset.rig().unwrap().unwrap();
+    let apex = (0..5).find(|&v| asset.mesh().positions()[v][1] == 6.0).unwrap() as u32;
+    assert_eq!((rig.joints(), rig.vertices()), (1, 5));
+    let expected = [[0.5, 1.0, 0.0], [6.0, 4.0, -2.0]];
+    assert_eq!(rig.targets().len(), 2);
+    for (target, expected) in rig.targets().iter().zip(expected) {
+        let [(vertex, offset)] = target[..] else {
+            panic!("{target:?}")
+        };
+        assert_eq!(vertex, apex);
+        assert!(
+            offset.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-6),
+            "{offset:?}"
+        );
+    }
+
+    let often = vec![serde_json::json!({"POSITION": 2}); 1000];
+    scene.json["meshes"][0]["primitives"][0]["targets"] = often.into();
+    let refused = open(&scene.glb()).rig().unwrap_err().to_string();
+    assert!(
+        refused.contains("morph targets than the file has bytes"),
+        "{refused}"
+    );
+    scene.json["meshes"][0]["primitives"][0]["targets"] = serde_json::json!([{"POSITION": 1}]);
+    assert!(open(&scene.glb()).rig().is_err());
+}

@@ -47,7 +47,7 @@ pub use bounding_box::BoundingBox;
 pub use components::{Components, components};
 pub use edges::Edges;
 pub use error::MeshError;
-pub use rig::Rig;
+pub use rig::{MorphTarget, Rig};
 pub use similarity::Similarity;
 pub use stars::VertexStars;
 pub use surface::{Hit, Nearest, Surface};

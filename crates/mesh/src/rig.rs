@@ -1,6 +1,7 @@
-/// How a model is posed: which joints move which vertices, and how much (linear blend skinning: Σⱼ wⱼ Aⱼ x for a vertex x, Aⱼ affine).
+/// How a model is posed: by how much morph targets may move its vertices, and which joints move which vertices then, and how much (linear blend skinning:
+/// Σⱼ wⱼ Aⱼ (x + Σₖ cₖ dₖ) for a vertex x with the offsets dₖ, Aⱼ affine).
 ///
-/// It says nothing of where the joints are.
+/// It says nothing of where the joints are, nor how far a target is taken.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Rig {
     joints: usize,
@@ -8,7 +9,11 @@ pub struct Rig {
     starts: Vec<usize>,
     /// Joint and weight.
     weights: Vec<(u32, f64)>,
+    targets: Vec<MorphTarget>,
 }
+
+/// The vertices that a morph target moves, ascending, and where to, from where they are.
+pub type MorphTarget = Vec<(u32, [f64; 3])>;
 
 impl Rig {
     /// A rig of weights, some (joint, weight) for each vertex. Those of a vertex are brought to a sum of 1; weights that are not finite and positive are passed over. Joints
@@ -26,7 +31,7 @@ impl Rig {
         let (mut starts, mut weights) = (vec![0], Vec::new());
         for own in of_vertices {
             let mut own: Vec<(u32, f64)> = own.iter().filter(|own| counts(own)).copied().collect();
-            own.sort_unstable_by_key(|&(joint, _)| joint);
+            own.sort_by_key(|&(joint, _)| joint);
             own.dedup_by(|again, first| {
                 let is_same = again.0 == first.0;
                 first.1 += if is_same { again.1 } else { 0.0 };
@@ -44,12 +49,39 @@ impl Rig {
             joints: used.len(),
             starts,
             weights,
+            targets: Vec::new(),
         }
+    }
+
+    /// The same with morph targets. Of two offsets of a vertex the first counts; those that are not finite, are zero, or are of no vertex are passed over, and targets that move nothing.
+    pub fn with_targets(mut self, targets: impl IntoIterator<Item = MorphTarget>) -> Self {
+        let vertices = self.vertices();
+        let counts = |&(vertex, offset): &(u32, [f64; 3])| {
+            (vertex as usize) < vertices && offset.iter().all(|x| x.is_finite()) && offset != [0.0; 3]
+        };
+        let cleaned = targets.into_iter().map(|mut target| {
+            target.retain(counts);
+            target.sort_by_key(|&(vertex, _)| vertex);
+            target.dedup_by_key(|&mut (vertex, _)| vertex);
+            target
+        });
+        self.targets = cleaned.filter(|target| !target.is_empty()).collect();
+        self
     }
 
     /// How many joints move anything.
     pub fn joints(&self) -> usize {
         self.joints
+    }
+
+    /// The morph targets, each of which moves some vertex.
+    pub fn targets(&self) -> &[MorphTarget] {
+        &self.targets
+    }
+
+    /// Whether it moves nothing.
+    pub fn is_empty(&self) -> bool {
+        self.joints == 0 && self.targets.is_empty()
     }
 
     /// How many vertices there are.
@@ -80,5 +112,15 @@ mod tests {
         assert_eq!(rig.weights_of(1), []);
         assert_eq!(rig.weights_of(2), [(1, 1.0)]);
         assert_eq!(Rig::default().vertices(), 0);
+    }
+
+    #[test]
+    fn targets_are_sorted_and_those_that_move_nothing_are_left_out() {
+        let rig = Rig::new(&vec![vec![(0, 1.0)]; 3]).with_targets([
+            vec![(2, [1.0, 0.0, 0.0]), (0, [0.0, 2.0, 0.0]), (2, [5.0, 0.0, 0.0])],
+            vec![(1, [0.0; 3]), (1, [0.0, f64::NAN, 0.0]), (3, [1.0; 3])],
+        ]);
+        assert_eq!(rig.targets(), [vec![(0, [0.0, 2.0, 0.0]), (2, [1.0, 0.0, 0.0])]]);
+        assert!(!rig.is_empty() && Rig::default().is_empty());
     }
 }

@@ -113,6 +113,6 @@ pub use pieces::{Piece, PiecePlace};
 pub use points::PointPair;
 pub use prepared::PreparedMesh;
 pub use resample::{ResampleOptions, Resampled, resample};
-pub use rigged::{Unposed, unpose};
+pub use rigged::{Unposed, unpose, unpose_any};
 pub use stage::RegistrationStage;
 pub use umeyama::{Fit, Handedness, fit_similarity};

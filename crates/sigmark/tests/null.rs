@@ -5,14 +5,14 @@
 use std::sync::Arc;
 
 use job::Job;
-use mesh::{TriMesh, shapes};
+use mesh::{Rig, TriMesh, Vec3, shapes};
 use rand_chacha::{
     ChaCha20Rng,
     rand_core::{Rng, SeedableRng},
 };
 use sigmark::{
     claim::statistics::p_of_chosen,
-    mark::{ChipPlan, JointEstimator, MarkLayout, Original, Pool, Reader, ReadingMethod, Strength},
+    mark::{ChipPlan, JointEstimator, MarkLayout, Original, Pool, Reader, ReadingMethod, Readings, Strength},
 };
 
 /// Fewer than a signature's: enough, and much faster.
@@ -121,5 +121,90 @@ fn small_p_values_are_as_rare_without_a_mark_as_they_say() {
         }
     }
     assert!(all.len() >= 18_000, "only {} trials", all.len());
+    assert_bounded(&all, "all");
+}
+
+/// Rigs as a claimant may choose them before he signs: a few joints, one for every few vertices, and ones with many morph targets.
+fn rigs(mesh: &TriMesh) -> Vec<Rig> {
+    let mut rng = ChaCha20Rng::seed_from_u64(3);
+    let mut random = || f64::from(rng.next_u32()) / f64::from(u32::MAX);
+    let count = mesh.vertex_count();
+    let halves = |v: usize| {
+        let share = (0.5 + 0.3 * mesh.point(v).0[0]).clamp(0.0, 1.0);
+        vec![(0, share), (1, 1.0 - share)]
+    };
+    let few = Rig::new(&(0..count).map(halves).collect::<Vec<_>>());
+    let mut any = |_| (0..3).map(|_| ((random() * 60.0) as u32, random())).collect();
+    let many = Rig::new(&(0..count).map(&mut any).collect::<Vec<_>>());
+    let mut target = |_| {
+        (0..count as u32)
+            .map(|v| (v, [0; 3].map(|_| random() - 0.5)))
+            .collect()
+    };
+    let morphs = few
+        .clone()
+        .with_targets((0..40).map(&mut target).collect::<Vec<_>>());
+    vec![few, many, morphs]
+}
+
+/// A mesh with its joints turned by up to a radian, and its targets taken by up to a tenth.
+fn posed(mesh: &TriMesh, rig: &Rig, seed: u64) -> TriMesh {
+    let mut rng = ChaCha20Rng::seed_from_u64(seed);
+    let mut random = || 2.0 * f64::from(rng.next_u32()) / f64::from(u32::MAX) - 1.0;
+    let mut points: Vec<Vec3> = (0..mesh.vertex_count()).map(|v| mesh.point(v)).collect();
+    for target in rig.targets() {
+        let share = 0.1 * random();
+        target
+            .iter()
+            .for_each(|&(v, offset)| points[v as usize] += Vec3(offset) * share);
+    }
+    let joints: Vec<(f64, usize)> = (0..rig.joints()).map(|j| (random(), j % 3)).collect();
+    let turned = |Vec3(p): Vec3, (angle, axis): (f64, usize)| {
+        let ([a, b], (sin, cos)) = ([(axis + 1) % 3, (axis + 2) % 3], angle.sin_cos());
+        let mut turned = p;
+        (turned[a], turned[b]) = (cos * p[a] - sin * p[b], sin * p[a] + cos * p[b]);
+        Vec3(turned)
+    };
+    let place = |v: usize| {
+        let moved = rig.weights_of(v).iter();
+        let sum: Vec3 = moved
+            .map(|&(j, weight)| turned(points[v], joints[j as usize]) * weight)
+            .sum();
+        sum.into()
+    };
+    mesh.with_positions((0..points.len()).map(place).collect())
+        .unwrap()
+}
+
+#[test]
+fn small_p_values_are_as_rare_in_other_poses_whatever_rig_undoes_them() {
+    let job = Job::default();
+    let mesh = shapes::bumpy_torus(40, 20, 2);
+    let layout = layout(&mesh);
+    let reader = Reader::new(&mesh).unwrap();
+    let method = ReadingMethod::joint(JointEstimator::new(&layout).into());
+    let (mut all, mut seed) = (Vec::new(), 0);
+    for rig in rigs(&mesh) {
+        for unmarked in [
+            mesh.clone(),
+            shapes::jittered(&mesh, 0.1, 1),
+            marked_by_a_stranger(&layout),
+        ] {
+            seed += 1;
+            let found = reader.find(&posed(&unmarked, &rig, seed), &job).unwrap();
+            let unposed = found.unposed(&rig, &job).unwrap().unwrap();
+            let ways = [found.readings(&method, &job), unposed.readings(&method, &job)].map(Result::unwrap);
+            let mut rng = ChaCha20Rng::seed_from_u64(seed);
+            let p = (0..TRIALS_A_SUSPECT).map(|_| {
+                let bits = random_bits(&mut rng);
+                let p_of = |way: &Readings<'_>| p_of_chosen(&bits, &way.best(&bits, &job).unwrap());
+                (2.0 * ways.iter().map(p_of).fold(1.0, f64::min)).min(1.0)
+            });
+            let p: Vec<f64> = p.collect();
+            assert_bounded(&p, &format!("pose {seed}"));
+            all.extend(p);
+        }
+    }
+    assert_eq!(all.len(), 9000);
     assert_bounded(&all, "all");
 }

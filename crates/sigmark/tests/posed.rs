@@ -1,4 +1,4 @@
-//! Models that their own joints posed: read as they were before, for their owner.
+//! Models that their own joints and morph targets posed: read as they were before, as evidence where what posed them was signed.
 
 #![allow(clippy::unwrap_used)] // in the helpers of tests, too
 
@@ -6,7 +6,11 @@ use job::Job;
 use mesh::{Rig, TriMesh, Vec3, shapes};
 use rand_chacha::{ChaCha20Rng, rand_core::SeedableRng};
 use registration::MatchedBy;
-use sigmark::{Curve, Embedder, Outcome, Signed, SigningKey, Verdict, Verifier, claim::Tracer};
+use sigmark::{
+    Curve, Embedder, Outcome, Signed, SigningKey, Verdict, Verifier,
+    claim::{Tracer, statistics::p_of_chosen},
+    mark::{JointEstimator, Reader, ReadingMethod},
+};
 
 const JOINTS: u32 = 6;
 
@@ -48,8 +52,15 @@ fn posed(mesh: &TriMesh, rig: &Rig, angle: f64) -> TriMesh {
 
 fn signed() -> (TriMesh, Rig, Signed) {
     let (mesh, rig) = rigged();
-    let signed = Embedder::new(&key()).embed(&mesh, &Job::default()).unwrap();
+    let signed = signed_with(&mesh, Some(&rig));
     (mesh, rig, signed)
+}
+
+fn signed_with(mesh: &TriMesh, rig: Option<&Rig>) -> Signed {
+    Embedder::new(&key())
+        .rig(rig)
+        .embed(mesh, &Job::default())
+        .unwrap()
 }
 
 fn judged(original: &TriMesh, rig: Option<Rig>, signed: &Signed, suspect: &TriMesh) -> Verdict {
@@ -69,15 +80,8 @@ fn a_posed_copy_is_verified_in_any_order_of_its_vertices() {
             (Outcome::Verified, MatchedBy::Rig)
         );
         assert!(verdict.overlap > 0.99 && verdict.mismatch.is_none());
+        assert!(verdict.is_evidence() && !verdict.is_for_owner_alone());
     }
-    // What is evidence without the rig stays evidence.
-    let evidence = judged(
-        &mesh,
-        Some(rig.clone()),
-        &signed,
-        &posed(signed.mesh(), &rig, 0.1),
-    );
-    assert!(evidence.is_evidence() && evidence.matched_by == MatchedBy::Connectivity);
     let suspect = posed(signed.mesh(), &rig, 0.35);
     assert!(!judged(&mesh, None, &signed, &suspect).outcome.is_found());
 }
@@ -92,43 +96,60 @@ fn what_was_not_posed_is_read_as_ever_and_counts_both_ways() {
     assert!(with.is_evidence());
 }
 
-/// The forger's chair: a rig is no part of what is signed. Who makes a claim over a model that is not his could give its vertices weights that move them by his bits when the pose is undone; so no
-/// verdict by a rig is evidence, however small its p.
+/// The forger's chair: who may choose a rig once he knows his bits makes an unmarked model bear them. So a rig counts that was signed, and bits follow from a hash over that signature's statement: with the same rig
+/// signed first, they are others.
 #[test]
-fn a_rig_is_evidence_for_nobody() {
+fn a_rig_that_was_made_for_the_bits_is_passed_over_or_too_late() {
     let (mesh, rig, signed) = signed();
-    // An honest rig, and one whose weights are bent until an unmarked model, posed, comes back with the mark.
     let suspect = posed(&mesh, &rig, FORGED);
-    let forged: Vec<Vec<(u32, f64)>> = (0..mesh.vertex_count())
-        .map(|v| {
-            let own = rig.weights_of(v);
-            let wanted = signed.mesh().point(v);
-            // Of the two joints' shares those that put the marked vertex nearest to where the unmarked one is seen.
-            let at = |share: f64| {
-                let [(a, _), (b, _)] = [own[0], *own.last().unwrap()];
-                let there = posed_point(&mesh, wanted, &[(a, 1.0 - share), (b, share)], FORGED);
-                (there - suspect.point(v)).squared()
-            };
-            let share = own.last().unwrap().1;
-            let best = (0..=200).map(|i| (share - 0.05 + 5e-4 * f64::from(i)).clamp(0.0, 1.0));
-            let best = best.min_by(|a, b| at(*a).total_cmp(&at(*b))).unwrap();
-            vec![(own[0].0, 1.0 - best), (own.last().unwrap().0, best)]
-        })
-        .collect();
-    let verdict = judged(&mesh, Some(Rig::new(&forged)), &signed, &suspect);
-    assert!(
-        verdict.outcome.is_found() && verdict.p_value < 1e-6,
-        "the attack works: {}",
-        verdict.p_value
-    );
-    assert!(!verdict.is_evidence() && verdict.p_dispute() == 1.0);
-    assert!(verdict.is_for_owner_alone());
+    let forged = forged_for(&mesh, &rig, &signed, &suspect);
+    let certificate = signed.certificate();
+    assert!(certificate.binds(&rig) && !certificate.binds(&forged));
+    // The attack would work: brought back by that rig, an unmarked model has the mark.
+    let reader = Reader::new(&mesh).unwrap();
+    let found = reader.find(&suspect, &Job::default()).unwrap();
+    let unposed = found.unposed(&forged, &Job::default()).unwrap().unwrap();
+    let plain = signed_with(&mesh, None);
+    let verdict_on =
+        |signed: &Signed, rig: &Rig, suspect: &TriMesh| judged(&mesh, Some(rig.clone()), signed, suspect);
+    let method = ReadingMethod::joint(JointEstimator::new(signed.layout()).into());
+    let bits = certificate.bits();
+    let reading = unposed.read(&method, &bits, &Job::default()).unwrap();
+    let p = p_of_chosen(&bits, &reading);
+    assert!(p < 1e-6, "{p}");
 
-    let honest = judged(&mesh, Some(rig), &signed, &suspect);
-    assert!(
-        !honest.outcome.is_found(),
-        "an unmarked model has no mark in any pose"
-    );
+    // Made after the signature: not used.
+    let after = verdict_on(&signed, &forged, &suspect);
+    assert!(!after.outcome.is_found() && after.matched_by != MatchedBy::Rig);
+    // Of a claim that binds no rig: not used.
+    assert!(!plain.certificate().binds(&forged) && !plain.certificate().binds(&rig));
+    assert!(!verdict_on(&plain, &forged, &suspect).outcome.is_found());
+    // Signed: used, and the bits are others now.
+    let again = signed_with(&mesh, Some(&forged));
+    assert!(again.certificate().binds(&forged));
+    let before = verdict_on(&again, &forged, &suspect);
+    assert!(!before.outcome.is_found(), "{}", before.p_value);
+    // An unmarked model has no mark in any pose.
+    assert!(!verdict_on(&signed, &rig, &suspect).outcome.is_found());
+}
+
+/// A rig of which the weights are bent until an unmarked model in this pose comes back with a mark.
+fn forged_for(mesh: &TriMesh, rig: &Rig, signed: &Signed, suspect: &TriMesh) -> Rig {
+    let weights = |v: usize| {
+        let own = rig.weights_of(v);
+        let wanted = signed.mesh().point(v);
+        // Of the two joints' shares those that put the marked vertex nearest to where the unmarked one is seen.
+        let at = |share: f64| {
+            let [(a, _), (b, _)] = [own[0], *own.last().unwrap()];
+            let there = posed_point(mesh, wanted, &[(a, 1.0 - share), (b, share)], FORGED);
+            (there - suspect.point(v)).squared()
+        };
+        let share = own.last().unwrap().1;
+        let best = (0..=200).map(|i| (share - 0.05 + 5e-4 * f64::from(i)).clamp(0.0, 1.0));
+        let best = best.min_by(|a, b| at(*a).total_cmp(&at(*b))).unwrap();
+        vec![(own[0].0, 1.0 - best), (own.last().unwrap().0, best)]
+    };
+    Rig::new(&(0..mesh.vertex_count()).map(weights).collect::<Vec<_>>())
 }
 
 /// How far the forger's joints turn.
@@ -158,7 +179,8 @@ fn another_model_of_the_same_triangles_is_not_found_by_any_pose() {
 fn a_posed_copy_names_its_buyer() {
     let ((mesh, rig), job) = (rigged(), Job::default());
     let key = key();
-    let prepared = Embedder::new(&key).prepare(&mesh, &job).unwrap();
+    let embedder = Embedder::new(&key).rig(Some(&rig));
+    let prepared = embedder.prepare(&mesh, &job).unwrap();
     let mut tracer = Tracer::new(&mesh, &key.public_key())
         .unwrap()
         .with_rig(Some(rig.clone()));

@@ -122,8 +122,13 @@ A on the suspect belongs to B on the original; each is x,y,z in the coordinates 
 the order of its file, from 0. --points reads pairs from a text file, one a line: A=B, or six coordinates, or two vertex \
 numbers, separated by blanks; # begins a comment.
 
---json prints: aligned, output (file name; null if nothing was written), transform (4 × 4, suspect to original), scale, \
-rotation (3 × 3; determinant -1 where mirrored), translation, mirrored, not_turned (what should have turned with the mesh, and why it did not), registration (connectivity, surroundings, surface or \
+--pose brings a suspect back that was posed: one that still has the original's vertices, in any order and file, but with the joints bent or the morph targets taken \
+that the original's glTF has. Normals and tangents that are stored in the suspect's file stay as they are in its pose.
+  sigmark align posed.obj model.glb -o unposed.obj --pose
+
+--json prints: aligned, output (file name; null if nothing was written), transform (4 × 4, suspect to original; null with --pose, as scale, rotation and translation), scale, \
+rotation (3 × 3; determinant -1 where mirrored), translation, mirrored, pose (null, or undone_by, rig: by the original's joints and morph targets, and between, how many vertices were laid between their neighbours since the pose could not be undone for \
+them), not_turned (what should have turned with the mesh, and why it did not), registration (connectivity, surroundings, surface or \
 points), overlap (share of the suspect's surface that lies on the original, 0 to 1), coverage (share of the original's that \
 lies on the suspect), residual (RMS, fraction of the diagonal), ambiguous, alternatives (other transforms that fit a \
 symmetric shape), free_directions (in which the shape slides on itself), seconds (of each stage).")]
@@ -141,6 +146,9 @@ pub(crate) struct Align {
     /// A text file with such pairs, one a line
     #[arg(long, value_name = "FILE")]
     pub(crate) points: Option<PathBuf>,
+    /// Undo the suspect's pose by the joints and morph targets of the original's glTF
+    #[arg(long, conflicts_with_all = ["point", "points"])]
+    pub(crate) pose: bool,
     /// Replace a file that exists
     #[arg(long)]
     pub(crate) force: bool,

@@ -49,8 +49,8 @@ pub(super) fn sentences(verdict: &Verdict, arguments: &Verify, claim: &Claim) ->
             what_was_read(verdict, all)
         ),
         Outcome::Verified if verdict.matched_by == MatchedBy::Rig => format!(
-            "The suspect carries the signature that was written into the original: {} read back from the suspect\u{2019}s shape, after the joints of the original\u{2019}s \
-             rig had been brought back. The rig is not part of what is signed: this informs the owner, and is no evidence for others.",
+            "The suspect carries the signature that was written into the original: {} read back from the suspect\u{2019}s shape, after its pose had been undone by the \
+             original\u{2019}s joints and morph targets. The signature is valid, by the key named below, over this very original, with all that poses it, mark and message.",
             what_was_read(verdict, all)
         ),
         Outcome::Verified => format!(
@@ -151,9 +151,6 @@ pub(super) fn for_stranger(verdict: &Verdict) -> &'static str {
         _ if verdict.compared_with != Compared::Original => {
             "no evidence: the signature is over another file than the one that was compared"
         }
-        _ if verdict.matched_by == MatchedBy::Rig => {
-            "no evidence: the rig by which the suspect was brought back is not signed"
-        }
         (_, true) => "evidence: even a claim made up after seeing the suspect would not come this far",
         (_, false) => "no evidence: a claim made up after seeing the suspect is not ruled out",
     }
@@ -165,7 +162,7 @@ pub(super) fn registration(verdict: &Verdict) -> String {
         MatchedBy::Connectivity => "by its vertices: it still has the original\u{2019}s triangles",
         MatchedBy::Surroundings => "by the vertices that are left of the original\u{2019}s",
         MatchedBy::Rig => {
-            "by its vertices, after the joints of the original\u{2019}s rig had been brought back"
+            "by its vertices, after its pose had been undone by the original\u{2019}s joints and morph targets"
         }
         MatchedBy::Parts => {
             "by its parts, each of which was put back by itself; pictures and transform are those of the largest"

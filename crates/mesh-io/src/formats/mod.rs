@@ -54,14 +54,14 @@ pub(crate) fn directions(format: Format, buffers: &[Buffer], slots: &Slots) -> R
     }
 }
 
-/// The joints that move each of the file's vertices, with their weights, where the format has them.
-pub(crate) fn weights(
+/// What poses the file's vertices, where the format has it.
+pub(crate) fn rig(
     format: Format,
     buffers: &[Buffer],
     slots: &Slots,
-) -> Result<Option<gltf::Weights>, Fault> {
+) -> Result<Option<gltf::RigOfFile>, Fault> {
     match (format, slots) {
-        (Format::Gltf | Format::Glb, Slots::Scene(scene)) => gltf::weights(buffers, scene),
+        (Format::Gltf | Format::Glb, Slots::Scene(scene)) => gltf::rig(buffers, scene),
         _ => Ok(None),
     }
 }

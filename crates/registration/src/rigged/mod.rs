@@ -1,16 +1,21 @@
 //! The pose of a model by its own rig.
 //!
-//! With linear blend skinning a posed vertex is y = Σⱼ wⱼ Aⱼ x, linear in the joints' affine maps Aⱼ (3 × 4): robust least squares over all vertices finds them (`linear.rs`). Programs that preserve volume blend rigid
-//! motions as dual quaternions instead, and those are found from there (`dual.rs`). Whichever leaves less is undone, vertex by vertex.
-//! Twelve numbers a joint are few beside the vertices that it moves, so a mark stays; nothing is assumed smooth.
+//! With linear blend skinning a posed vertex is y = Σⱼ wⱼ Aⱼ (x + Σₖ cₖ dₖ), linear in the joints' affine maps Aⱼ (3 × 4), and for given maps in how far each morph target is taken, cₖ: robust least squares over all vertices
+//! finds both (`linear.rs`). Mostly joints turn and move and do no more, which takes six numbers each in place of twelve; programs that preserve volume blend such motions as dual quaternions. Both are found from there
+//! (`rigid.rs`). Whichever explains the suspect with the fewest unknowns is undone, vertex by vertex.
+//! A few numbers a joint and one a target are few beside the vertices that they move, so a mark stays; nothing is assumed smooth.
 
-mod dual;
 mod linear;
+mod rigid;
+
+use std::collections::HashMap;
 
 use job::{Job, JobError};
 use mesh::{Rig, TriMesh, Vec3};
 
 use crate::Correspondence;
+use linear::Linear;
+use rigid::{Blending, Rigid};
 
 /// A suspect brought back into the original's pose.
 #[derive(Clone, Debug)]
@@ -23,13 +28,17 @@ pub struct Unposed {
     pub residual: f64,
 }
 
-/// More unknowns than this are not solved for: joints are tens, rarely hundreds.
+/// More unknowns than this are not solved for: joints and targets are tens, rarely hundreds.
 const MOST_JOINTS: usize = 512;
+const MOST_TARGETS: usize = 512;
+
+/// So many times the median, a vertex fits no pose, whichever.
+const OUTLIER: f64 = 5.0;
 
 /// Fewer vertices say nothing of a pose.
 const FEWEST_VERTICES: usize = 12;
 
-/// Brings a suspect, whose vertices were found again, back into the original's pose; none where the rig has too many joints or says nothing of enough vertices.
+/// Brings a suspect, whose vertices were found again, back into the original's pose; none where the rig has too many joints or targets or says nothing of enough vertices.
 ///
 /// Blind to what a mark says: only places and weights are looked at.
 ///
@@ -42,23 +51,111 @@ pub fn unpose(
     map: &Correspondence,
     job: &Job,
 ) -> Result<Option<Unposed>, JobError> {
-    let fits = rig.vertices() == original.vertex_count() && (1..=MOST_JOINTS).contains(&rig.joints());
-    let pairs = Pairs::of(original, rig, suspect, map);
-    if !fits || pairs.rows.len() < FEWEST_VERTICES {
+    let fits = rig.vertices() == original.vertex_count()
+        && (1..=MOST_JOINTS).contains(&rig.joints())
+        && rig.targets().len() <= MOST_TARGETS;
+    if !fits {
         return Ok(None);
     }
-    let Some(linear) = linear::Linear::fit(&pairs, job)? else {
+    let pairs = Pairs::of(original, rig, suspect, map);
+    if pairs.rows.len() < FEWEST_VERTICES {
+        return Ok(None);
+    }
+    let Some(linear) = Linear::fit(&pairs, job)? else {
         return Ok(None);
     };
-    let by_linear = pairs.undone(&linear, suspect, map);
-    let Some(dual) = dual::Dual::fit(&pairs, &linear, job)? else {
-        return Ok(Some(by_linear));
+    let mut explained = vec![pairs.explained(&linear, suspect, map)];
+    for blending in [Blending::Linear, Blending::DualQuaternions] {
+        if let Some(rigid) = Rigid::fit(&pairs, blending, &linear, job)? {
+            explained.push(pairs.explained(&rigid, suspect, map));
+        }
+    }
+    Ok(simplest(explained))
+}
+
+/// What a pose makes of a suspect.
+struct Explained {
+    /// How far each vertex is from where the pose takes it.
+    distances: Vec<f64>,
+    unknowns: usize,
+    unposed: Unposed,
+}
+
+/// The one that takes the fewest numbers to say where the vertices are (Schwarz's criterion): 3 n ln(residual) + ½ k ln(3 n). Of the residual, root mean square, no vertex has more than one that clearly fits no pose: with many unknowns the median
+/// would be small where half of the vertices are met exactly and the others missed.
+fn simplest(explained: Vec<Explained>) -> Option<Unposed> {
+    let medians = explained.iter().map(|one| median(one.distances.clone()));
+    let most = OUTLIER * medians.fold(0.0, f64::max);
+    let length = |one: &Explained| {
+        let squares = one.distances.iter().map(|distance| distance.min(most).powi(2));
+        let mean = squares.sum::<f64>() / one.distances.len().max(1) as f64;
+        let numbers = 3.0 * one.distances.len() as f64;
+        numbers * 0.5 * (mean + (1e-7 * most).powi(2) + f64::MIN_POSITIVE).ln()
+            + 0.5 * one.unknowns as f64 * numbers.ln()
     };
-    let by_dual = pairs.undone(&dual, suspect, map);
-    Ok(Some(match by_dual.residual < by_linear.residual {
-        true => by_dual,
-        false => by_linear,
-    }))
+    let best = explained
+        .iter()
+        .map(length)
+        .enumerate()
+        .min_by(|a, b| a.1.total_cmp(&b.1))?
+        .0;
+    explained.into_iter().nth(best).map(|one| one.unposed)
+}
+
+/// As [`unpose`], by whichever of several maps of the suspect's vertices its rig explains best.
+///
+/// # Errors
+/// When the job was cancelled.
+pub fn unpose_any(
+    original: &TriMesh,
+    rig: &Rig,
+    suspect: &TriMesh,
+    maps: &[Correspondence],
+    job: &Job,
+) -> Result<Option<Unposed>, JobError> {
+    let mut best: Option<Unposed> = None;
+    for map in maps {
+        let found = unpose(original, rig, suspect, map, job)?;
+        let is_better = |found: &Unposed| best.as_ref().is_none_or(|best| found.residual < best.residual);
+        best = found.filter(is_better).or(best);
+    }
+    Ok(best)
+}
+
+impl Unposed {
+    /// The positions, with those vertices that could not be brought back laid between their neighbours; and how many these are. Pieces of which no vertex was brought back stay.
+    pub fn completed(&self, suspect: &TriMesh) -> (Vec<[f64; 3]>, usize) {
+        let mut positions = self.positions.clone();
+        let mut is_there = vec![false; positions.len()];
+        for &partner in self.map.suspect_of.iter().flatten() {
+            is_there[partner as usize] = true;
+        }
+        let missing = is_there.iter().filter(|is_there| !**is_there).count();
+        loop {
+            let mut sums = HashMap::<u32, (Vec3, f64)>::new();
+            for corners in suspect.triangles() {
+                for (i, &v) in corners
+                    .iter()
+                    .enumerate()
+                    .filter(|&(_, &v)| !is_there[v as usize])
+                {
+                    let others = [corners[(i + 1) % 3], corners[(i + 2) % 3]];
+                    for other in others.into_iter().filter(|&other| is_there[other as usize]) {
+                        let (sum, count) = sums.entry(v).or_default();
+                        *sum += Vec3(positions[other as usize]);
+                        *count += 1.0;
+                    }
+                }
+            }
+            if sums.is_empty() {
+                return (positions, missing);
+            }
+            for (v, (sum, count)) in sums {
+                positions[v as usize] = (sum * (1.0 / count)).into();
+                is_there[v as usize] = true;
+            }
+        }
+    }
 }
 
 /// One vertex in both poses.
@@ -69,12 +166,29 @@ struct Row<'a> {
     /// In the suspect, from its centre.
     y: Vec3,
     weights: &'a [(u32, f64)],
+    /// What the morph targets add to `x`.
+    offsets: Vec<(u32, Vec3)>,
+}
+
+impl Row<'_> {
+    /// Where the vertex is before joints move it, with the targets taken so far.
+    fn place(&self, shape: &[f64]) -> Vec3 {
+        self.x + self.offset(shape)
+    }
+
+    fn offset(&self, shape: &[f64]) -> Vec3 {
+        let moved = self.offsets.iter();
+        moved
+            .map(|&(target, offset)| offset * shape[target as usize])
+            .sum()
+    }
 }
 
 /// All vertices that have a partner and a joint.
 struct Pairs<'a> {
     rows: Vec<Row<'a>>,
     joints: usize,
+    targets: usize,
     diagonal: f64,
     centre: Vec3,
     /// Of the suspect, root mean square.
@@ -91,12 +205,21 @@ trait Pose {
 
     /// By how much it scales.
     fn scale(&self) -> f64;
+
+    /// How many numbers it has.
+    fn unknowns(&self) -> usize;
 }
 
 impl<'a> Pairs<'a> {
     fn of(original: &TriMesh, rig: &'a Rig, suspect: &TriMesh, map: &Correspondence) -> Self {
         let diagonal = original.bounding_box().diagonal();
         let found = map.suspect_of.iter().enumerate().take(rig.vertices());
+        let mut offsets = vec![Vec::new(); rig.vertices()];
+        for (number, target) in (0..).zip(rig.targets()) {
+            for &(vertex, offset) in target {
+                offsets[vertex as usize].push((number, Vec3(offset) * (1.0 / diagonal)));
+            }
+        }
         let mut rows: Vec<Row<'a>> = found
             .filter_map(|(vertex, partner)| {
                 let weights = rig.weights_of(vertex);
@@ -107,6 +230,7 @@ impl<'a> Pairs<'a> {
                     x,
                     y,
                     weights,
+                    offsets: std::mem::take(&mut offsets[vertex]),
                 })
             })
             .collect();
@@ -123,6 +247,7 @@ impl<'a> Pairs<'a> {
         Self {
             size: (squares / rows.len().max(1) as f64).sqrt(),
             joints: rig.joints(),
+            targets: rig.targets().len(),
             rows,
             diagonal,
             centre,
@@ -135,6 +260,14 @@ impl<'a> Pairs<'a> {
             .iter()
             .map(|row| (pose.moved(row) - row.y).norm())
             .collect()
+    }
+
+    fn explained(&self, pose: &impl Pose, suspect: &TriMesh, map: &Correspondence) -> Explained {
+        Explained {
+            distances: self.distances(pose),
+            unknowns: pose.unknowns(),
+            unposed: self.undone(pose, suspect, map),
+        }
     }
 
     /// Whether a pose leaves no more than rounding.
@@ -160,11 +293,11 @@ impl<'a> Pairs<'a> {
     }
 }
 
-/// Welsch's weights by distances, in twice their median, which comes with them.
+/// Welsch's weights by distances, in four times their median, which comes with them. Narrower, unknowns that are many fit half of the vertices exactly and leave out the others.
 fn robust_weights(distances: Vec<f64>) -> (Vec<f64>, f64) {
     let median = median(distances.clone());
     let weight = |distance: f64| {
-        let beside = 0.5 * distance / median.max(f64::MIN_POSITIVE);
+        let beside = 0.25 * distance / median.max(f64::MIN_POSITIVE);
         (-0.5 * beside * beside).exp()
     };
     (distances.into_iter().map(weight).collect(), median)
@@ -177,7 +310,7 @@ fn median(mut values: Vec<f64>) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use mesh::shapes;
+    use mesh::{MorphTarget, shapes};
 
     use super::{linear::Affine, *};
 
@@ -258,6 +391,21 @@ mod tests {
     }
 
     #[test]
+    fn vertices_that_were_not_found_are_laid_between_their_neighbours() {
+        let (mesh, rig) = rigged();
+        let suspect = posed(&mesh, &rig, 1.0);
+        let mut map = identity(mesh.vertex_count());
+        (300..330).for_each(|v| map.suspect_of[v] = None);
+        let found = brought_back(&mesh, &rig, &suspect, &map);
+        let (positions, missing) = found.completed(&suspect);
+        assert!((30..60).contains(&missing), "{missing}");
+        let diagonal = mesh.bounding_box().diagonal();
+        for (v, place) in positions.iter().enumerate() {
+            assert!((Vec3(*place) - mesh.point(v)).norm() < 0.1 * diagonal);
+        }
+    }
+
+    #[test]
     fn another_shape_of_the_same_net_is_not_explained() {
         let (mesh, rig) = rigged();
         let other = shapes::bumpy_torus(60, 40, 2);
@@ -289,15 +437,70 @@ mod tests {
         let (mesh, rig) = rigged();
         let map = identity(mesh.vertex_count());
         for mirrors in [false, true] {
-            let pose = dual::Dual::for_tests(JOINTS, 1.2, mirrors);
-            let pairs = Pairs::of(&mesh, &rig, &mesh, &map);
-            let moved = pairs.rows.iter().map(|row| pose.moved(row).into()).collect();
-            let suspect = mesh.with_positions(moved).unwrap();
-            let found = brought_back(&mesh, &rig, &suspect, &map);
-            assert!(found.residual < 1e-9, "{}", found.residual);
-            for (v, place) in found.positions.iter().enumerate() {
-                assert!((Vec3(*place) - mesh.point(v)).norm() < 1e-7);
+            let pose = Rigid::for_tests(Blending::DualQuaternions, JOINTS, 1.2, mirrors, &[]);
+            check_undone(&mesh, &rig, &pose, &map);
+        }
+    }
+
+    fn check_undone(mesh: &TriMesh, rig: &Rig, pose: &Rigid, map: &Correspondence) {
+        let pairs = Pairs::of(mesh, rig, mesh, map);
+        let moved = pairs.rows.iter().map(|row| pose.moved(row).into()).collect();
+        let suspect = mesh.with_positions(moved).unwrap();
+        let found = brought_back(mesh, rig, &suspect, map);
+        assert!(found.residual < 1e-9, "{}", found.residual);
+        for (v, place) in found.positions.iter().enumerate() {
+            assert!((Vec3(*place) - mesh.point(v)).norm() < 1e-7);
+        }
+    }
+
+    /// Two that bulge, one that is the first again, and one that a joint could do.
+    fn with_targets(mesh: &TriMesh, rig: Rig) -> Rig {
+        let bulge = |v: usize, by: f64| (v as u32, (mesh.point(v) * by).into());
+        let all = 0..mesh.vertex_count();
+        let some: MorphTarget = all.clone().filter(|v| v % 7 < 3).map(|v| bulge(v, 0.3)).collect();
+        let few: MorphTarget = (100..180).map(|v| bulge(v, -0.2)).collect();
+        let shift = all.map(|v| (v as u32, [0.1, 0.0, 0.2])).collect();
+        rig.with_targets([some.clone(), few, some, shift])
+    }
+
+    #[test]
+    fn morph_targets_are_undone_with_the_joints_also_such_as_say_the_same_twice() {
+        let (mesh, rig) = rigged();
+        let rig = with_targets(&mesh, rig);
+        let map = identity(mesh.vertex_count());
+        for blending in [Blending::Linear, Blending::DualQuaternions] {
+            for shape in [[0.7, 0.0, 0.0, 0.0], [0.3, -1.0, 0.4, 0.5]] {
+                let pose = Rigid::for_tests(blending, JOINTS, 0.9, false, &shape);
+                check_undone(&mesh, &rig, &pose, &map);
             }
         }
+    }
+
+    #[test]
+    fn joints_that_only_turn_take_six_numbers_each() {
+        let (mesh, rig) = rigged();
+        let map = identity(mesh.vertex_count());
+        let diagonal = mesh.bounding_box().diagonal();
+        let pose = Rigid::for_tests(Blending::Linear, JOINTS, 1.2, false, &[]);
+        let pairs = Pairs::of(&mesh, &rig, &mesh, &map);
+        // What is not the pose's: noise, as a mark is.
+        let noise = |v: usize| ((v * 7919 % 13) as f64 / 13.0 - 0.5) * 1e-3 * diagonal;
+        let moved = pairs
+            .rows
+            .iter()
+            .map(|row| (pose.moved(row) + Vec3([noise(row.vertex); 3])).into());
+        let suspect = mesh.with_positions(moved.collect()).unwrap();
+        let pairs = Pairs::of(&mesh, &rig, &suspect, &map);
+        let affine = Linear::fit(&pairs, &Job::default()).unwrap().unwrap();
+        let rigid = Rigid::fit(&pairs, Blending::Linear, &affine, &Job::default())
+            .unwrap()
+            .unwrap();
+        assert!(rigid.unknowns() < 6 * JOINTS + 2 && affine.unknowns() == 12 * JOINTS);
+        let poses = vec![
+            pairs.explained(&affine, &suspect, &map),
+            pairs.explained(&rigid, &suspect, &map),
+        ];
+        let rigid = poses[1].unposed.positions.clone();
+        assert_eq!(simplest(poses).unwrap().positions, rigid);
     }
 }

@@ -2,7 +2,7 @@ use std::sync::Arc;
 
 use code::LISTS;
 use job::Job;
-use mesh::TriMesh;
+use mesh::{Rig, TriMesh};
 use mhb_core::LaplacianKind;
 
 use super::{
@@ -15,7 +15,7 @@ use crate::{
         ChipLayout, CoefficientDetector, Detector, MarkError, MarkLayout, Original, PatchCount, Pool,
         Registered, Strength, extraction_rate,
     },
-    payload::{Curve, GeometryDigest, PayloadKind, Scheme},
+    payload::{Curve, GeometryDigest, PayloadKind, RigDigest, Scheme},
 };
 
 /// Chips of a mark, where there is room and nothing else was asked for.
@@ -36,6 +36,7 @@ pub struct Embedder {
     message: String,
     recipient: String,
     pub(super) original_name: String,
+    rig: Option<RigDigest>,
     chip_rate: Option<usize>,
     pub(super) strength: Strength,
     patches: Option<usize>,
@@ -58,6 +59,7 @@ impl Embedder {
             message: String::new(),
             recipient: String::new(),
             original_name: String::new(),
+            rig: None,
             chip_rate: None,
             strength: Strength::default(),
             patches: None,
@@ -93,6 +95,13 @@ impl Embedder {
     /// The original's file name, which helps to find it again; it changes no bit of the mark. Empty by default.
     pub fn original_name(mut self, name: impl Into<String>) -> Self {
         self.original_name = name.into();
+        self
+    }
+
+    /// What poses the original: it is signed with it, so that what is read of a suspect in another pose, [brought back by this rig](crate::Verifier::with_rig), is as good as what is read of others. By default nothing
+    /// does.
+    pub fn rig(mut self, rig: Option<&Rig>) -> Self {
+        self.rig = rig.filter(|rig| !rig.is_empty()).map(RigDigest::of);
         self
     }
 
@@ -268,6 +277,7 @@ impl Embedder {
                 digest: GeometryDigest::of(mesh),
                 vertices: mesh.vertex_count(),
                 triangles: mesh.triangle_count(),
+                rig: self.rig,
             },
             scheme: self.scheme,
             payload,

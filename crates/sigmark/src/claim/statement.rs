@@ -9,7 +9,7 @@ use super::{
 };
 use crate::{
     mark::{Borders, ChipLayout, ChipPlan, LARGEST_PATCH, MarkError, VERTICES_PER_FUNCTION},
-    payload::{GeometryDigest, Payload, PayloadKind, Scheme},
+    payload::{GeometryDigest, Payload, PayloadKind, RigDigest, Scheme},
 };
 
 /// No file that is read has more. Every vertex has a label, and many equal ones pack so well that a text of a few megabytes could say
@@ -56,6 +56,9 @@ pub struct OriginalRecord {
     pub vertices: usize,
     /// #F after welding.
     pub triangles: usize,
+    /// Digest of what poses it; none where nothing does, or nobody said what.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rig: Option<RigDigest>,
 }
 
 /// How bits sit in patches.
@@ -261,6 +264,12 @@ impl Statement {
         field(self.original.digest.as_bytes());
         field(&(self.original.vertices as u64).to_le_bytes());
         field(&(self.original.triangles as u64).to_le_bytes());
+        field(
+            self.original
+                .rig
+                .as_ref()
+                .map_or(&[], |rig| rig.as_bytes().as_slice()),
+        );
         field(self.scheme.name().as_bytes());
         field(self.payload.name().as_bytes());
         field(self.carrier.name().as_bytes());

@@ -170,10 +170,9 @@ impl Verdict {
         self.is_bound() && self.outcome.is_found() && self.p_value <= EVIDENCE
     }
 
-    /// Whether it informs the owner and is evidence for nobody else: the suspect was compared with another file than the one that was signed, or brought back from its pose by a rig. A rig is
-    /// not part of what is signed, so who makes a claim could choose one that moves vertices as his bits would have them.
+    /// Whether it informs the owner and is evidence for nobody else: the suspect was compared with another file than the one that was signed.
     pub fn is_for_owner_alone(&self) -> bool {
-        self.compared_with != Compared::Original || self.matched_by == MatchedBy::Rig
+        self.compared_with != Compared::Original
     }
 
     /// Whether the signature in the shape is over what the suspect was compared with.

@@ -136,10 +136,12 @@ impl Verifier {
         })
     }
 
-    /// The joints that move the original's vertices: a suspect that they posed is read as it was before. What they may tell is one more way to the same bits, which every probability counts.
+    /// What poses the original: a suspect that it posed is read as it was before. That is one more way to the same bits, which every probability counts. A rig that [the certificate does not bind](Certificate::binds) is passed over: it
+    /// could have been made to bring the bits about.
     pub fn with_rig(mut self, rig: Option<Rig>) -> Self {
         // A file that was only recognised has its vertices in another order.
-        self.rig = rig.filter(|_| self.recognised.is_none()).map(Arc::new);
+        let is_usable = |rig: &Rig| self.recognised.is_none() && self.certificate.binds(rig);
+        self.rig = rig.filter(is_usable).map(Arc::new);
         self
     }
 

@@ -7,7 +7,7 @@ mod permutation;
 mod scheme;
 mod signature;
 
-pub use digest::GeometryDigest;
+pub use digest::{GeometryDigest, RigDigest};
 pub use encoding::{Payload, PayloadKind};
 pub use error::SignatureError;
 pub use permutation::Permutation;

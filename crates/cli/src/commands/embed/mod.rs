@@ -19,7 +19,7 @@ use sigmark::{Curve, Embedder, Prepared, ReadBack, Scheme, Signed, SigningKey, S
 use crate::{
     Answer,
     args::{Embed, Manifest, Profile},
-    batch, figures,
+    batch, claims, figures,
     files::{self, Output},
     keys,
     progress::Progress,
@@ -83,6 +83,7 @@ impl Task {
         asset.check_name(&self.output)?;
         check_manifest(&asset, &self.model, arguments.c2pa)?;
         let model = || self.model.display().to_string();
+        let embedder = embedder.rig(claims::rig_of(&asset, &self.model).as_ref());
         let original = Arc::new(embedder.cut(asset.mesh(), &job).with_context(model)?);
         let announced = |prepared: &Prepared, is_raised| match announce {
             true => progress.tell(&words::planned(&self.model, prepared, is_raised)),

@@ -5,7 +5,7 @@ use std::{cell::Cell, path::Path};
 use anyhow::{Context, Result};
 use job::{Job, JobError};
 use library::{Candidate, Index, Library, OriginalRecord, Query};
-use mesh::{Similarity, TriMesh};
+use mesh::{Rig, Similarity, TriMesh};
 use registration::{AlignOptions, PreparedMesh};
 use sigmark::{
     Certificate, GeometryDigest, Outcome, PublicKey, SigmarkError, Verdict, Verifier,
@@ -224,6 +224,22 @@ impl Catalogue {
         Ok(None)
     }
 
+    /// What poses an original, as one of its files says where a certificate binds it: the library keeps geometry alone.
+    pub(super) fn rig(&self, looked: &Looked) -> Result<Option<Rig>> {
+        let is_bound = |certificate: &Certificate| certificate.statement().original.rig.is_some();
+        if !looked.certificates.iter().any(is_bound) {
+            return Ok(None);
+        }
+        for file in self.library.files(looked.record.id)? {
+            let asset = files::open_mesh(Path::new(&file.path)).ok();
+            let rig = asset.and_then(|asset| asset.rig().unwrap_or_default());
+            if let Some(rig) = rig.filter(|rig| looked.certificates.iter().any(|known| known.binds(rig))) {
+                return Ok(Some(rig));
+            }
+        }
+        Ok(None)
+    }
+
     fn judge(
         &self,
         looked: &Looked,
@@ -234,11 +250,13 @@ impl Catalogue {
         let Some(mesh) = self.geometry(&looked.record)? else {
             return Ok(None);
         };
+        let rig = self.rig(looked)?;
+        let original = (&mesh, rig.as_ref());
         let mut best = None;
         for group in groups(&looked.certificates) {
             let found = match group.as_slice() {
-                [one] => verify(&mesh, &looked.certificates, *one, suspect, p_bound, job),
-                several => trace(&mesh, &looked.certificates, several, suspect, p_bound, job),
+                [one] => verify(original, &looked.certificates, *one, suspect, p_bound, job),
+                several => trace(original, &looked.certificates, several, suspect, p_bound, job),
             };
             match found {
                 Ok(found @ Finding::Marked(_)) => return Ok(Some(found)),
@@ -260,6 +278,9 @@ impl Catalogue {
     }
 }
 
+/// An original, and what poses it.
+type Posable<'a> = (&'a TriMesh, Option<&'a Rig>);
+
 /// The certificates that are read at once: those of one key.
 fn groups(certificates: &[Certificate]) -> Vec<Vec<usize>> {
     let mut groups: Vec<Vec<usize>> = Vec::new();
@@ -275,7 +296,7 @@ fn groups(certificates: &[Certificate]) -> Vec<Vec<usize>> {
 
 /// Judges by one certificate, as `sigmark verify` does.
 fn verify(
-    mesh: &TriMesh,
+    (mesh, rig): Posable<'_>,
     certificates: &[Certificate],
     number: usize,
     suspect: &PreparedMesh,
@@ -283,8 +304,8 @@ fn verify(
     job: &Job,
 ) -> Result<Finding, SigmarkError> {
     let certificate = &certificates[number];
-    let verifier = Verifier::new(mesh, certificate, certificate.public_key())?.p_bound(p_bound);
-    let verdict = verifier.verify(suspect, job)?;
+    let verifier = Verifier::new(mesh, certificate, certificate.public_key())?.with_rig(rig.cloned());
+    let verdict = verifier.p_bound(p_bound).verify(suspect, job)?;
     Ok(match (verdict.outcome.is_found(), verdict.mismatch) {
         (true, _) => Finding::Marked(Box::new(Marked {
             p_value: verdict.p_value,
@@ -303,14 +324,15 @@ fn verify(
 
 /// Names the buyer, as `sigmark trace` does, and judges by his certificate.
 fn trace(
-    mesh: &TriMesh,
+    (mesh, rig): Posable<'_>,
     certificates: &[Certificate],
     group: &[usize],
     suspect: &PreparedMesh,
     p_bound: f64,
     job: &Job,
 ) -> Result<Finding, SigmarkError> {
-    let mut tracer = Tracer::new(mesh, certificates[group[0]].public_key())?.p_bound(p_bound);
+    let tracer = Tracer::new(mesh, certificates[group[0]].public_key())?;
+    let mut tracer = tracer.p_bound(p_bound).with_rig(rig.cloned());
     let mut added = Vec::new();
     for &number in group {
         match tracer.add(&certificates[number].clone().into()) {
@@ -338,6 +360,7 @@ fn trace(
     };
     let certificate = &certificates[number];
     let verdict = Verifier::new(mesh, certificate, certificate.public_key())?
+        .with_rig(rig.cloned())
         .p_bound(p_bound)
         .verify(suspect, job)?;
     Ok(Finding::Marked(Box::new(Marked {

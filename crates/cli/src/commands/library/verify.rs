@@ -84,6 +84,7 @@ fn claim(arguments: &LibraryVerify, catalogue: &Catalogue, best: &Looked, number
         certificate,
         key_file: None,
         original,
+        rig: catalogue.rig(best)?,
         original_path: file.map_or_else(|| PathBuf::from(named()), |file| file.path.into()),
         own_key: catalogue.key.is_none(),
     })

@@ -12,7 +12,7 @@ use sigmark::{SigmarkError, claim::Trace, mark::MarkError};
 use super::verify::remark;
 use crate::{
     Answer, args,
-    claims::{ReadFile, certificates_in},
+    claims::{self, ReadFile, certificates_in},
     figures, files, keys,
     progress::Progress,
     report,
@@ -60,7 +60,7 @@ fn copies(arguments: &args::Trace, session: &Session<'_>, original: &Asset) -> R
     copies.tracer = copies
         .tracer
         .p_bound(arguments.p_bound)
-        .with_rig(original.rig().unwrap_or_default());
+        .with_rig(claims::rig_of(original, &arguments.original));
     copies.key_file = key_file;
     Ok(copies)
 }

@@ -122,7 +122,9 @@ fn registered(trace: &Trace) -> String {
         MatchedBy::Connectivity => "by its vertices",
         MatchedBy::Surroundings => "by the vertices that are left",
         MatchedBy::Parts => "part by part, each put back by itself",
-        MatchedBy::Rig => "by its vertices, brought back from its pose by the original's rig",
+        MatchedBy::Rig => {
+            "by its vertices, brought back from its pose by the original's joints and morph targets"
+        }
         _ => "by its surface",
     };
     let poses = match trace.poses {

@@ -169,10 +169,6 @@ fn tell_how_sure(lines: &mut Lines, verdict: &Verdict) {
         _ if verdict.compared_with != Compared::Original => {
             "no evidence: the signature is over another file than the one that was compared".to_string()
         }
-        _ if verdict.matched_by == MatchedBy::Rig => {
-            "no evidence: the rig by which the suspect was brought back is not part of what is signed"
-                .to_string()
-        }
         (_, true) => format!(
             "evidence: who made up 2^80 claims after seeing the suspect would come this far with probability {} at most",
             probability(verdict.p_dispute())
@@ -217,7 +213,9 @@ fn registered(verdict: &Verdict) -> String {
         MatchedBy::Connectivity => "by its vertices",
         MatchedBy::Surroundings => "by the vertices that are left",
         MatchedBy::Parts => "by its parts, each for itself",
-        MatchedBy::Rig => "by its vertices, brought back from its pose by the original's rig",
+        MatchedBy::Rig => {
+            "by its vertices, brought back from its pose by the original's joints and morph targets"
+        }
         _ => "by its surface",
     };
     let poses = match verdict.poses {

@@ -165,6 +165,26 @@ impl Accessor {
         numbers
     }
 
+    /// The elements that stand in buffers, by their numbers; all others are zero.
+    pub(super) fn written<const N: usize>(&self, store: &Store) -> Vec<(usize, [f64; N])> {
+        match (&self.base, &self.sparse) {
+            (None, Some((replaced, values))) => {
+                let numbers = replaced.iter().enumerate();
+                numbers
+                    .map(|(i, &element)| (element, values.numbers(store, i)))
+                    .collect()
+            }
+            (None, None) => Vec::new(),
+            _ => self.numbers(store).into_iter().enumerate().collect(),
+        }
+    }
+
+    /// How many elements [`written`](Self::written) gives, beside those that are replaced twice.
+    pub(super) fn written_count(&self) -> usize {
+        let replaced = self.sparse.as_ref().map_or(0, |(replaced, _)| replaced.len());
+        replaced + self.base.map_or(0, |base| base.shape.count)
+    }
+
     /// The lists of elements in buffers.
     pub(super) fn lists(&self) -> impl Iterator<Item = &Elements> {
         self.base

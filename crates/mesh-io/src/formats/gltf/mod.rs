@@ -39,7 +39,7 @@ pub(crate) use container::is_glb;
 pub(crate) use directions::directions;
 use document::Document;
 pub(crate) use rewrite::rewrite;
-pub(crate) use rig::{Weights, weights};
+pub(crate) use rig::{RigOfFile, rig};
 use scene::Placed;
 use vertices::Vertices;
 

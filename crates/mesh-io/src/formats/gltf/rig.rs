@@ -1,9 +1,10 @@
-//! Which joints move which vertices.
+//! Which joints and morph targets move which vertices.
 
 use std::collections::HashMap;
 
 use gltf::json::mesh::{Primitive, Semantic};
 use gltf::json::validation::Checked;
+use mesh::MorphTarget;
 
 use super::accessor::Accessor;
 use super::buffers::Store;
@@ -20,11 +21,15 @@ const MOST_SETS: u32 = 4;
 /// Joints are numbered through all skins, and every node that shows a mesh without one is a joint of its own.
 type Joints = HashMap<(Option<usize>, usize), u32>;
 
-/// Of each vertex of a file some (joint, weight).
-pub(crate) type Weights = Vec<Vec<(u32, f64)>>;
+/// What poses the vertices of a file.
+pub(crate) struct RigOfFile {
+    /// Of each vertex some (joint, weight).
+    pub(crate) weights: Vec<Vec<(u32, f64)>>,
+    pub(crate) targets: Vec<MorphTarget>,
+}
 
-/// The weights of the file's vertices; `None` where nothing has a skin. What is shown several times is moved as it is the first time.
-pub(crate) fn weights(buffers: &[Buffer], slots: &SceneSlots) -> Result<Option<Weights>, Fault> {
+/// What poses the file's vertices; `None` where nothing has a skin or a morph target. What is shown several times is moved as it is the first time.
+pub(crate) fn rig(buffers: &[Buffer], slots: &SceneSlots) -> Result<Option<RigOfFile>, Fault> {
     let container = Container::of(&buffers[0].bytes)?;
     let document = Document::of(&buffers[0].bytes[container.json.clone()], container.json.start)?;
     let store = Store {
@@ -32,7 +37,8 @@ pub(crate) fn weights(buffers: &[Buffer], slots: &SceneSlots) -> Result<Option<W
         places: slots.places.clone(),
     };
     let (mut vertices, mut joints, mut has_skin) = (Vertices::default(), Joints::new(), false);
-    let mut all = Weights::new();
+    let mut all: Vec<Vec<(u32, f64)>> = Vec::new();
+    let mut targets = Targets::new(&store);
     super::for_each_primitive(&document, &store, |primitive, positions, (placement, placed)| {
         let known = vertices.count();
         let numbers = vertices.add(&document, &store, positions, placement)?.to_vec();
@@ -45,6 +51,11 @@ pub(crate) fn weights(buffers: &[Buffer], slots: &SceneSlots) -> Result<Option<W
             None => Vec::new(),
         };
         has_skin |= !own.is_empty();
+        targets.add(&document, &store, node, primitive, |element, offset| {
+            let vertex = *numbers.get(element)?;
+            let turned = placement.map_or(offset, |placement| placement.apply_vector(offset));
+            (vertex as usize >= known).then_some((vertex, turned))
+        })?;
         let mut number = |joint| {
             let next = joints.len() as u32;
             *joints.entry(joint).or_insert(next)
@@ -65,7 +76,68 @@ pub(crate) fn weights(buffers: &[Buffer], slots: &SceneSlots) -> Result<Option<W
         }
         Ok(())
     })?;
-    Ok(has_skin.then_some(all))
+    let targets = targets.found;
+    Ok((has_skin || !targets.is_empty()).then_some(RigOfFile {
+        weights: all,
+        targets,
+    }))
+}
+
+/// The morph targets of a file, those of each node in their order.
+struct Targets {
+    found: Vec<MorphTarget>,
+    /// By node, and number among the node's.
+    numbers: HashMap<(usize, usize), usize>,
+    /// How many elements may still be read: each takes bytes of its own, unless a file names the same ones again and again.
+    room: usize,
+}
+
+impl Targets {
+    fn new(store: &Store) -> Self {
+        Self {
+            found: Vec::new(),
+            numbers: HashMap::new(),
+            room: store.buffers.iter().map(|buffer| buffer.bytes.len()).sum(),
+        }
+    }
+
+    /// Adds those of a primitive that a node shows; `place` says which vertex an element is, and what its offset is in the scene.
+    fn add(
+        &mut self,
+        document: &Document,
+        store: &Store,
+        node: usize,
+        primitive: &Primitive,
+        place: impl Fn(usize, [f64; 3]) -> Option<(u32, [f64; 3])>,
+    ) -> Result<(), Fault> {
+        for (k, target) in primitive.targets.iter().flatten().enumerate() {
+            let Some(index) = target.positions.map(|index| index.value()) else {
+                continue;
+            };
+            let accessor = Accessor::of(document, store, index)?;
+            if accessor.shape.components != 3 {
+                return Err(accessor_fault(index, "holds no offsets of positions"));
+            }
+            let room = self.room.checked_sub(accessor.written_count());
+            self.room = room.ok_or_else(|| {
+                accessor_fault(index, "is one of more morph targets than the file has bytes for")
+            })?;
+            let written = accessor.written::<3>(store).into_iter();
+            let offsets: MorphTarget = written
+                .filter(|(_, offset)| *offset != [0.0; 3])
+                .filter_map(|(element, offset)| place(element, offset))
+                .collect();
+            if offsets.is_empty() {
+                continue;
+            }
+            let next = self.found.len();
+            let number = *self.numbers.entry((node, k)).or_insert(next);
+            self.found
+                .resize(self.found.len().max(number + 1), MorphTarget::new());
+            self.found[number].extend(offsets);
+        }
+        Ok(())
+    }
 }
 
 /// The joints and weights of a primitive's elements; empty where it has none.

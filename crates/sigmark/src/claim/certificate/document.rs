@@ -10,7 +10,7 @@ use crate::{
         keys::PublicKey,
         statement::{Carrier, OriginalRecord, Statement},
     },
-    payload::{GeometryDigest, PayloadKind, Scheme, Signature},
+    payload::{GeometryDigest, PayloadKind, RigDigest, Scheme, Signature},
 };
 
 const FORMAT: &str = "sigmark-certificate";
@@ -49,6 +49,8 @@ struct OriginalDocument {
     digest: GeometryDigest,
     vertices: usize,
     triangles: usize,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    rig: Option<RigDigest>,
     #[serde(default, skip_serializing_if = "String::is_empty")]
     sketch: String,
 }
@@ -123,6 +125,7 @@ impl Document {
             digest,
             vertices,
             triangles,
+            rig,
         } = statement.original;
         let patches = certificate
             .patch_sizes
@@ -141,6 +144,7 @@ impl Document {
                 digest,
                 vertices,
                 triangles,
+                rig,
                 sketch: sketch.clone(),
             },
             mark: MarkDocument {
@@ -183,6 +187,7 @@ impl Document {
                 digest: self.original.digest,
                 vertices: self.original.vertices,
                 triangles: self.original.triangles,
+                rig: self.original.rig,
             },
             scheme: mark.scheme,
             payload: mark.payload,

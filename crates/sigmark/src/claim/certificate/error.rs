@@ -62,6 +62,7 @@ pub enum CertificateError {
 
 fn why_outdated(version: u64) -> &'static str {
     match version {
+        7.. => "this program signs what poses the original with it, so that a mark is read in any pose",
         5.. => "this program writes the signature as a codeword",
         4 => "this program knows more of the original by its certificate",
         3 => "this program lays marks out otherwise",

@@ -8,7 +8,7 @@ pub(super) use labels::LabelsSummary;
 pub use labels::PackedLabels;
 pub use several::{CertificateReader, Issued};
 
-use mesh::TriMesh;
+use mesh::{Rig, TriMesh};
 use sha2::{Digest, Sha256};
 
 use super::{
@@ -17,12 +17,12 @@ use super::{
 };
 use crate::{
     mark::{Sketch, SoftBits},
-    payload::{Payload, Signature},
+    payload::{Payload, RigDigest, Signature},
 };
 use document::Document;
 
 /// The version of the certificate format that this library writes and reads.
-pub const VERSION: u64 = 7;
+pub const VERSION: u64 = 8;
 
 /// The longest text of a certificate, in bytes.
 pub const LARGEST: usize = 16 << 20;
@@ -131,6 +131,13 @@ impl Certificate {
                 found: text.len() + 1,
             }),
         }
+    }
+
+    /// Whether the original was signed with this rig, and so a mark is read by it.
+    pub fn binds(&self, rig: &Rig) -> bool {
+        // Most have none, and to hash one takes its time.
+        let bound = self.contents.statement.original.rig;
+        bound.is_some_and(|bound| bound == RigDigest::of(rig))
     }
 
     /// What is signed.

@@ -39,7 +39,7 @@ use std::{borrow::Cow, sync::Arc};
 
 use job::Job;
 use mesh::{Rig, TriMesh, components};
-use registration::PreparedMesh;
+use registration::{MatchedBy, PreparedMesh};
 
 use super::{
     Certificate, Issued, SigmarkError, Statement,
@@ -49,7 +49,7 @@ use super::{
 };
 use crate::{
     mark::{Found, JointEstimator, MarkLayout, MarkStage, Reader, ReadingMethod},
-    payload::{GeometryDigest, Signature},
+    payload::{GeometryDigest, RigDigest, Signature},
 };
 
 /// In how many ways parts that belong to several places are put back at most.
@@ -67,7 +67,7 @@ pub struct Tracer {
     digest: GeometryDigest,
     public_key: PublicKey,
     reader: Reader,
-    rig: Option<Rig>,
+    rig: Option<(RigDigest, Rig)>,
     lots: Vec<Lot>,
     candidates: Vec<Candidate>,
     decoys: Option<Decoys>,
@@ -137,9 +137,9 @@ impl Tracer {
         self
     }
 
-    /// The joints that move the original's vertices: a suspect that they posed is read as it was before, where nobody is named otherwise.
+    /// What poses the original: a suspect that it posed is read as it was before, where nobody is named otherwise. Copies whose certificates [don't bind it](Certificate::binds) are not read so.
     pub fn with_rig(mut self, rig: Option<Rig>) -> Self {
-        self.rig = rig;
+        self.rig = rig.map(|rig| (RigDigest::of(&rig), rig));
         self
     }
 
@@ -203,6 +203,7 @@ impl Tracer {
                 && lot.of.laplacian == statement.laplacian
                 && lot.of.carrier == statement.carrier
                 && (lot.of.scheme, lot.of.payload) == (statement.scheme, statement.payload)
+                && lot.of.original.rig == statement.original.rig
                 && lot.eigenvalues == eigenvalues
         };
         self.lots.iter().position(is_same)
@@ -236,7 +237,7 @@ impl Tracer {
         if trace.is_found() {
             return Ok(trace);
         }
-        if let Some(rig) = &self.rig
+        if let Some((_, rig)) = self.rig.as_ref().filter(|_| self.is_posed_by_rig())
             && let Some(unposed) = found.unposed(rig, job)?
         {
             let by_rig = self.accuse(self.read_found(&unposed, has_parts, job)?, job)?;
@@ -273,7 +274,17 @@ impl Tracer {
     }
 
     fn looks(&self, has_parts: bool) -> usize {
-        1 + usize::from(has_parts) + usize::from(self.rig.is_some())
+        1 + usize::from(has_parts) + usize::from(self.is_posed_by_rig())
+    }
+
+    /// Whether any copy was signed with what poses the original.
+    fn is_posed_by_rig(&self) -> bool {
+        self.lots.iter().any(|lot| self.binds_rig(lot))
+    }
+
+    fn binds_rig(&self, lot: &Lot) -> bool {
+        let bound = lot.of.original.rig;
+        bound.is_some() && bound == self.rig.as_ref().map(|(digest, _)| *digest)
     }
 
     fn read_found(&self, found: &Found, has_parts: bool, job: &Job) -> Result<TracedSuspect, SigmarkError> {
@@ -286,6 +297,10 @@ impl Tracer {
             return Ok(traced);
         }
         for lot in &self.lots {
+            if found.matched_by() == MatchedBy::Rig && !self.binds_rig(lot) {
+                traced.residues.push(Vec::new());
+                continue;
+            }
             let readings = found.readings(&lot.method, job)?;
             let readings = readings.of_every_way(job)?;
             traced.trace.describe(&readings, found.alignment().is_none());

@@ -26,7 +26,7 @@ use job::Job;
 use mesh::Rig;
 use registration::{
     AlignOptions, Aligner, Alignment, Correspondence, MatchedBy, Placement, PreparedMesh, RegistrationStage,
-    Unposed, unpose,
+    unpose_any,
 };
 
 use super::{MarkError, MarkStage};
@@ -163,13 +163,8 @@ impl Found {
         let Placement::ByVertices(maps) = &self.placement else {
             return Ok(None);
         };
-        let mut best: Option<Unposed> = None;
-        for map in maps {
-            let found = unpose(self.reference.mesh(), rig, self.suspect.mesh(), map, job)?;
-            let is_better = |found: &Unposed| best.as_ref().is_none_or(|best| found.residual < best.residual);
-            best = found.filter(is_better).or(best);
-        }
-        let Some(best) = best else {
+        let (original, suspect) = (self.reference.mesh(), self.suspect.mesh());
+        let Some(best) = unpose_any(original, rig, suspect, maps, job)? else {
             return Ok(None);
         };
         Ok(Some(Self {

@@ -29,7 +29,7 @@ use self::{
     recipients::Recipient,
 };
 use super::{Attempt, Task, check_manifest, companions, embedder, file_name, object, words};
-use crate::{Answer, args::Embed, batch, files, keys, progress::Progress, report};
+use crate::{Answer, args::Embed, batch, claims, files, keys, progress::Progress, report};
 
 /// Bytes that copies in the making may take together.
 const ROOM: u64 = 4 << 30;
@@ -80,7 +80,10 @@ pub(super) fn run(arguments: &Embed, list: &Path) -> Result<Answer> {
         progress: &progress,
         job: &job,
     };
-    let prepared = run.prepared(embedder.original_name(file_name(model)), &mut copies)?;
+    let embedder = embedder
+        .original_name(file_name(model))
+        .rig(claims::rig_of(&asset, model).as_ref());
+    let prepared = run.prepared(embedder, &mut copies)?;
     let (is_new, turn) = run.make(&prepared, &copies)?;
     index.write(&copies)?;
     let made = Made {

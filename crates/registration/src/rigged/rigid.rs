@@ -1,10 +1,14 @@
-//! Dual quaternion skinning (Kavan et al. 2008): rigid motions are blended, so that joints that turn keep their volume.
+//! Joints that turn and move, and scale at most as one: their motions are blended linearly, or as dual quaternions (Kavan et al. 2008), which keeps the volume where joints turn.
 
 use faer::{Mat, Side, linalg::solvers::Solve};
 use job::{Job, JobError};
 use mesh::Vec3;
 
-use super::{Pairs, Pose, Row, linear::Linear, robust_weights};
+use super::{
+    Pairs, Pose, Row,
+    linear::{Affine, FLATTEST, Linear, apply, undo},
+    robust_weights,
+};
 use crate::{Handedness, fit_similarity, matrix::Mat3};
 
 /// More joints than this are not solved for: each has six unknowns, in several rounds.
@@ -34,20 +38,37 @@ struct Motion {
     dual: Quaternion,
 }
 
+/// How a vertex follows several joints.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Blending {
+    /// To the weighted mean of the places to which they take it.
+    Linear,
+    /// By the motion of the weighted mean of their dual quaternions.
+    DualQuaternions,
+}
+
 /// A rigid motion for each joint, and one scale; of mirrored suspects after z was turned round.
-pub(super) struct Dual {
+pub(super) struct Rigid {
+    blending: Blending,
     joints: Vec<Motion>,
+    /// How far each morph target is taken.
+    shape: Vec<f64>,
     scale: f64,
     mirrors: bool,
 }
 
-impl Dual {
+impl Rigid {
     /// Gauss–Newton from a linear pose, with robust weights; none where the joints are too many.
-    pub(super) fn fit(pairs: &Pairs<'_>, linear: &Linear, job: &Job) -> Result<Option<Self>, JobError> {
+    pub(super) fn fit(
+        pairs: &Pairs<'_>,
+        blending: Blending,
+        linear: &Linear,
+        job: &Job,
+    ) -> Result<Option<Self>, JobError> {
         if pairs.joints > MOST_JOINTS {
             return Ok(None);
         }
-        let Some(mut pose) = Self::near(pairs, linear) else {
+        let Some(mut pose) = Self::near(pairs, blending, linear) else {
             return Ok(None);
         };
         let step = (pairs.rows.len() / A_FEW).max(1);
@@ -61,21 +82,29 @@ impl Dual {
 
     /// A pose that turns each joint by another angle.
     #[cfg(test)]
-    pub(super) fn for_tests(joints: usize, angle: f64, mirrors: bool) -> Self {
+    pub(super) fn for_tests(
+        blending: Blending,
+        joints: usize,
+        angle: f64,
+        mirrors: bool,
+        shape: &[f64],
+    ) -> Self {
         let joint = |j: usize| {
             let turn = Vec3([0.3, 0.5, 0.8]) * (angle * (j as f64 - 2.0) / 2.0);
             let still = Motion::of(Mat3::IDENTITY, Vec3([0.0; 3]));
             still.turned(turn).shifted(Vec3([0.02, -0.01, 0.03]) * j as f64)
         };
         Self {
+            blending,
             joints: (0..joints).map(joint).collect(),
+            shape: shape.to_vec(),
             scale: 7.0,
             mirrors,
         }
     }
 
     /// The rigid motions by which the joints take what they move most; of the linear pose, the scale and the hand.
-    fn near(pairs: &Pairs<'_>, linear: &Linear) -> Option<Self> {
+    fn near(pairs: &Pairs<'_>, blending: Blending, linear: &Linear) -> Option<Self> {
         let mirrored = pairs.rows.iter().filter(|row| linear.volume(row) < 0.0).count();
         let mirrors = 2 * mirrored > pairs.rows.len();
         let scale = linear.scale();
@@ -83,7 +112,7 @@ impl Dual {
         for row in &pairs.rows {
             for &(joint, weight) in row.weights {
                 let (from, to, weights) = &mut own[joint as usize];
-                from.push(row.x.into());
+                from.push(row.place(&linear.shape).into());
                 to.push((turned_round(row.y, mirrors) * (1.0 / scale)).into());
                 weights.push(weight.powi(ALMOST_ALONE));
             }
@@ -100,7 +129,9 @@ impl Dual {
         };
         let joints = own.into_iter().map(joint).collect();
         (scale.is_finite() && scale > 0.0).then_some(Self {
+            blending,
             joints,
+            shape: linear.shape.clone(),
             scale,
             mirrors,
         })
@@ -150,30 +181,18 @@ impl Dual {
         squares.sum()
     }
 
-    /// Of the unknowns: for each joint a turn and a shift after its motion, and last the logarithm of the scale.
+    /// Of the unknowns: for each joint a turn and a shift after its motion, then how far each target is taken, and last the logarithm of the scale.
     fn normal_equations(&self, rows: &[&Row<'_>], weights: &[f64]) -> (Mat<f64>, Mat<f64>) {
-        let last = 6 * self.joints.len();
-        let (mut normal, mut right) = (Mat::zeros(last + 1, last + 1), Mat::zeros(last + 1, 1));
+        let count = self.unknowns();
+        let (mut normal, mut right) = (Mat::zeros(count, count), Mat::zeros(count, 1));
         let mut columns: Vec<(usize, Vec3)> = Vec::new();
         for (row, weight) in rows.iter().zip(weights) {
-            let blended = self.blend(row.weights);
-            let gradients = blended.gradients(row.x);
-            let place = blended.apply(row.x) * self.scale;
             columns.clear();
-            columns.push((last, place));
-            for (joint, share) in self.shares(row.weights) {
-                let Motion { real, dual } = self.joints[joint];
-                for axis in 0..3 {
-                    let (turn, shift) = (half_turn(axis, real), half_turn(axis, dual));
-                    let along = |real: Quaternion, dual: Quaternion| {
-                        let all = real.into_iter().chain(dual).zip(&gradients);
-                        all.map(|(change, gradient)| *gradient * (change * share * self.scale))
-                            .sum::<Vec3>()
-                    };
-                    columns.push((6 * joint + axis, along(turn, shift)));
-                    columns.push((6 * joint + 3 + axis, along([0.0; 4], turn)));
-                }
-            }
+            let place = match self.blending {
+                Blending::Linear => self.linear_columns(row, &mut columns),
+                Blending::DualQuaternions => self.dual_columns(row, &mut columns),
+            };
+            columns.push((count - 1, place));
             let rest = turned_round(row.y, self.mirrors) - place;
             for &(i, column) in &columns {
                 right[(i, 0)] += weight * column.dot(rest);
@@ -185,6 +204,67 @@ impl Dual {
         (normal, right)
     }
 
+    /// How a vertex's place changes with joints and targets; with that place.
+    fn linear_columns(&self, row: &Row<'_>, columns: &mut Vec<(usize, Vec3)>) -> Vec3 {
+        let from = row.place(&self.shape);
+        for &(joint, weight) in row.weights {
+            let there = self.joints[joint as usize].apply(from);
+            for axis in 0..3 {
+                let unit = Vec3(std::array::from_fn(|i| if i == axis { 1.0 } else { 0.0 }));
+                let first = 6 * joint as usize + axis;
+                columns.push((first, unit.cross(there) * (weight * self.scale)));
+                columns.push((first + 3, unit * (weight * self.scale)));
+            }
+        }
+        let map = self.linear_blend(row.weights);
+        self.target_columns(row, |offset| apply(&map, offset) - map[3], columns);
+        apply(&map, from) * self.scale
+    }
+
+    /// As [`linear_columns`](Self::linear_columns).
+    fn dual_columns(&self, row: &Row<'_>, columns: &mut Vec<(usize, Vec3)>) -> Vec3 {
+        let from = row.place(&self.shape);
+        let blended = self.blend(row.weights);
+        let gradients = blended.gradients(from);
+        for (joint, share) in self.shares(row.weights) {
+            let Motion { real, dual } = self.joints[joint];
+            for axis in 0..3 {
+                let (turn, shift) = (half_turn(axis, real), half_turn(axis, dual));
+                let along = |real: Quaternion, dual: Quaternion| {
+                    let all = real.into_iter().chain(dual).zip(&gradients);
+                    all.map(|(change, gradient)| *gradient * (change * share * self.scale))
+                        .sum::<Vec3>()
+                };
+                columns.push((6 * joint + axis, along(turn, shift)));
+                columns.push((6 * joint + 3 + axis, along([0.0; 4], turn)));
+            }
+        }
+        let origin = blended.apply(Vec3([0.0; 3]));
+        self.target_columns(row, |offset| blended.apply(offset) - origin, columns);
+        blended.apply(from) * self.scale
+    }
+
+    fn target_columns(&self, row: &Row<'_>, turned: impl Fn(Vec3) -> Vec3, columns: &mut Vec<(usize, Vec3)>) {
+        let first = 6 * self.joints.len();
+        let moved = row.offsets.iter();
+        columns.extend(moved.map(|&(target, offset)| (first + target as usize, turned(offset) * self.scale)));
+    }
+
+    /// The weighted mean of the joints' maps, without the scale.
+    fn linear_blend(&self, weights: &[(u32, f64)]) -> Affine {
+        let mut sum = [Vec3([0.0; 3]); 4];
+        for &(joint, weight) in weights {
+            let motion = &self.joints[joint as usize];
+            let origin = motion.apply(Vec3([0.0; 3]));
+            for axis in 0..3 {
+                let unit = Vec3(std::array::from_fn(|i| if i == axis { 1.0 } else { 0.0 }));
+                sum[axis] += (motion.apply(unit) - origin) * weight;
+            }
+            sum[3] += origin * weight;
+        }
+        sum
+    }
+
     fn stepped(&self, step: &Mat<f64>) -> Self {
         let number = |i: usize| step[(i, 0)];
         let joints = self.joints.iter().enumerate().map(|(joint, motion)| {
@@ -192,9 +272,13 @@ impl Dual {
                 [0, 3].map(|first| Vec3(std::array::from_fn(|axis| number(6 * joint + first + axis))));
             motion.turned(turn).shifted(shift)
         });
+        let (first, last) = (6 * self.joints.len(), self.unknowns() - 1);
+        let shape = self.shape.iter().enumerate();
         Self {
+            blending: self.blending,
             joints: joints.collect(),
-            scale: self.scale * number(6 * self.joints.len()).clamp(-1.0, 1.0).exp(),
+            shape: shape.map(|(k, c)| c + number(first + k)).collect(),
+            scale: self.scale * number(last).clamp(-1.0, 1.0).exp(),
             mirrors: self.mirrors,
         }
     }
@@ -229,18 +313,31 @@ impl Dual {
     }
 }
 
-impl Pose for Dual {
+impl Pose for Rigid {
     fn moved(&self, row: &Row<'_>) -> Vec3 {
-        turned_round(self.blend(row.weights).apply(row.x) * self.scale, self.mirrors)
+        let from = row.place(&self.shape);
+        let there = match self.blending {
+            Blending::Linear => apply(&self.linear_blend(row.weights), from),
+            Blending::DualQuaternions => self.blend(row.weights).apply(from),
+        };
+        turned_round(there * self.scale, self.mirrors)
     }
 
     fn undone(&self, row: &Row<'_>) -> Option<Vec3> {
         let y = turned_round(row.y, self.mirrors) * (1.0 / self.scale);
-        Some(self.blend(row.weights).undo(y))
+        let before = match self.blending {
+            Blending::Linear => undo(&self.linear_blend(row.weights), y, FLATTEST)?,
+            Blending::DualQuaternions => self.blend(row.weights).undo(y),
+        };
+        Some(before - row.offset(&self.shape))
     }
 
     fn scale(&self) -> f64 {
         self.scale
+    }
+
+    fn unknowns(&self) -> usize {
+        6 * self.joints.len() + self.shape.len() + 1
     }
 }
 

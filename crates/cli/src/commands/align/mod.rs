@@ -1,9 +1,11 @@
+mod pose;
+
 use std::sync::Arc;
 
 use anyhow::{Context, Result};
 use job::JobError;
 use mesh_io::Unturned;
-use registration::{AlignOptions, Alignment, MatchedBy, RegistrationError, align, align_points};
+use registration::{AlignOptions, Aligner, Alignment, MatchedBy, RegistrationError, align, align_points};
 use serde_json::{Value, json};
 
 use crate::{
@@ -15,6 +17,7 @@ use crate::{
     progress::Progress,
     report::{self, Lines, Seconds},
 };
+use pose::Brought;
 
 pub(crate) fn run(arguments: &Align) -> Result<Answer> {
     check_output(arguments)?;
@@ -32,29 +35,49 @@ pub(crate) fn run(arguments: &Align) -> Result<Answer> {
     let options = AlignOptions::default();
     let job = progress.job(arguments.common.threads());
     let (from, onto) = (suspect.mesh(), original.mesh());
-    let found = if pairs.is_empty() {
-        align(onto, from, &options, &job)
-    } else {
-        align_points(onto, from, &pairs, &options, &job)
+    let brought = match arguments.pose {
+        true => {
+            let aligner = Aligner::new(onto, &options)?;
+            let undone = pose::undone(&aligner, (&original, &arguments.original), from, &job);
+            undone.map_err(|error| match error.downcast() {
+                Ok(error) => blame(error, arguments),
+                Err(error) if is_cancelled(&error) => arguments.time_limit.exceeded(),
+                Err(error) => error,
+            })?
+        }
+        false => None,
     };
-    let found = found.map_err(|error| blame(error, arguments))?;
+    let (brought, found) = match brought {
+        Some((brought, found)) => (Some(brought), Ok(found)),
+        // How it lies there in its own pose.
+        None if pairs.is_empty() => (None, align(onto, from, &options, &job)),
+        None => (None, align_points(onto, from, &pairs, &options, &job)),
+    };
+    let mut found = found.map_err(|error| blame(error, arguments))?;
+    found.aligned &= brought.is_some() || !arguments.pose;
     let mut left = Vec::new();
     if found.aligned {
         progress.begin("writing", "writing");
-        let moved = suspect.moved_by(&found.transform)?;
+        let written = match &brought {
+            Some(brought) => suspect.with_positions(&brought.positions)?,
+            None => {
+                let moved = suspect.moved_by(&found.transform)?;
+                left = moved.left;
+                moved.asset
+            }
+        };
         let _whole = interrupt::writing();
-        moved.asset.save(&arguments.output, arguments.force)?;
-        left = moved.left;
+        written.save(&arguments.output, arguments.force)?;
     }
     let seconds = progress.finish();
 
     if !left.is_empty() {
         report::warning(&not_turned(arguments, &left));
     }
-    let lines = summary(arguments, &found, &options, &seconds);
+    let lines = summary(arguments, &found, brought.as_ref(), &options, &seconds);
     report::print(
         arguments.common.json,
-        &object(arguments, &found, &left, &seconds),
+        &object(arguments, &found, brought.as_ref(), &left, &seconds),
         &lines,
     )?;
     Ok(if found.aligned { Answer::Yes } else { Answer::No })
@@ -95,6 +118,10 @@ fn blame(error: RegistrationError, arguments: &Align) -> anyhow::Error {
     anyhow::Error::new(error).context(file.display().to_string())
 }
 
+fn is_cancelled(error: &anyhow::Error) -> bool {
+    error.downcast_ref::<JobError>() == Some(&JobError::Cancelled)
+}
+
 /// What lies as it lay before, in a line.
 fn not_turned(arguments: &Align, left: &[Unturned]) -> String {
     const NAMED: usize = 4;
@@ -110,15 +137,24 @@ fn not_turned(arguments: &Align, left: &[Unturned]) -> String {
 }
 
 /// What `--json` prints.
-fn object(arguments: &Align, found: &Alignment, left: &[Unturned], seconds: &Seconds) -> Value {
+fn object(
+    arguments: &Align,
+    found: &Alignment,
+    brought: Option<&Brought>,
+    left: &[Unturned],
+    seconds: &Seconds,
+) -> Value {
+    // Of a pose there is no one transform.
+    let transform = brought.is_none().then_some(found.transform);
     json!({
         "aligned": found.aligned,
         "output": found.aligned.then_some(&arguments.output),
-        "transform": found.transform.to_matrix(),
-        "scale": found.transform.scale,
-        "rotation": found.transform.rotation,
-        "translation": found.transform.translation,
+        "transform": transform.map(|transform| transform.to_matrix()),
+        "scale": transform.map(|transform| transform.scale),
+        "rotation": transform.map(|transform| transform.rotation),
+        "translation": transform.map(|transform| transform.translation),
         "mirrored": found.mirrored(),
+        "pose": brought.map(|brought| json!({"undone_by": brought.by, "between": brought.between})),
         "not_turned": left.iter().map(ToString::to_string).collect::<Vec<_>>(),
         "registration": found.matched_by,
         "overlap": found.overlap,
@@ -131,14 +167,24 @@ fn object(arguments: &Align, found: &Alignment, left: &[Unturned], seconds: &Sec
     })
 }
 
-fn summary(arguments: &Align, found: &Alignment, options: &AlignOptions, seconds: &Seconds) -> Lines {
+fn summary(
+    arguments: &Align,
+    found: &Alignment,
+    brought: Option<&Brought>,
+    options: &AlignOptions,
+    seconds: &Seconds,
+) -> Lines {
     let (suspect, original) = (arguments.suspect.display(), arguments.original.display());
     let mut lines = Lines::new(match (found.aligned, found.mirrored()) {
+        _ if found.aligned && brought.is_some() => {
+            format!("ALIGNED: {suspect} lies on {original}, in its pose")
+        }
         (true, false) => format!("ALIGNED: {suspect} lies on {original}"),
         (true, true) => format!("ALIGNED: {suspect} lies on {original} as its mirror image"),
         (false, _) => format!("DOES NOT ALIGN: {suspect} is not {original}, nor a part of it"),
     });
-    let by = match found.matched_by {
+    let by = match brought.map_or(found.matched_by, |brought| brought.by) {
+        MatchedBy::Rig => "its vertices, and its pose undone by the original's joints and morph targets",
         MatchedBy::Connectivity => "its vertices",
         MatchedBy::Surroundings => "the vertices that are left",
         MatchedBy::Points => "its surface, from the given points",
@@ -152,7 +198,17 @@ fn summary(arguments: &Align, found: &Alignment, options: &AlignOptions, seconds
     lines.field("overlap", overlap);
     if found.aligned {
         lines.field("apart", format!("{:.2e} of the diagonal (RMS)", found.residual));
-        lines.field("scale", format!("{:.9}", found.transform.scale));
+        match brought {
+            None => lines.field("scale", format!("{:.9}", found.transform.scale)),
+            Some(Brought { between: 0, .. }) => {}
+            Some(Brought { between, .. }) => {
+                let vertices = report::counted(*between, "vertex was", "vertices were");
+                lines.field(
+                    "between",
+                    format!("{vertices} laid between neighbours: the pose could not be undone there"),
+                );
+            }
+        }
         if let Some(ambiguity) = ambiguity(found) {
             lines.field("ambiguous", ambiguity);
         }
@@ -166,7 +222,11 @@ fn summary(arguments: &Align, found: &Alignment, options: &AlignOptions, seconds
     lines.field("time", report::seconds_text(seconds));
     if found.aligned {
         lines.field("written", arguments.output.display());
-        if found.mirrored() {
+        if brought.is_some() {
+            lines.line(
+                "Normals, tangents and bones that are in the file stay as they are in the suspect's pose.",
+            );
+        } else if found.mirrored() {
             lines
                 .line("Its faces wind the other way round now: they were mirrored, and their order is kept.");
         }

@@ -1,0 +1,115 @@
+//! Copies that nobody marked, posed, and asked for many words that are in no mesh.
+
+use std::path::Path;
+
+use anyhow::Result;
+use job::Job;
+use mesh::{Rig, TriMesh};
+use mesh_io::Asset;
+use rand_chacha::{
+    ChaCha20Rng,
+    rand_core::{Rng, SeedableRng},
+};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use sigmark::{
+    claim::statistics::p_of_chosen,
+    mark::{JointEstimator, ReadingMethod},
+};
+
+use super::{
+    blender::Blender,
+    models::{Model, OWN_RIG, Pose},
+    reading::{Signed, job},
+    skinning,
+};
+
+/// Probabilities at which p-values are counted.
+pub(super) const LEVELS: [f64; 4] = [0.1, 0.01, 1e-3, 1e-4];
+
+/// Of each model so many poses are asked.
+const POSES: usize = 3;
+
+/// A posed copy without a mark.
+#[derive(Serialize, Deserialize)]
+pub(super) struct NullCopy {
+    pub(super) pose: String,
+    /// By how many readings the best was chosen from: with and without the pose undone, counted in p.
+    pub(super) readings: usize,
+    pub(super) trials: usize,
+    /// How many p-values were at most each of [`LEVELS`], and the smallest.
+    pub(super) below: [usize; 4],
+    pub(super) least: f64,
+}
+
+/// Asks posed copies of the original, which bears no mark.
+pub(super) fn of(
+    model: &Model,
+    original: &Path,
+    signed: &Signed,
+    blender: &Blender,
+    trials: usize,
+) -> Result<Vec<NullCopy>> {
+    let Some(rig) = signed.rig() else {
+        return Ok(Vec::new());
+    };
+    let asset = Asset::open(original)?;
+    let by_blender = model.poses(&[], 1).filter(|pose| pose.group == OWN_RIG);
+    let poses: Vec<Pose> = by_blender.take(POSES).collect();
+    let mut suspects = vec![(
+        "our skinning".to_string(),
+        skinning::posed(asset.mesh(), rig, 45.0, 9, None)?,
+    )];
+    for (pose, file) in poses.iter().zip(blender.pose(original, &poses)?) {
+        if let Some(file) = file {
+            suspects.push((pose.to_string(), Asset::open(file)?.mesh().clone()));
+        }
+    }
+    let asked = (0..).zip(suspects);
+    asked
+        .map(|(number, (pose, suspect))| {
+            let copy = asked_of(&suspect, rig, signed, (pose, number), trials)?;
+            println!("{}: {}", model.name, serde_json::to_string(&copy)?);
+            Ok(copy)
+        })
+        .collect()
+}
+
+/// As the verifier judges: by either way the best of its readings, times the number of ways.
+fn asked_of(
+    suspect: &TriMesh,
+    rig: &Rig,
+    signed: &Signed,
+    (pose, number): (String, u64),
+    trials: usize,
+) -> Result<NullCopy> {
+    let layout = signed.signed().layout();
+    let method = ReadingMethod::joint(JointEstimator::new(layout).into());
+    let found = signed.reader().find(suspect, &job())?;
+    let unposed = found.unposed(rig, &job())?;
+    let lies = found.alignment().is_none_or(|alignment| alignment.aligned);
+    let ways = [lies.then_some(&found), unposed.as_ref()].into_iter().flatten();
+    let readings = ways
+        .map(|found| found.readings(&method, &job()))
+        .collect::<Result<Vec<_>, _>>()?;
+    let p_of = |trial: usize| -> Result<(f64, usize)> {
+        let mut rng = ChaCha20Rng::seed_from_u64(number << 40 | trial as u64);
+        let expected: Vec<bool> = (0..layout.bits()).map(|_| rng.next_u32() & 1 == 1).collect();
+        let (mut p, mut tries) = (1.0f64, 0);
+        for readings in &readings {
+            let reading = readings.best(&expected, &Job::default())?;
+            tries += reading.tries;
+            p = p.min(2.0 * p_of_chosen(&expected, &reading));
+        }
+        Ok((p, tries))
+    };
+    let asked: Result<Vec<(f64, usize)>> = (0..trials).into_par_iter().map(p_of).collect();
+    let asked = asked?;
+    Ok(NullCopy {
+        pose,
+        readings: asked.first().map_or(0, |&(_, tries)| tries),
+        trials,
+        below: LEVELS.map(|level| asked.iter().filter(|&&(p, _)| p <= level).count()),
+        least: asked.iter().map(|&(p, _)| p).fold(1.0, f64::min),
+    })
+}

@@ -1,0 +1,219 @@
+//! Models with joints and morph targets that come back in another pose: what commands make of them.
+
+mod common;
+
+use common::{
+    Folder,
+    rigged::{rigged, with_views},
+};
+use mesh::{TriMesh, Vec3, shapes};
+use mesh_io::{Asset, Precision};
+use serde_json::{Value, json};
+
+const EMBED: &str = "embed model.glb -o signed.glb -k owner.pem -m order-4711";
+const VERIFY: &str = "--original model.glb --certificate signed.glb.cert.json --public-key owner.pub.pem";
+
+/// The second joint turned by so much, the target taken by so much; scaled and in another order, as a baked file has it.
+fn posed(asset: &Asset, angle: f64, swelling: f64) -> TriMesh {
+    let (mesh, rig) = (asset.mesh(), asset.rig().unwrap().unwrap());
+    let mut points: Vec<Vec3> = (0..mesh.vertex_count()).map(|v| mesh.point(v)).collect();
+    for &(v, offset) in &rig.targets()[0] {
+        points[v as usize] += Vec3(offset) * swelling;
+    }
+    let (sin, cos) = angle.sin_cos();
+    let place = |v: usize| {
+        let Vec3([x, y, z]) = points[v];
+        let turned = Vec3([cos * x - sin * z, y, sin * x + cos * z]);
+        let moved = rig.weights_of(v).iter();
+        let sum: Vec3 = moved
+            .map(|&(joint, weight)| {
+                if joint == 1 {
+                    turned * weight
+                } else {
+                    points[v] * weight
+                }
+            })
+            .sum();
+        (sum * 30.0).into()
+    };
+    let posed = mesh.with_positions((0..points.len()).map(place).collect());
+    shapes::shuffled(&posed.unwrap(), 5)
+}
+
+/// With model.glb, signed.glb and its certificate, and posed.obj; another pose of the model without the mark, bare.obj.
+fn folder() -> Folder {
+    let folder = Folder::empty();
+    folder.write("model.glb", rigged(&shapes::bumpy_torus(60, 40, 3)));
+    folder.done("keygen -o owner.pem");
+    folder.done(EMBED);
+    let [signed, model] = ["signed.glb", "model.glb"].map(|name| Asset::open(folder.path(name)).unwrap());
+    folder.write_mesh("posed.obj", &posed(&signed, 1.0, 0.7), Precision::Single);
+    folder.write_mesh("bare.obj", &posed(&model, 1.0, 0.7), Precision::Single);
+    folder
+}
+
+fn without_skin(glb: &[u8]) -> Vec<u8> {
+    with_views(glb, &[], |json, _| {
+        let primitive = &mut json["meshes"][0]["primitives"][0];
+        let attributes = primitive["attributes"].as_object_mut().expect("attributes");
+        attributes.retain(|name, _| name == "POSITION");
+        primitive["targets"] = json!([]);
+    })
+}
+
+#[test]
+fn a_copy_in_another_pose_is_verified_also_as_evidence() {
+    let folder = folder();
+    let certificate: Value = serde_json::from_str(&folder.text("signed.glb.cert.json")).unwrap();
+    assert!(
+        certificate["original"]["rig"]
+            .as_str()
+            .unwrap()
+            .starts_with("sha256:")
+    );
+    let report = folder
+        .done(&format!("verify posed.obj {VERIFY} --dispute --json"))
+        .json();
+    assert_eq!(
+        (&report["outcome"], &report["registration"]),
+        (&json!("verified"), &json!("rig"))
+    );
+    assert_eq!(report["evidence"], true);
+    let words = folder
+        .done(&format!(
+            "verify posed.obj {VERIFY} --dispute --report page.html --force"
+        ))
+        .out;
+    assert!(
+        words.contains("joints and morph targets") && words.contains("evidence: "),
+        "{words}"
+    );
+    let page = folder.text("page.html");
+    assert!(page.contains("with all that poses it"), "{page}");
+    let run = folder.run(&format!("verify bare.obj {VERIFY} --json"));
+    assert_eq!(
+        (run.code, run.json()["outcome"].clone()),
+        (Some(1), json!("not_found"))
+    );
+}
+
+#[test]
+fn a_rig_that_was_not_signed_is_named_and_passed_over() {
+    let folder = folder();
+    // The same geometry, signed without its skin.
+    folder.write("plain.glb", without_skin(&folder.read("model.glb")));
+    folder.done("embed plain.glb -o bound.glb -k owner.pem");
+    let plain = folder.run("verify posed.obj --original plain.glb --certificate signed.glb.cert.json");
+    assert_eq!(plain.code, Some(1));
+    assert!(
+        plain
+            .err
+            .contains("plain.glb: the joints or morph targets that were signed with it are not in this file"),
+        "{}",
+        plain.err
+    );
+    let other = folder.run("verify posed.obj --original model.glb --certificate bound.glb.cert.json");
+    assert_eq!(other.code, Some(1));
+    assert!(
+        other
+            .err
+            .contains("model.glb: its joints or morph targets are not those that were signed with it"),
+        "{}",
+        other.err
+    );
+}
+
+#[test]
+fn what_poses_the_original_can_t_be_left_out_of_a_certificate_or_put_into_one() {
+    let folder = folder();
+    let mut certificate: Value = serde_json::from_str(&folder.text("signed.glb.cert.json")).unwrap();
+    let original = certificate["original"].as_object_mut().unwrap();
+    let digest = original.remove("rig").unwrap();
+    folder.write("without.json", certificate.to_string());
+    certificate["original"]["rig"] = certificate["original"]["digest"].clone();
+    folder.write("another.json", certificate.to_string());
+    certificate["original"]["rig"] = digest.as_str().unwrap().to_uppercase().into();
+    folder.write("upper.json", certificate.to_string());
+    let verify = |name: &str| format!("verify posed.obj --original model.glb --certificate {name}");
+    for name in ["without.json", "another.json"] {
+        folder.refused(&verify(name), &[name, "not one by its key over what it states"]);
+    }
+    folder.refused(&verify("upper.json"), &["upper.json", "sha256:"]);
+}
+
+#[test]
+fn buyers_of_posed_copies_are_named() {
+    let folder = folder();
+    folder.write("list.csv", "Anna\nBert\n");
+    folder.done("embed model.glb --recipients list.csv -o sold -k owner.pem");
+    let sold = std::fs::read_dir(folder.path("sold"))
+        .unwrap()
+        .map(|entry| entry.unwrap().path());
+    let bert = sold
+        .into_iter()
+        .find(|path| path.file_name().unwrap().to_str().unwrap().starts_with("bert"))
+        .unwrap();
+    let copy = Asset::open(bert.join("model.glb")).unwrap();
+    folder.write_mesh("leak.stl", &posed(&copy, 0.8, 0.2), Precision::Single);
+    let report = folder
+        .done("trace leak.stl --original model.glb --certificates sold --public-key owner.pub.pem --json")
+        .json();
+    assert_eq!(
+        (&report["registration"], &report["accused"][0]["recipient"]),
+        (&json!("rig"), &json!("Bert"))
+    );
+}
+
+#[test]
+fn a_library_finds_posed_copies_by_the_rig_of_the_file_that_was_added() {
+    let folder = folder();
+    folder.done("library add model.glb signed.glb.cert.json --library lib.sigmark");
+    let report = folder
+        .done("library search posed.obj --library lib.sigmark --json")
+        .json();
+    assert_eq!(report["outcome"], "verified", "{report}");
+    let report = folder
+        .done("library verify posed.obj --library lib.sigmark --json")
+        .json();
+    assert_eq!(
+        (&report["outcome"], &report["registration"]),
+        (&json!("verified"), &json!("rig"))
+    );
+}
+
+#[test]
+fn align_writes_a_suspect_back_in_the_pose_of_the_original() {
+    let folder = folder();
+    let words = folder.done("align posed.obj model.glb -o back.obj --pose").out;
+    assert!(
+        words.contains("in its pose") && words.contains("Normals"),
+        "{words}"
+    );
+    let [back, signed] =
+        ["back.obj", "signed.glb"].map(|name| Asset::open(folder.path(name)).unwrap().mesh().clone());
+    let apart = |p: &[f64; 3]| {
+        let distances = signed.positions().iter().map(|q| (Vec3(*p) - Vec3(*q)).norm());
+        distances.fold(f64::INFINITY, f64::min)
+    };
+    let farthest = back.positions().iter().map(apart).fold(0.0, f64::max);
+    assert!(farthest < 2e-3 * signed.bounding_box().diagonal(), "{farthest}");
+    let report = folder
+        .done("align posed.obj model.glb -o again.obj --pose --json")
+        .json();
+    assert_eq!(
+        (&report["pose"]["undone_by"], &report["transform"]),
+        (&json!("rig"), &Value::Null)
+    );
+    assert_eq!(folder.read("back.obj"), folder.read("again.obj"));
+
+    // Without a rig, without the vertices.
+    folder.write("plain.glb", without_skin(&folder.read("model.glb")));
+    folder.refused(
+        "align posed.obj plain.glb -o never.obj --pose",
+        &["plain.glb: has no joints or morph targets"],
+    );
+    folder.write_mesh("ball.obj", &shapes::icosphere(3), Precision::Single);
+    let run = folder.run("align ball.obj model.glb -o never.obj --pose --json");
+    assert_eq!((run.code, run.json()["aligned"].clone()), (Some(1), json!(false)));
+    assert!(!folder.path("never.obj").exists());
+}
