@@ -296,7 +296,7 @@ pub(crate) struct Verify {
     /// The largest probability of being wrong that counts as detected
     #[arg(long, value_name = "P", default_value = "1e-6", allow_negative_numbers = true, value_parser = numbers::between_0_and_1)]
     pub(crate) p_bound: f64,
-    /// Look at no more of a suspect once the probability of being wrong is at most this, though the signature was not read; at most --p-bound, and with --dispute 2^-120, which is 7e-37 [default: look on until it is read, or all was looked at]
+    /// Look at no more of a suspect once the probability of being wrong is at most this, though the signature was not read; at most --p-bound, and with --dispute 2^-120, 7.5e-37 [default: look on until it is read, or all was looked at]
     #[arg(long, value_name = "P", allow_negative_numbers = true, value_parser = numbers::between_0_and_1)]
     pub(crate) enough: Option<f64>,
     /// Where to write what was found as a page for people: HTML in one file, with pictures

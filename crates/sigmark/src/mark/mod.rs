@@ -23,6 +23,7 @@ mod stage;
 mod strength;
 mod thickness;
 mod traversal;
+mod window;
 
 pub use basis::PatchBasis;
 pub use bits::{SoftBits, correlation, extraction_rate};

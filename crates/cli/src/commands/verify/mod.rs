@@ -60,7 +60,7 @@ fn check_enough(arguments: &Verify) -> Result<()> {
     );
     ensure!(
         !arguments.dispute || enough <= EVIDENCE,
-        "--enough {enough:e} is too much for --dispute, which asks for evidence: give {EVIDENCE:.0e} at most"
+        "--enough {enough:e} is too much for --dispute, which asks for evidence: give {EVIDENCE:.1e} at most"
     );
     Ok(())
 }

@@ -4,12 +4,12 @@ use crate::mark::SoftBits;
 #[derive(Clone, Copy)]
 pub struct Wanted<'a> {
     pub(super) bits: &'a [bool],
-    is_enough: Option<&'a IsEnough>,
+    is_enough: Option<&'a IsEnough<'a>>,
     tries: usize,
 }
 
 /// Whether soft bits are enough that were chosen of so many readings.
-type IsEnough = dyn Fn(&SoftBits, usize) -> bool;
+type IsEnough<'a> = dyn Fn(&SoftBits, usize) -> bool + 'a;
 
 impl<'a> Wanted<'a> {
     /// Bits, of which there is enough when `is_enough` says so of what was read, and of how many readings that could have been chosen: all that may ever be

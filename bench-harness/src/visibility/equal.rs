@@ -1,0 +1,93 @@
+//! Two marks that outlast as much: how strong the second has to be, and what is seen of both then.
+
+use anyhow::Result;
+use evaluation::python::Python;
+use mesh_io::Asset;
+use serde::{Deserialize, Serialize};
+use sigmark::mark::JointModel;
+
+use super::{
+    layouts::{SEAMED, TODAY},
+    trial::{Look, Marked, Read},
+};
+
+/// What both have to outlast.
+pub(super) const ATTACKS: [&str; 3] = ["laplacian:5", "noise:0.1", "simplify:10"];
+
+/// The readers that the seamed mark is read by: the nearest to the one that there was, and today's.
+pub(super) const READERS: [(&str, JointModel); 2] = [
+    ("least squares with interference", JointModel::Interference),
+    ("today's", JointModel::Noise),
+];
+
+/// Strengths that are tried one after the other; each hits better than the last.
+const ROUNDS: usize = 4;
+
+/// How near the least of T₀ has to come to what it is compared with.
+const NEAR: f64 = 0.01;
+
+/// A mark, how strong it is, and what that comes to.
+#[derive(Clone, Serialize, Deserialize)]
+pub(super) struct Weighed {
+    pub(super) strength: f64,
+    /// In the order of [`ATTACKS`].
+    pub(super) read: Vec<Read>,
+    pub(super) look: Look,
+}
+
+/// The seamed mark as one reader reads it, and today's at the strength at which it outlasts as much.
+#[derive(Serialize, Deserialize)]
+pub(super) struct Equal {
+    pub(super) model: String,
+    /// One of [`READERS`], by its number.
+    pub(super) reader: usize,
+    pub(super) seamed: Weighed,
+    pub(super) today: Weighed,
+}
+
+/// Compares the two on a model.
+pub(super) fn of(name: &str, asset: &Asset, attacks: &Python) -> Result<Vec<Equal>> {
+    let all = usize::MAX;
+    let seamed = Marked::new(name, asset, &SEAMED)?;
+    let look = seamed.look(all)?;
+    let first = Marked::new(name, asset, &TODAY)?;
+    let (mut strength, mut found) = (TODAY.strength, Vec::new());
+    for (reader, (_, model)) in READERS.into_iter().enumerate() {
+        let read = seamed.read(ATTACKS.into_iter(), model, attacks)?;
+        let mut best = None;
+        for _ in 0..ROUNDS {
+            let marked = first.with_strength(strength)?;
+            let today = marked.read(ATTACKS.into_iter(), JointModel::Noise, attacks)?;
+            let lacking = |(then, now): (&Read, &Read)| then.known / now.known;
+            let lacking = read.iter().zip(&today).map(lacking).fold(0.0, f64::max);
+            let is_enough = lacking <= 1.0;
+            if is_enough {
+                best = Some((marked, strength, today));
+            }
+            if is_enough && lacking >= 1.0 - NEAR {
+                break;
+            }
+            // A little more than is lacking, so that the next is enough.
+            strength *= lacking * (1.0 + 0.5 * NEAR);
+        }
+        let Some((marked, strength, today)) = best else {
+            println!("{name}: no strength was enough in {ROUNDS} rounds");
+            continue;
+        };
+        found.push(Equal {
+            model: name.into(),
+            reader,
+            seamed: Weighed {
+                strength: SEAMED.strength,
+                read,
+                look,
+            },
+            today: Weighed {
+                strength,
+                read: today,
+                look: marked.look(all)?,
+            },
+        });
+    }
+    Ok(found)
+}
