@@ -50,7 +50,7 @@ pub struct VisibilityBench {
     #[arg(long, value_name = "NAME")]
     pub only: Vec<String>,
     /// Meshes with more vertices have no MSDM2, whose time grows with their square
-    #[arg(long, value_name = "N", default_value_t = 500_000)]
+    #[arg(long, value_name = "N", default_value_t = 200_000)]
     pub most_vertices: usize,
     /// A layout as KIND:PATCHES:CHIP_RATE:RMS, such as free:2:3:4e-4, or pooled:auto:auto:4e-4; may be given again [default: those of the page]
     #[arg(long, value_name = "LAYOUT")]

@@ -132,7 +132,10 @@ impl Page {
         let lines: Vec<String> = self
             .refused
             .iter()
-            .map(|[model, layout, why]| format!("{model} by `{layout}` ({why})"))
+            .map(|[model, layout, why]| {
+                let reason = why.split(';').next().unwrap_or_default();
+                format!("{model} by `{layout}` ({reason})")
+            })
             .collect();
         (!lines.is_empty()).then(|| format!("Without room for such a mark: {}.\n", lines.join("; ")))
     }
@@ -223,7 +226,7 @@ const WORDS: &str = "Each model carries the same random bits in every layout. A 
     pooled, with free harmonics times a smoothstep of the distance to the border, over 0.15 of the patch's radius. `auto` is what the library chooses: \
     free patches as few as keep each below 30 000 vertices, which with chip rate 3 was the default until version 3 of certificates (*seamed*); pooled ones are the default. The strength is the root mean square displacement in diagonals; \
     as in the command, pooled marks take it back where a model is thin, and slivers are levelled. Turns are of the file as it is written. \
-    *At borders* are the triangles with a corner beside another patch or beside what is unmarked; a model in one patch has none. Seconds are wall time for the harmonics of all patches. Meshes of more than half a million vertices have no MSDM2: its time grows with their square.\n\n\
+    *At borders* are the triangles with a corner beside another patch or beside what is unmarked; a model in one patch has none. Seconds are wall time for the harmonics of all patches. Meshes of more than two hundred thousand vertices have no MSDM2: its time grows with their square.\n\n\
     T₀ is the signal-to-noise ratio of the matched filter as the reader of `sigmark verify` states it, over all patches: √Σ (1 − v) / v over the bits, v being what is left of each bit's variance. \
     T₀ by the bits alone, which the verdict has, says no more once all are certain; where they are not, the two agree within some tenths. One draw of bits and attacks each: repeated draws differ by some per cent.";
 
