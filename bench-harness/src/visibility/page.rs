@@ -123,7 +123,7 @@ impl Page {
         };
         format!(
             "The rule for `{TODAY}`: at borders facets turn no more than {ALLOWED} times as far as inside (99th percentile), none flips, and none turns by more than 20° that is no sliver, \
-             lower than a thousandth of its longest side. {verdict}\n"
+             lower than a thousandth of its longest side or a millionth of the diagonal, which a file's rounding turns. {verdict}\n"
         )
     }
 
@@ -230,7 +230,7 @@ const WORDS: &str = "Each model carries the same random bits in every layout. A 
     T₀ is the signal-to-noise ratio of the matched filter as the reader of `sigmark verify` states it, over all patches: √Σ (1 − v) / v over the bits, v being what is left of each bit's variance. \
     T₀ by the bits alone, which the verdict has, says no more once all are certain; where they are not, the two agree within some tenths. One draw of bits and attacks each: repeated draws differ by some per cent.";
 
-const EQUAL: &str = "The seamed mark has the default strength; today's is as strong as it takes for T₀ under none of the three attacks to be below the seamed mark's. The first reader is the nearest to the one that read seamed marks when they were the default: \
+const EQUAL: &str = "The seamed mark has the default strength; today's is as strong as it takes for T₀ under none of the three attacks to be below the seamed mark's, but that under smoothing 104 is enough, at which all of 512 bits are right without a code:     there the seamed mark's T₀ is higher, and no strength reaches it, since smoothing takes a share of every frequency that spreads alike however strong the mark is. The first reader is the nearest to the one that read seamed marks when they were the default: \
     least squares with misalignment, smoothing and tessellation, without quadrics and weights; the second is today's. Today's marks are read by today's reader in both.\n";
 
 fn turns(turn: &Turn) -> String {

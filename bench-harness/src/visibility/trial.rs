@@ -24,8 +24,10 @@ use sigmark::{
 use super::layouts::{Kind, TriedLayout};
 use crate::suspects::attacked;
 
-/// A triangle is as good as degenerate whose height is less than this share of its longest side.
+/// A triangle is as good as degenerate whose height is less than this share of its longest side, or of the model's diagonal: some units in the last place of single precision, so that writing
+/// a file turns it.
 const THIN: f64 = 1e-3;
+const LOW: f64 = 1e-6;
 
 /// No other facet is to turn further, in degrees.
 const FAR: f64 = 20.0;
@@ -174,7 +176,8 @@ impl<'a> Marked<'a> {
         let far: Vec<usize> = (0..before.triangle_count())
             .filter(|&t| turn.degrees()[t].is_some_and(|angle| angle > FAR))
             .collect();
-        let whole = far.iter().filter(|&&t| !is_thin(before, t)).count();
+        let lowest = LOW * before.bounding_box().diagonal();
+        let whole = far.iter().filter(|&&t| !is_thin(before, t, lowest)).count();
         let displacement = self.mesh.positions().iter().zip(before.positions());
         let displacement: Vec<Vec3> = displacement.map(|(&after, &at)| Vec3(after) - Vec3(at)).collect();
         Ok(Seen {
@@ -252,11 +255,11 @@ fn rms<D: Copy + Into<Vec3>>(original: &Original, displacement: &[D]) -> f64 {
     (squares / area).sqrt() / original.mesh().bounding_box().diagonal()
 }
 
-/// Whether a triangle is nearly a line.
-fn is_thin(mesh: &TriMesh, triangle: usize) -> bool {
+/// Whether a triangle is nearly a line: by its sides, or lower than anything.
+fn is_thin(mesh: &TriMesh, triangle: usize, lowest: f64) -> bool {
     let [a, b, c] = mesh.corners(triangle);
-    let longest = [b - a, c - b, a - c].map(Vec3::squared).into_iter().fold(0.0, f64::max);
-    2.0 * mesh.triangle_area(triangle) < THIN * longest
+    let longest = [b - a, c - b, a - c].map(Vec3::norm).into_iter().fold(0.0, f64::max);
+    2.0 * mesh.triangle_area(triangle) < longest * lowest.max(THIN * longest)
 }
 
 /// Triangles with a corner beside another patch, or beside what is unmarked.
