@@ -1,12 +1,19 @@
 //! The layouts that are held beside each other.
 
-use std::{fmt, str::FromStr};
+use std::{fmt, str::FromStr, sync::Arc};
 
 use anyhow::{Context, Error, Result, bail};
 use job::Job;
 use mesh::TriMesh;
+use rand_chacha::{ChaCha20Rng, rand_core::SeedableRng};
 use serde::{Deserialize, Serialize};
-use sigmark::mark::{Borders, ChipLayout, ChipPlan, Original, PatchCount, Pool};
+use sigmark::{
+    Curve, Embedder, SigningKey, Strength,
+    mark::{Borders, ChipLayout, ChipPlan, MarkLayout, Original, PatchCount},
+};
+
+/// The bits of a signature, which every patch carries where chips are not pooled.
+const BITS: usize = 512;
 
 /// A way to lay a mark out.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -29,43 +36,82 @@ pub enum Kind {
     Free,
     /// Every patch carries all bits, by harmonics that are zero at borders.
     Fixed,
-    /// All patches together carry the bits, by harmonics that are zero at borders.
+    /// All patches together carry the bits, by harmonics that are zero at borders: what `sigmark embed` writes.
     Pooled,
+    /// The same patches and numbers of harmonics, by free ones times a window that is zero at borders.
+    Windowed,
 }
 
-/// The layout of the paper, which was the default until version 3 of certificates, and today's default.
-pub(super) const PAGE: [TriedLayout; 2] = [
-    TriedLayout {
-        kind: Kind::Free,
-        patches: None,
-        chip_rate: Some(3),
-        strength: 4e-4,
-    },
-    TriedLayout {
-        kind: Kind::Pooled,
-        patches: None,
-        chip_rate: None,
-        strength: 4e-4,
-    },
-];
+/// The default strength, in diagonals.
+pub(super) const STANDARD: f64 = 4e-4;
+
+/// The layout of the paper, which was the default until version 3 of certificates.
+pub(super) const SEAMED: TriedLayout = TriedLayout {
+    kind: Kind::Free,
+    patches: None,
+    chip_rate: Some(3),
+    strength: STANDARD,
+};
+
+/// Today's default.
+pub(super) const TODAY: TriedLayout = TriedLayout {
+    kind: Kind::Pooled,
+    patches: None,
+    chip_rate: None,
+    strength: STANDARD,
+};
+
+/// Its rival.
+const WINDOWED: TriedLayout = TriedLayout {
+    kind: Kind::Windowed,
+    ..TODAY
+};
+
+/// What stands on the page.
+pub(super) const PAGE: [TriedLayout; 3] = [SEAMED, TODAY, WINDOWED];
 
 impl TriedLayout {
-    /// The mesh cut for so many bits, and where these lie.
-    pub(super) fn cut(&self, mesh: &TriMesh, bits: usize, job: &Job) -> Result<(Original, ChipPlan)> {
+    /// The same, of another strength.
+    pub(super) fn with_strength(self, strength: f64) -> Self {
+        Self { strength, ..self }
+    }
+
+    /// Where and how strongly a mesh is marked. Named strengths are those of the command: less where a pooled mark's model is thin.
+    ///
+    /// # Errors
+    /// Where the mesh has no room for it.
+    pub(super) fn laid(&self, mesh: &TriMesh, job: &Job) -> Result<MarkLayout> {
+        let strength = Strength::Level(self.strength);
         let borders = match self.kind {
             Kind::Free => Borders::Free,
             Kind::Fixed => Borders::Fixed,
-            Kind::Pooled => {
-                let mut pool = Pool::default();
-                (pool.repetitions, pool.patches) = (self.chip_rate, self.patches);
-                let original = Original::pooled(mesh.clone(), bits, pool, job)?;
-                return Ok((original, ChipPlan::pooled(bits, [1; 32])));
+            Kind::Pooled => return self.pooled(mesh, strength, job),
+            Kind::Windowed => {
+                let fixed = self.pooled(mesh, strength, job)?;
+                let original = (**fixed.original()).clone().with_borders(Borders::Windowed);
+                let alphas = fixed.alphas().to_vec();
+                return Ok(MarkLayout::new(Arc::new(original), *fixed.plan(), alphas)?);
             }
         };
-        let layout = ChipLayout::new(bits, self.chip_rate.unwrap_or(3))?;
+        let layout = ChipLayout::new(BITS, self.chip_rate.unwrap_or(3))?;
         let count = self.patches.map_or(PatchCount::Paper, PatchCount::Exactly);
-        let original = Original::cut(mesh.clone(), layout.functions(), count, job)?;
-        Ok((original.with_borders(borders), ChipPlan::EveryPatch(layout)))
+        let original = Original::cut(mesh.clone(), layout.functions(), count, job)?.with_borders(borders);
+        let plan = ChipPlan::EveryPatch(layout);
+        Ok(MarkLayout::with_strength(Arc::new(original), plan, strength)?)
+    }
+
+    /// What the embedder does.
+    fn pooled(&self, mesh: &TriMesh, strength: Strength, job: &Job) -> Result<MarkLayout> {
+        let key = SigningKey::generate(Curve::P256, &mut ChaCha20Rng::from_seed([3; 32]));
+        let mut embedder = Embedder::new(&key).strength(strength);
+        if let Some(rate) = self.chip_rate {
+            embedder = embedder.chip_rate(rate);
+        }
+        if let Some(patches) = self.patches {
+            embedder = embedder.patches(patches);
+        }
+        let original = Arc::new(embedder.cut(mesh, job)?);
+        Ok(embedder.prepare_in(&original)?.layout().clone())
     }
 }
 
@@ -75,6 +121,7 @@ impl fmt::Display for TriedLayout {
             Kind::Free => "free",
             Kind::Fixed => "fixed",
             Kind::Pooled => "pooled",
+            Kind::Windowed => "windowed",
         };
         let of = |number: Option<usize>| number.map_or("auto".into(), |number| number.to_string());
         let (patches, rate) = (of(self.patches), of(self.chip_rate));
@@ -101,7 +148,8 @@ impl FromStr for TriedLayout {
                 "free" => Kind::Free,
                 "fixed" => Kind::Fixed,
                 "pooled" => Kind::Pooled,
-                _ => bail!("the kind is \"free\", \"fixed\" or \"pooled\""),
+                "windowed" => Kind::Windowed,
+                _ => bail!("the kind is \"free\", \"fixed\", \"pooled\" or \"windowed\""),
             },
             patches: number("patches", patches)?,
             chip_rate: number("repetitions", rate)?,

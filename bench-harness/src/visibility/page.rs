@@ -1,35 +1,243 @@
 //! The page of what is seen.
 
 use anyhow::Result;
-use evaluation::{machine, python::Python, sources, table::Table};
+use evaluation::{attacks::tables, machine, python::Python, table::Table};
 
-use super::trial::{ATTACKS, Read, Trial, Turn};
+use super::{
+    equal::{ATTACKS, Equal, READERS, Weighed},
+    layouts::{SEAMED, TODAY},
+    trial::{Outlasted, Read, Seen, Turn},
+};
 use crate::results;
 
-/// Writes the page and its CSV file. `code`: the digest of what the figures depend on.
-pub(super) fn write(trials: &[Trial], attacks: Option<&Python>, code: &str) -> Result<()> {
-    let results = results::folder()?;
-    let (seen, read) = (seen(trials), read(trials));
-    seen.write_csv(&results.join("visibility.csv"))?;
-    let versions = attacks.map(Python::versions).transpose()?;
-    let page = format!(
-        "# What one sees of a mark\n\nWritten by `cargo xtask bench visibility`.\n\n{WORDS}\n\n{}\n{}\n{}{}; {}. Code {}, sources' digest {code}.\n",
-        seen.markdown(),
-        read.markdown(),
-        machine::description(),
-        versions.map_or_else(String::new, |versions| format!(", {versions}")),
-        machine::load(),
-        sources::commit(),
-    );
-    results::write_page(&results.join("visibility.md"), &page)
+/// How much further facets may turn at borders than inside, at the 99th percentile.
+const ALLOWED: f64 = 1.2;
+
+/// By which share T₀ may fall short of the seamed mark's.
+const SHORT: f64 = 0.03;
+
+/// What was measured.
+#[derive(Default)]
+pub(super) struct Page {
+    pub(super) seen: Vec<Seen>,
+    /// Model, layout, why it can't be marked so.
+    pub(super) refused: Vec<[String; 3]>,
+    pub(super) outlasted: Vec<Outlasted>,
+    pub(super) equal: Vec<Equal>,
 }
 
-const WORDS: &str = "Each model carries the same 512 random bits in every layout. A layout is named KIND:PATCHES:CHIP RATE:STRENGTH. *Free* is the paper's: harmonics end with any value where \
-    patches meet, and every patch carries every bit so often; in *fixed* ones they are zero there; *pooled* ones are fixed, too, and all patches together carry every bit so often. `auto` is what the library chooses: \
-    free patches as few as keep each below 30 000 vertices, which with chip rate 3 was the default until version 3 of certificates; pooled ones are the default. The strength is the root mean square displacement in diagonals. \
-    *At borders* are the triangles with a corner beside another patch; a model in one patch has none. \
-    T₀ = T / √(1 − T² / 512) is the signal-to-noise ratio of a matched filter; it grows without bound where all bits are exact, and is cut off at 1000. One draw of bits and attacks each: repeated draws differ by some per cent. \
-    Seconds are wall time for the harmonics of all patches.";
+impl Page {
+    /// Writes the page and its CSV files. `code`: the digest of what the figures depend on.
+    pub(super) fn write(&self, attacks: Option<&Python>, commit: &str, code: &str) -> Result<()> {
+        let results = results::folder()?;
+        let (seen, outlasted, equal) = (self.seen(), self.outlasted(), self.equal());
+        seen.write_csv(&results.join("visibility.csv"))?;
+        let mut parts = vec![seen.markdown(), self.rule()];
+        if let Some(refused) = self.refused() {
+            parts.push(refused);
+        }
+        if attacks.is_some() {
+            outlasted.write_csv(&results.join("visibility_attacked.csv"))?;
+            equal.write_csv(&results.join("visibility_equal.csv"))?;
+            parts.extend([
+                equal.markdown(),
+                EQUAL.into(),
+                outlasted.markdown(),
+                self.shortfalls(),
+            ]);
+        }
+        let versions = attacks.map(Python::versions).transpose()?;
+        let page = format!(
+            "# What one sees of a mark\n\nWritten by `cargo xtask bench visibility`.\n\n{WORDS}\n\n{}\n{}{}; {}. Code {commit}, sources' digest {code}.\n",
+            parts.join("\n"),
+            machine::description(),
+            versions.map_or_else(String::new, |versions| format!(", {versions}")),
+            machine::load(),
+        );
+        results::write_page(&results.join("visibility.md"), &page)
+    }
+
+    fn seen(&self) -> Table {
+        let header = [
+            "model",
+            "layout",
+            "vertices",
+            "patches",
+            "harmonics (s)",
+            "RMS (%)",
+            "turn inside (median, 99 %, max)",
+            "at borders",
+            "99 % at borders to inside",
+            "beyond 20° (no slivers)",
+            "flipped",
+            "MSDM2",
+            "DAME",
+        ];
+        let mut table = Table::new("Turn of the facets, in degrees", header).text_columns(2);
+        for seen in &self.seen {
+            let [far, whole] = seen.far;
+            table.row([
+                seen.model.clone(),
+                seen.layout.to_string(),
+                seen.vertices.to_string(),
+                seen.patches.to_string(),
+                format!("{:.1}", seen.seconds),
+                format!("{:.4}", 100.0 * seen.rms),
+                turns(&seen.inside),
+                turns(&seen.at_borders),
+                ratio(seen).map_or("–".into(), |ratio| format!("{ratio:.2}")),
+                format!("{far} ({whole})"),
+                seen.flipped.to_string(),
+                seen.look.msdm2.map_or("–".into(), |msdm2| format!("{msdm2:.3}")),
+                format!("{:.4}", seen.look.dame),
+            ]);
+        }
+        table
+    }
+
+    /// Which models break the rule for today's layout.
+    fn rule(&self) -> String {
+        let of_today = || self.seen.iter().filter(|seen| seen.layout == TODAY);
+        let mut broken = Vec::new();
+        for seen in of_today() {
+            let mut what = Vec::new();
+            if let Some(ratio) = ratio(seen).filter(|ratio| *ratio > ALLOWED) {
+                what.push(format!(
+                    "{ratio:.2} times as far at borders ({:.1}° and {:.1}°)",
+                    seen.at_borders.p99, seen.inside.p99
+                ));
+            }
+            if seen.far[1] > 0 {
+                what.push(format!("{} beyond 20° that are no slivers", seen.far[1]));
+            }
+            if seen.flipped > 0 {
+                what.push(format!("{} flipped", seen.flipped));
+            }
+            if !what.is_empty() {
+                broken.push(format!("{}: {}", seen.model, what.join(", ")));
+            }
+        }
+        let models = of_today().count();
+        let verdict = match broken.is_empty() {
+            true => format!("It holds on all {models}."),
+            false => format!(
+                "It holds on {} of {models}; not on {}.",
+                models - broken.len(),
+                broken.join("; ")
+            ),
+        };
+        format!(
+            "The rule for `{TODAY}`: at borders facets turn no more than {ALLOWED} times as far as inside (99th percentile), none flips, and none turns by more than 20° that is no sliver, \
+             lower than a thousandth of its longest side or a millionth of the diagonal, which a file's rounding turns. {verdict}\n"
+        )
+    }
+
+    /// What could not be marked.
+    fn refused(&self) -> Option<String> {
+        let lines: Vec<String> = self
+            .refused
+            .iter()
+            .map(|[model, layout, why]| {
+                let reason = why.split(';').next().unwrap_or_default();
+                format!("{model} by `{layout}` ({reason})")
+            })
+            .collect();
+        (!lines.is_empty()).then(|| format!("Without room for such a mark: {}.\n", lines.join("; ")))
+    }
+
+    fn outlasted(&self) -> Table {
+        let attacks = tables().table4.iter().chain(&tables().table5);
+        let header = ["model", "layout"]
+            .into_iter()
+            .chain(attacks.map(|attack| attack.name.as_str()));
+        let title = "Read after the attacks of Tables 4 and 5: T₀ (extraction rate, %)";
+        let mut table = Table::new(title, header).text_columns(2);
+        for of in &self.outlasted {
+            let cells = of.read.iter().map(cell);
+            table.row([of.model.clone(), of.layout.to_string()].into_iter().chain(cells));
+        }
+        table
+    }
+
+    /// Where today's mark is read worse than the seamed one.
+    fn shortfalls(&self) -> String {
+        let attacks = || tables().table4.iter().chain(&tables().table5);
+        let (mut compared, mut short) = (0, Vec::new());
+        for today in self.outlasted.iter().filter(|of| of.layout == TODAY) {
+            let seamed = |of: &&Outlasted| of.model == today.model && of.layout == SEAMED;
+            let Some(seamed) = self.outlasted.iter().find(seamed) else {
+                continue;
+            };
+            for ((attack, now), then) in attacks().zip(&today.read).zip(&seamed.read) {
+                compared += 1;
+                let share = now.known / then.known;
+                if share < 1.0 - SHORT {
+                    short.push(format!(
+                        "{}, {}: {:.0} for {:.0} ({:.1} for {:.1} % of the bits)",
+                        today.model,
+                        attack.name,
+                        now.known,
+                        then.known,
+                        100.0 * now.rate,
+                        100.0 * then.rate
+                    ));
+                }
+            }
+        }
+        let list = match short.is_empty() {
+            true => String::new(),
+            false => format!(": {}", short.join("; ")),
+        };
+        format!(
+            "By the same reader and at the same strength, T₀ of `{TODAY}` is more than {:.0} % below that of `{SEAMED}` in {} of {compared} cells{list}.\n",
+            100.0 * SHORT,
+            short.len(),
+        )
+    }
+
+    fn equal(&self) -> Table {
+        let header = ["model", "the seamed mark's reader", "mark", "RMS (%)"]
+            .into_iter()
+            .chain(ATTACKS)
+            .chain(["MSDM2", "to the seamed mark's", "DAME", "to the seamed mark's "]);
+        let title = "What is seen of marks that outlast as much: T₀, MSDM2, DAME";
+        let mut table = Table::new(title, header).text_columns(3);
+        for of in &self.equal {
+            let reader = READERS[of.reader].0;
+            for (name, mark) in [("seamed", &of.seamed), ("today's", &of.today)] {
+                let first = [of.model.clone(), reader.into(), name.into()].into_iter();
+                let strength = format!("{:.4}", 100.0 * mark.strength);
+                let read = mark.read.iter().map(|read| format!("{:.0}", read.known));
+                let to = |of_mark: f64, of_seamed: f64| match name {
+                    "seamed" => String::new(),
+                    _ => format!("{:.2}", of_mark / of_seamed),
+                };
+                let [msdm2, seamed] =
+                    [mark, &of.seamed].map(|mark: &Weighed| mark.look.msdm2.unwrap_or(f64::NAN));
+                let look = [
+                    format!("{msdm2:.3}"),
+                    to(msdm2, seamed),
+                    format!("{:.4}", mark.look.dame),
+                    to(mark.look.dame, of.seamed.look.dame),
+                ];
+                table.row(first.chain([strength]).chain(read).chain(look));
+            }
+        }
+        table
+    }
+}
+
+const WORDS: &str = "Each model carries the same random bits in every layout. A layout is named KIND:PATCHES:CHIP RATE:STRENGTH. *Free* is the paper's: harmonics end with any value where \
+    patches meet, and every patch carries every bit so often; in *fixed* ones they are zero there; *pooled* is what `sigmark embed` writes: fixed ones, too, and all patches together carry every bit of a codeword so often. *Windowed* has the patches of \
+    pooled, with free harmonics times a smoothstep of the distance to the border, over 0.15 of the patch's radius. `auto` is what the library chooses: \
+    free patches as few as keep each below 30 000 vertices, which with chip rate 3 was the default until version 3 of certificates (*seamed*); pooled ones are the default. The strength is the root mean square displacement in diagonals; \
+    as in the command, pooled marks take it back where a model is thin, and slivers are levelled. Turns are of the file as it is written. \
+    *At borders* are the triangles with a corner beside another patch or beside what is unmarked; a model in one patch has none. Seconds are wall time for the harmonics of all patches. Meshes of more than two hundred thousand vertices have no MSDM2: its time grows with their square.\n\n\
+    T₀ is the signal-to-noise ratio of the matched filter as the reader of `sigmark verify` states it, over all patches: √Σ (1 − v) / v over the bits, v being what is left of each bit's variance. \
+    T₀ by the bits alone, which the verdict has, says no more once all are certain; where they are not, the two agree within some tenths. One draw of bits and attacks each: repeated draws differ by some per cent.";
+
+const EQUAL: &str = "The seamed mark has the default strength; today's is as strong as it takes for T₀ under none of the three attacks to be below the seamed mark's, but that under smoothing 104 is enough, at which all of 512 bits are right without a code:     there the seamed mark's T₀ is higher, and no strength reaches it, since smoothing takes a share of every frequency that spreads alike however strong the mark is. The first reader is the nearest to the one that read seamed marks when they were the default: \
+    least squares with misalignment, smoothing and tessellation, without quadrics and weights; the second is today's. Today's marks are read by today's reader in both.\n";
 
 fn turns(turn: &Turn) -> String {
     if turn.max == 0.0 {
@@ -38,49 +246,11 @@ fn turns(turn: &Turn) -> String {
     format!("{:.2}, {:.1}, {:.0}", turn.median, turn.p99, turn.max)
 }
 
-fn seen(trials: &[Trial]) -> Table {
-    let header = [
-        "model",
-        "layout",
-        "patches",
-        "harmonics (s)",
-        "turn inside (median, 99 %, max)",
-        "at borders",
-        "flipped",
-        "MSDM2",
-        "DAME",
-    ];
-    let mut table = Table::new("Turn of the facets, in degrees", header).text_columns(2);
-    for trial in trials {
-        table.row([
-            trial.model.clone(),
-            trial.layout.to_string(),
-            trial.patches.to_string(),
-            format!("{:.1}", trial.seconds),
-            turns(&trial.inside),
-            turns(&trial.at_borders),
-            trial.flipped.to_string(),
-            format!("{:.3}", trial.msdm2),
-            format!("{:.4}", trial.dame),
-        ]);
-    }
-    table
+/// How much further facets turn at borders; none where there are no borders.
+fn ratio(seen: &Seen) -> Option<f64> {
+    (seen.at_borders.max > 0.0).then(|| seen.at_borders.p99 / seen.inside.p99)
 }
 
-fn read(trials: &[Trial]) -> Table {
-    let header = ["model", "layout"].into_iter().chain(ATTACKS);
-    let mut table = Table::new("Read after attacks: T₀ (extraction rate, %)", header).text_columns(2);
-    for trial in trials.iter().filter(|trial| !trial.read.is_empty()) {
-        let cell = |read: &Read| match read.margin {
-            ..1000.0 => format!("{:.1} ({:.1})", read.margin, 100.0 * read.rate),
-            _ => format!("> 1000 ({:.1})", 100.0 * read.rate),
-        };
-        let cells = trial.read.iter().map(cell);
-        table.row(
-            [trial.model.clone(), trial.layout.to_string()]
-                .into_iter()
-                .chain(cells),
-        );
-    }
-    table
+fn cell(read: &Read) -> String {
+    format!("{:.0} ({:.1})", read.known, 100.0 * read.rate)
 }

@@ -2,10 +2,11 @@
 
 use std::{num::NonZero, sync::Arc, thread, time::Instant};
 
-use anyhow::Result;
-use evaluation::python::Python;
+use anyhow::{Context, Result};
+use evaluation::{attacks::tables, python::Python};
 use job::Job;
-use mesh::TriMesh;
+use mesh::{TriMesh, Vec3};
+use mesh_io::Asset;
 use quality::{Dame, FacetTurn, Msdm2, TurnSummary, Visibility};
 use rand_chacha::{
     ChaCha20Rng,
@@ -14,42 +15,48 @@ use rand_chacha::{
 use serde::{Deserialize, Serialize};
 use sigmark::{
     Strength,
-    mark::{JointEstimator, MarkLayout, Reader, ReadingMethod, correlation, extraction_rate},
+    claim::statistics::margin,
+    mark::{
+        JointEstimator, JointModel, MarkLayout, Original, Reader, Reading, ReadingMethod, extraction_rate,
+    },
 };
 
 use super::layouts::{Kind, TriedLayout};
 use crate::suspects::attacked;
 
-const BITS: usize = 512;
+/// A triangle is as good as degenerate whose height is less than this share of its longest side, or of the model's diagonal: some units in the last place of single precision, so that writing
+/// a file turns it.
+const THIN: f64 = 1e-3;
+const LOW: f64 = 1e-6;
 
-/// What a mark meets.
-pub(super) const ATTACKS: [&str; 8] = [
-    "noise:0.5",
-    "laplacian:5",
-    "laplacian:30",
-    "quantise:8",
-    "simplify-meshlab:10",
-    "simplify-meshlab:5",
-    "crop:50",
-    "crop:50+simplify:10",
-];
+/// No other facet is to turn further, in degrees.
+const FAR: f64 = 20.0;
 
-/// A layout on a model.
+/// What is seen of a layout on a model.
 #[derive(Serialize, Deserialize)]
-pub(super) struct Trial {
+pub(super) struct Seen {
     pub(super) model: String,
     pub(super) vertices: usize,
     pub(super) layout: TriedLayout,
     pub(super) patches: usize,
     /// Seconds for all harmonics, wall time.
     pub(super) seconds: f64,
+    /// Root mean square displacement of what is marked, in diagonals.
+    pub(super) rms: f64,
     pub(super) inside: Turn,
     pub(super) at_borders: Turn,
     pub(super) flipped: usize,
-    pub(super) msdm2: f64,
+    /// How many facets turn by more than 20 degrees, and how many of those are no slivers.
+    pub(super) far: [usize; 2],
+    pub(super) look: Look,
+}
+
+/// How much people notice.
+#[derive(Clone, Copy, Serialize, Deserialize)]
+pub(super) struct Look {
+    /// None of meshes that are too large for it.
+    pub(super) msdm2: Option<f64>,
     pub(super) dame: f64,
-    /// In the order of [`ATTACKS`]; none where there were no attacks.
-    pub(super) read: Vec<Read>,
 }
 
 /// [`TurnSummary`], to be kept.
@@ -66,59 +73,207 @@ impl From<TurnSummary> for Turn {
     }
 }
 
+/// What a layout leaves to be read on a model.
+#[derive(Serialize, Deserialize)]
+pub(super) struct Outlasted {
+    pub(super) model: String,
+    pub(super) layout: TriedLayout,
+    /// In the order of [`attacks`].
+    pub(super) read: Vec<Read>,
+}
+
 /// What is read after an attack.
 #[derive(Clone, Copy, Serialize, Deserialize)]
 pub(super) struct Read {
     pub(super) rate: f64,
-    /// T₀ = T / √(1 − T² / l).
+    /// T₀ by the bits: T / √(1 − T² / l).
     pub(super) margin: f64,
+    /// T₀ by what the estimate knows of each bit: √Σ (1 − v) / v.
+    pub(super) known: f64,
 }
 
-/// Marks a model with random bits, and measures.
-pub(super) fn of(
-    name: &str,
-    mesh: &TriMesh,
-    layout: &TriedLayout,
-    attacks: Option<&Python>,
-) -> Result<Trial> {
-    let job = Job::new(thread::available_parallelism().map_or(1, NonZero::get));
-    let (original, plan) = layout.cut(mesh, BITS, &job)?;
-    let start = Instant::now();
-    original.keep_bases(&job)?;
-    let seconds = start.elapsed().as_secs_f64();
-    let mark = MarkLayout::with_strength(Arc::new(original), plan, Strength::Distortion(layout.strength))?;
-    let mark = Arc::new(mark);
-    let mut rng = ChaCha20Rng::from_seed([2; 32]);
-    let bits: Vec<bool> = (0..BITS).map(|_| rng.next_u32() & 1 == 1).collect();
-    let mut written = mark.write(&bits, &job)?;
-    if layout.kind == Kind::Pooled {
-        mark.level_slivers(&mut written);
-    }
-    let positions = written.positions(mark.original());
-    let marked = mesh.with_positions(positions)?;
+/// The attacks of Tables 4 and 5.
+pub(super) fn attacks() -> impl Iterator<Item = &'static str> {
+    let tables = tables();
+    tables
+        .table4
+        .iter()
+        .chain(&tables.table5)
+        .map(|attack| attack.spec.as_str())
+}
 
-    let turn = FacetTurn::between(mesh, &marked)?;
-    let labels = mark.original().patches().labels();
-    let is_at_border = near_borders(mesh, labels);
-    let read = match attacks {
-        None => Vec::new(),
-        Some(attacks) => read(name, &marked, &mark, &bits, layout, attacks, &job)?,
-    };
-    let trial = Trial {
-        model: name.into(),
-        vertices: mesh.vertex_count(),
-        layout: *layout,
-        patches: mark.original().patches().len(),
-        seconds,
-        inside: turn.summary_of(|t| !is_at_border[t]).into(),
-        at_borders: turn.summary_of(|t| is_at_border[t]).into(),
-        flipped: turn.flipped(),
-        msdm2: Msdm2::between(&marked, mesh, &job)?.symmetric,
-        dame: Dame::between(&marked, mesh, Visibility::Seen, &job)?.error,
-        read,
-    };
-    println!("{}", serde_json::to_string(&trial)?);
-    Ok(trial)
+/// A model with a mark of random bits, by a layout.
+pub(super) struct Marked<'a> {
+    name: &'a str,
+    asset: &'a Asset,
+    layout: TriedLayout,
+    mark: Arc<MarkLayout>,
+    bits: Vec<bool>,
+    /// Seconds for all harmonics, wall time.
+    seconds: f64,
+    /// As the file holds it.
+    mesh: TriMesh,
+}
+
+fn job() -> Job {
+    Job::new(thread::available_parallelism().map_or(1, NonZero::get))
+}
+
+impl<'a> Marked<'a> {
+    /// Marks a model.
+    ///
+    /// # Errors
+    /// Where it has no room for such a mark.
+    pub(super) fn new(name: &'a str, asset: &'a Asset, layout: &TriedLayout) -> Result<Self> {
+        let mark = layout.laid(asset.mesh(), &job())?;
+        let start = Instant::now();
+        mark.original().keep_bases(&job())?;
+        let seconds = start.elapsed().as_secs_f64();
+        Self::written(name, asset, layout, mark, seconds)
+    }
+
+    /// The same harmonics, more or less strongly.
+    pub(super) fn with_strength(&self, strength: f64) -> Result<Self> {
+        let (original, layout) = (self.mark.original(), self.layout.with_strength(strength));
+        let mark =
+            MarkLayout::with_strength(Arc::clone(original), *self.mark.plan(), Strength::Level(strength))?;
+        Self::written(self.name, self.asset, &layout, mark, self.seconds)
+    }
+
+    fn written(
+        name: &'a str,
+        asset: &'a Asset,
+        layout: &TriedLayout,
+        mut mark: MarkLayout,
+        seconds: f64,
+    ) -> Result<Self> {
+        let mut rng = ChaCha20Rng::from_seed([2; 32]);
+        let bits: Vec<bool> = (0..mark.bits()).map(|_| rng.next_u32() & 1 == 1).collect();
+        let mut written = mark.write(&bits, &job())?;
+        if layout.kind == Kind::Windowed {
+            // Windows take some of the strength, which is given back.
+            let factor = mark.distortion_rms() / rms(mark.original(), &written.displacement);
+            let alphas = mark.alphas().iter().map(|alpha| factor * alpha).collect();
+            mark = MarkLayout::new(Arc::clone(mark.original()), *mark.plan(), alphas)?;
+            written = mark.write(&bits, &job())?;
+        }
+        if matches!(layout.kind, Kind::Pooled | Kind::Windowed) {
+            mark.level_slivers(&mut written);
+        }
+        let positions = written.positions(mark.original());
+        Ok(Self {
+            name,
+            asset,
+            layout: *layout,
+            mesh: asset.with_positions(&positions)?.mesh().clone(),
+            mark: Arc::new(mark),
+            bits,
+            seconds,
+        })
+    }
+
+    /// What is seen of it; MSDM2 where the model has no more vertices than `most`.
+    pub(super) fn seen(&self, most: usize) -> Result<Seen> {
+        let (before, original) = (self.asset.mesh(), self.mark.original());
+        let turn = FacetTurn::between(before, &self.mesh)?;
+        let is_at_border = near_borders(before, original.patches().labels());
+        let far: Vec<usize> = (0..before.triangle_count())
+            .filter(|&t| turn.degrees()[t].is_some_and(|angle| angle > FAR))
+            .collect();
+        let lowest = LOW * before.bounding_box().diagonal();
+        let whole = far.iter().filter(|&&t| !is_thin(before, t, lowest)).count();
+        let displacement = self.mesh.positions().iter().zip(before.positions());
+        let displacement: Vec<Vec3> = displacement.map(|(&after, &at)| Vec3(after) - Vec3(at)).collect();
+        Ok(Seen {
+            model: self.name.into(),
+            vertices: before.vertex_count(),
+            layout: self.layout,
+            patches: original.patches().len(),
+            seconds: self.seconds,
+            rms: rms(original, &displacement),
+            inside: turn.summary_of(|t| !is_at_border[t]).into(),
+            at_borders: turn.summary_of(|t| is_at_border[t]).into(),
+            flipped: turn.flipped(),
+            far: [far.len(), whole],
+            look: self.look(most)?,
+        })
+    }
+
+    /// How much people notice; without MSDM2 where the model has more vertices than `most`.
+    pub(super) fn look(&self, most: usize) -> Result<Look> {
+        let before = self.asset.mesh();
+        let msdm2 = || Msdm2::between(&self.mesh, before, &job());
+        let msdm2 = (before.vertex_count() <= most).then(msdm2).transpose()?;
+        Ok(Look {
+            msdm2: msdm2.map(|found| found.symmetric),
+            dame: Dame::between(&self.mesh, before, Visibility::Seen, &job())?.error,
+        })
+    }
+
+    /// What is read of it after attacks, by the reader of `sigmark verify`, or one that knows less: of all patches, in the best of the ways in which it may lie.
+    pub(super) fn read<'s>(
+        &self,
+        specs: impl Iterator<Item = &'s str>,
+        model: JointModel,
+        attacks: &Python,
+    ) -> Result<Vec<Read>> {
+        let reader = Reader::new(self.mark.original().mesh())?;
+        let estimator = JointEstimator::new(&self.mark).with_model(model);
+        let method = ReadingMethod::joint(Arc::new(estimator));
+        let name = format!("{}-{}", self.name, self.layout.to_string().replace(':', "-"));
+        let of_attack = |spec: &str| {
+            let suspect = attacked(attacks, &self.mesh, &name, spec, 0)?;
+            let found = reader.find(&suspect, &job())?;
+            let readings = found.readings(&method, &job())?;
+            let all = readings
+                .of_every_way(&job())?
+                .into_iter()
+                .map(|reading| self.judged(reading));
+            let best = all.max_by(|a, b| a.margin.total_cmp(&b.margin));
+            best.context("it lies nowhere")
+        };
+        specs.map(of_attack).collect()
+    }
+
+    fn judged(&self, reading: &Reading) -> Read {
+        // What is all but certain counts as much as a millionth of its variance leaves.
+        let known: f64 = reading
+            .known
+            .iter()
+            .map(|known| known / (1.0 - known).max(1e-6))
+            .sum();
+        Read {
+            rate: extraction_rate(&self.bits, &reading.soft.hard()),
+            margin: margin(&self.bits, &reading.soft.weights()),
+            known: known.sqrt(),
+        }
+    }
+}
+
+/// Root mean square length of a displacement over the marked surface, as a share of the diagonal; a vertex stands for a third of the triangles around it.
+fn rms<D: Copy + Into<Vec3>>(original: &Original, displacement: &[D]) -> f64 {
+    let (mut squares, mut area) = (0.0, 0.0);
+    for patch in original.patches().iter() {
+        for (t, triangle) in patch.mesh().triangles().iter().enumerate() {
+            let third = patch.mesh().triangle_area(t) / 3.0;
+            for &v in triangle {
+                let moved: Vec3 = displacement[patch.vertices()[v as usize] as usize].into();
+                squares += third * moved.squared();
+                area += third;
+            }
+        }
+    }
+    (squares / area).sqrt() / original.mesh().bounding_box().diagonal()
+}
+
+/// Whether a triangle is nearly a line: by its sides, or lower than anything.
+fn is_thin(mesh: &TriMesh, triangle: usize, lowest: f64) -> bool {
+    let [a, b, c] = mesh.corners(triangle);
+    let longest = [b - a, c - b, a - c]
+        .map(Vec3::norm)
+        .into_iter()
+        .fold(0.0, f64::max);
+    2.0 * mesh.triangle_area(triangle) < longest * lowest.max(THIN * longest)
 }
 
 /// Triangles with a corner beside another patch, or beside what is unmarked.
@@ -134,30 +289,4 @@ fn near_borders(mesh: &TriMesh, labels: &[u32]) -> Vec<bool> {
     triangles
         .map(|triangle| triangle.iter().any(|&v| beside[v as usize]))
         .collect()
-}
-
-fn read(
-    name: &str,
-    marked: &TriMesh,
-    mark: &Arc<MarkLayout>,
-    bits: &[bool],
-    layout: &TriedLayout,
-    attacks: &Python,
-    job: &Job,
-) -> Result<Vec<Read>> {
-    let reader = Reader::new(mark.original().mesh())?;
-    let method = ReadingMethod::joint(Arc::new(JointEstimator::new(mark)));
-    let name = format!("{name}-{}", layout.to_string().replace(':', "-"));
-    let of_attack = |spec: &&str| {
-        let suspect = attacked(attacks, marked, &name, spec, 0)?;
-        let found = reader.find(&suspect, job)?;
-        let soft = found.read(&method, bits, job)?.soft;
-        let t = correlation(bits, &soft.weights());
-        Ok(Read {
-            rate: extraction_rate(bits, &soft.hard()),
-            // Where all are exact it is infinite, which JSON can't say.
-            margin: (t / (1.0 - t * t / BITS as f64).sqrt()).min(f64::MAX),
-        })
-    };
-    ATTACKS.iter().map(of_attack).collect()
 }

@@ -36,6 +36,8 @@ pub(crate) struct Verdict {
 ///     The signer's. By default it is taken from the certificate, and then the verdict does not say whose the model is.
 /// p_bound : float, default 1e-6
 ///     The largest p-value that counts as detected.
+/// enough : float, optional
+///     The p-value at which nothing more of a suspect is looked at, though its signature is not read: the answer is then "detected". By default reading goes on until the signature is read, or all was looked at.
 /// paper_profile : bool, default False
 ///     Whether marks of the paper's profile are judged, too, which do not bind the original.
 ///
@@ -56,7 +58,7 @@ pub(crate) struct Verifier {
 /// ----------
 /// suspect : Mesh, Asset, path, or an object of trimesh, open3d, meshio or pymeshlab
 ///     In any pose, unit and order of vertices; cropped, smoothed, decimated, re-meshed.
-/// certificate, original, public_key, p_bound, paper_profile
+/// certificate, original, public_key, p_bound, enough, paper_profile
 ///     As `Verifier` has them.
 /// threads, progress
 ///     As `spectrum` has them.
@@ -82,7 +84,7 @@ pub(crate) struct Verifier {
 /// >>> bool(sigmark.verify(torus, signed.certificate, torus))
 /// False
 #[pyfunction]
-#[pyo3(signature = (suspect, certificate, original, public_key = None, *, p_bound = 1e-6, paper_profile = false, threads = None, progress = None))]
+#[pyo3(signature = (suspect, certificate, original, public_key = None, *, p_bound = 1e-6, enough = None, paper_profile = false, threads = None, progress = None))]
 #[allow(clippy::too_many_arguments)] // as Python's functions have
 pub(crate) fn verify(
     py: Python<'_>,
@@ -91,12 +93,13 @@ pub(crate) fn verify(
     original: Input,
     public_key: Option<KeyInput>,
     p_bound: f64,
+    enough: Option<f64>,
     paper_profile: bool,
     threads: Option<usize>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Verdict> {
     run(py, Running::new(threads, progress), move |job| {
-        let verifier = Verifier::of(certificate, &original, public_key, p_bound, paper_profile)?;
+        let verifier = Verifier::of(certificate, &original, public_key, p_bound, enough, paper_profile)?;
         verifier.judge(&suspect, job)
     })
 }
@@ -107,6 +110,7 @@ impl Verifier {
         original: &Input,
         public_key: Option<KeyInput>,
         p_bound: f64,
+        enough: Option<f64>,
         paper_profile: bool,
     ) -> Result<Self, Failure> {
         let own_key = public_key.is_none();
@@ -127,6 +131,7 @@ impl Verifier {
                 verifier
                     .with_rig(original.rig())
                     .p_bound(p_bound)
+                    .enough(enough)
                     .paper_profile(paper_profile),
             ),
             certificate,
@@ -146,17 +151,18 @@ impl Verifier {
 #[pymethods]
 impl Verifier {
     #[new]
-    #[pyo3(signature = (certificate, original, public_key = None, *, p_bound = 1e-6, paper_profile = false))]
+    #[pyo3(signature = (certificate, original, public_key = None, *, p_bound = 1e-6, enough = None, paper_profile = false))]
     fn new(
         py: Python<'_>,
         certificate: CertificateInput,
         original: Input,
         public_key: Option<KeyInput>,
         p_bound: f64,
+        enough: Option<f64>,
         paper_profile: bool,
     ) -> PyResult<Self> {
         run(py, Running::new(Some(1), None), move |_| {
-            Self::of(certificate, &original, public_key, p_bound, paper_profile)
+            Self::of(certificate, &original, public_key, p_bound, enough, paper_profile)
         })
     }
 

@@ -42,6 +42,7 @@ pub fn of_verdict(verdict: &Verdict, statement: &Statement, own_key: bool) -> Ma
         "bits": verdict.bits,
         "bit_errors": verdict.bit_errors,
         "patches_read": verdict.patches_read,
+        "tries": verdict.tries,
         "registration": verdict.transform.map(|_| verdict.matched_by),
         "poses": verdict.poses,
         "overlap": verdict.overlap,

@@ -386,6 +386,7 @@ fn numbers_out_of_bounds_are_refused_before_any_work_is_done() {
         (embed, "--paper-alpha", "0 -1 nan inf"),
         (embed, "--threads", "0 -1 1000000"),
         (VERIFY, "--p-bound", "0 1 -1 nan x"),
+        (VERIFY, "--enough", "0 1 -1 nan x"),
         (VERIFY, "--time-limit", "0 -1 nan inf 1e300"),
         (
             "align nowhere.ply model.ply -o out.ply",

@@ -25,6 +25,21 @@ pub fn mesh_files(folder: &Path) -> Result<Vec<PathBuf>> {
     files(folder, |path| Format::of_path(path).is_some())
 }
 
+/// The mesh files below a folder, by name.
+pub fn mesh_files_below(folder: &Path) -> Result<Vec<PathBuf>> {
+    let mut found = Vec::new();
+    for entry in fs::read_dir(folder).with_context(|| folder.display().to_string())? {
+        let path = entry?.path();
+        if path.is_dir() {
+            found.extend(mesh_files_below(&path)?);
+        } else if Format::of_path(&path).is_some() {
+            found.push(path);
+        }
+    }
+    found.sort();
+    Ok(found)
+}
+
 /// The METIS graph files of a folder, `.graph` or `.graph.gz`, by name.
 pub fn graph_files(folder: &Path) -> Result<Vec<PathBuf>> {
     files(folder, |path| {

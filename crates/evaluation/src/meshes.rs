@@ -1,10 +1,6 @@
 //! The promise of the README, tried on real files: sign, and find again after everything that keeps the connectivity.
 
-use std::{
-    fs,
-    path::{Path, PathBuf},
-    time::Instant,
-};
+use std::{path::Path, time::Instant};
 
 use anyhow::{Context, Result, ensure};
 use job::Job;
@@ -13,7 +9,7 @@ use mesh_io::{Asset, Format, Precision, write_mesh};
 use rand_chacha::{ChaCha20Rng, rand_core::SeedableRng};
 use sigmark::{Curve, Embedder, Outcome, SigningKey, Verdict, Verifier};
 
-use crate::attacks::random_similarity;
+use crate::{attacks::random_similarity, inputs::mesh_files_below};
 
 /// Signs every mesh file below a folder, and says what was not as it should be. Larger meshes are passed over.
 pub fn run(folder: &Path, most_vertices: usize) -> Result<()> {
@@ -33,7 +29,7 @@ pub(crate) fn check_files(
     mut check: impl FnMut(&Asset) -> Result<(String, Vec<String>)>,
 ) -> Result<()> {
     let mut failures = 0;
-    for path in files(folder)? {
+    for path in mesh_files_below(folder)? {
         let Ok(asset) = Asset::open(&path) else { continue };
         let begun = Instant::now();
         let said = match check(&asset) {
@@ -52,21 +48,6 @@ pub(crate) fn check_files(
     }
     ensure!(failures == 0, "{failures} checks failed");
     Ok(())
-}
-
-/// Mesh files below a folder, by name.
-fn files(folder: &Path) -> Result<Vec<PathBuf>> {
-    let mut found = Vec::new();
-    for entry in fs::read_dir(folder).with_context(|| folder.display().to_string())? {
-        let path = entry?.path();
-        if path.is_dir() {
-            found.extend(files(&path)?);
-        } else if Format::of_path(&path).is_some() {
-            found.push(path);
-        }
-    }
-    found.sort();
-    Ok(found)
 }
 
 /// Signs the file's mesh and tries every suspect; answers with what was not as it should be.

@@ -157,6 +157,19 @@ impl Spectrum {
         self
     }
 
+    /// Every function multiplied, vertex by vertex, by a window: no eigenfunctions any more, nor orthonormal. Eigenvalues and residuals are those of the eigenfunctions.
+    ///
+    /// # Panics
+    /// If there is not one value a vertex.
+    pub fn windowed(mut self, window: &[f64]) -> Self {
+        assert_eq!(window.len(), self.mass.len(), "one value a vertex");
+        for k in 0..self.eigenfunctions.ncols() {
+            let column = self.eigenfunctions.col_as_slice_mut(k);
+            column.iter_mut().zip(window).for_each(|(h, w)| *h *= w);
+        }
+        self
+    }
+
     /// Proof that no pair is missing: shifts, ascending, with the number of eigenvalues below each, which is how many were found there.
     /// The last shift may lie beyond the pairs that were asked for.
     pub fn inertia(&self) -> &[InertiaCount] {

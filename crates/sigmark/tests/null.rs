@@ -11,14 +11,20 @@ use rand_chacha::{
     rand_core::{Rng, SeedableRng},
 };
 use sigmark::{
-    claim::statistics::p_of_chosen,
-    mark::{ChipPlan, JointEstimator, MarkLayout, Original, Pool, Reader, ReadingMethod, Readings, Strength},
+    claim::statistics::{p_of_chosen, p_value},
+    mark::{
+        ChipPlan, JointEstimator, MarkLayout, Original, Pool, Reader, ReadingMethod, Readings, SoftBits,
+        Strength, Wanted,
+    },
 };
 
 /// Fewer than a signature's: enough, and much faster.
 const BITS: usize = 192;
 const TRIALS_A_SUSPECT: u64 = 1000;
 const LEVELS: [f64; 4] = [0.1, 0.01, 1e-3, 1e-4];
+
+/// Where a reader stops who is easily content.
+const ENOUGH: f64 = 0.1;
 
 /// A mesh that is cut for so many bits.
 fn layout(mesh: &TriMesh) -> Arc<MarkLayout> {
@@ -57,8 +63,8 @@ fn suspects(layout: &MarkLayout, another: &TriMesh) -> Vec<TriMesh> {
     ]
 }
 
-/// The p-values of random bits, as the verifier computes them; none where the suspect does not lie on the original.
-fn p_values(layout: &Arc<MarkLayout>, suspect: &TriMesh, seed: u64) -> Option<Vec<f64>> {
+/// The p-values of random bits, as the verifier computes them that reads everything, and as the one that stops at `ENOUGH`; none where the suspect does not lie on the original.
+fn p_values(layout: &Arc<MarkLayout>, suspect: &TriMesh, seed: u64) -> Option<[Vec<f64>; 2]> {
     let job = Job::default();
     let reader = Reader::new(layout.original().mesh()).unwrap();
     let found = reader.find(suspect, &job).unwrap();
@@ -70,10 +76,14 @@ fn p_values(layout: &Arc<MarkLayout>, suspect: &TriMesh, seed: u64) -> Option<Ve
     let mut rng = ChaCha20Rng::seed_from_u64(seed);
     let p = (0..TRIALS_A_SUSPECT).map(|_| {
         let bits = random_bits(&mut rng);
-        let reading = readings.best(&bits, &job).unwrap();
-        p_of_chosen(&bits, &reading)
+        let is_enough = |soft: &SoftBits, tries| tries as f64 * p_value(&bits, &soft.weights()) <= ENOUGH;
+        let all = readings.best(&bits, &job).unwrap();
+        let stopped = readings.best(Wanted::until(&bits, &is_enough), &job).unwrap();
+        assert_eq!(all.tries, stopped.tries);
+        (p_of_chosen(&bits, &all), p_of_chosen(&bits, &stopped))
     });
-    Some(p.collect())
+    let (all, stopped) = p.collect();
+    Some([all, stopped])
 }
 
 /// P(X ≥ k) for X ~ Binomial(n, p).
@@ -109,19 +119,22 @@ fn small_p_values_are_as_rare_without_a_mark_as_they_say() {
         ),
         ("bumpy torus", shapes::bumpy_torus(40, 20, 2), torus),
     ];
-    let mut all = Vec::new();
+    let (mut all, mut all_stopped) = (Vec::new(), Vec::new());
     for (seed, (name, mesh, another)) in models.iter().enumerate() {
         let layout = layout(mesh);
         for (number, suspect) in suspects(&layout, another).iter().enumerate() {
             let seed = 100 * seed + number;
-            if let Some(p) = p_values(&layout, suspect, seed as u64) {
+            if let Some([p, stopped]) = p_values(&layout, suspect, seed as u64) {
                 assert_bounded(&p, &format!("{name}, suspect {number}"));
+                assert_bounded(&stopped, &format!("{name}, suspect {number}, stopped"));
                 all.extend(p);
+                all_stopped.extend(stopped);
             }
         }
     }
     assert!(all.len() >= 18_000, "only {} trials", all.len());
     assert_bounded(&all, "all");
+    assert_bounded(&all_stopped, "all, stopped");
 }
 
 /// Rigs as a claimant may choose them before he signs: a few joints, one for every few vertices, and ones with many morph targets.

@@ -12,6 +12,7 @@ use rand_chacha::{ChaCha20Rng, rand_core::SeedableRng};
 use sigmark::{
     Certificate, Curve, Embedder, Mismatch, Outcome, Scheme, SigmarkError, Signed, SigningKey, Strength,
     Verdict, Verifier,
+    claim::statistics::p_value,
     mark::{
         ChipLayout, ChipPlan, CoefficientDetector, Detector, MarkError, MarkLayout, Original, Patch,
         PatchBasis, PatchCount, Pool, Registered,
@@ -531,6 +532,41 @@ fn a_copy_that_nobody_touched_takes_one_look() {
     }
     let job = Job::default().observed_by(NoHarmonics);
     verifier.verify(shapes::shuffled(signed.mesh(), 2), &job).unwrap();
+}
+
+/// Who asks for no more than a probability looks at fewer patches, and is told one that all looks are counted in. What is not enough is looked at whole.
+#[test]
+fn reading_ends_where_a_probability_was_asked_for_that_all_looks_are_counted_in() {
+    let mesh = shapes::bumpy_torus(120, 80, 4);
+    let embedder = Embedder::new(&key(Curve::P256, 1)).chip_rate(6).patches(24);
+    let signed = embedder.embed(&mesh, &Job::default()).unwrap();
+    let worn = shapes::jittered(signed.mesh(), 0.3, 3);
+    let certificate = signed.certificate();
+    let judged = |enough| {
+        let verifier = Verifier::new(&mesh, certificate, certificate.public_key()).unwrap();
+        verifier.enough(enough).verify(&worn, &Job::default()).unwrap()
+    };
+    let (all, soon, late) = (judged(None), judged(Some(1e-6)), judged(Some(1e-300)));
+    assert!(
+        all.patches_read == 24 && all.outcome.is_found(),
+        "{:?}",
+        all.outcome
+    );
+    assert!(
+        soon.patches_read < 24 && soon.p_value <= 1e-6,
+        "{:?}",
+        soon.outcome
+    );
+    assert_eq!(soon.outcome, Outcome::Detected { p: soon.p_value });
+    // 2 rules × 2 looks × 1 map.
+    assert_eq!((soon.tries, all.tries), (4, 4));
+    let once = p_value(&certificate.bits(), &soon.soft.as_ref().unwrap().weights());
+    assert!((soon.p_value / (4.0 * once) - 1.0).abs() < 1e-12);
+    assert_eq!((late.patches_read, late.p_value), (all.patches_read, all.p_value));
+    // A bound that detects nothing is no reason to stop.
+    let verifier = Verifier::new(&mesh, certificate, certificate.public_key()).unwrap();
+    let strict = verifier.p_bound(1e-300).enough(Some(0.5));
+    assert_eq!(strict.verify(&worn, &Job::default()).unwrap().patches_read, 24);
 }
 
 #[test]

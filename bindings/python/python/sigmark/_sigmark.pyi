@@ -300,6 +300,7 @@ class Verifier:
         public_key: PublicKey | _Path | None = None,
         *,
         p_bound: float = 1e-6,
+        enough: float | None = None,
         paper_profile: bool = False,
     ) -> Verifier: ...
     def verify(
@@ -313,6 +314,7 @@ def verify(
     public_key: PublicKey | _Path | None = None,
     *,
     p_bound: float = 1e-6,
+    enough: float | None = None,
     paper_profile: bool = False,
     threads: int | None = None,
     progress: _Progress | None = None,

@@ -255,13 +255,17 @@ original's triangles, because it was cropped, decimated, subdivided or re-meshed
 surface; at least 80 % of that must lie there. Of a scene, connected parts that were taken out, moved, turned or scaled alone, or put into another \
 scene are put back one by one, and the verdict says which were found.
 
-Few patches are read first, and more only where these do not hold the whole signature; the probability allows for all that might have been read. The signature, or its tag, stands in the shape as a codeword: \
+Few patches are read first, and more only where these do not hold the whole signature; the probability allows for all that might have been read. Who needs no signature read back can say which probability is enough, and waits less \
+where much was lost:
+  sigmark verify found/ --certificate signed.obj.cert.json --enough 1e-9
+
+The signature, or its tag, stands in the shape as a codeword: \
 it is read where many bits are lost or wrong.
 
 --json prints: an object a suspect, each in a line, of suspect (file name), outcome (verified, detected or not_found), evidence (whether p_value is at most 2^-120 for a mark that binds the \
 original, compared with the very file), scheme, signed (what the signature in the shape covers: statement or message), own_key (whether the key is the \
 certificate's), original (file name), original_is (file: the very one that was signed; geometry: another of that geometry), extraction_rate (0 to 1), p_value, p_dispute (2^80 p_value, at most 1, of a tag at least 2^-48), correlation, margin (T0, the signal-to-noise ratio), payload (signature, tag or plain-signature), bits (of the code, of which something was read), \
-bit_errors (how many of those are wrong, before the code mends any), patches_read (of how many patches the bits were read), registration (connectivity, surroundings, surface, parts, or rig: by its vertices, brought back from its pose by the joints and morph targets of the original's file, which the certificate binds), poses (how many were tried), overlap (share of the \
+bit_errors (how many of those are wrong, before the code mends any), patches_read (of how many patches the bits were read), tries (of how many readings this could have been chosen, by which p_value is multiplied), registration (connectivity, surroundings, surface, parts, or rig: by its vertices, brought back from its pose by the joints and morph targets of the original's file, which the certificate binds), poses (how many were tried), overlap (share of the \
 suspect's surface that lies on the original, 0 to 1), coverage (share of the original's that lies on the suspect), missing \
 (share of the original's vertices that were not seen), residual (fraction of the diagonal), transform (4 × 4, suspect to \
 original), mirrored, attack_model (of what moved the suspect, the shares of squared displacements that mark, misalignment, offset, \
@@ -292,6 +296,9 @@ pub(crate) struct Verify {
     /// The largest probability of being wrong that counts as detected
     #[arg(long, value_name = "P", default_value = "1e-6", allow_negative_numbers = true, value_parser = numbers::between_0_and_1)]
     pub(crate) p_bound: f64,
+    /// Look at no more of a suspect once the probability of being wrong is at most this, though the signature was not read; at most --p-bound, and with --dispute 2^-120, 7.5e-37 [default: look on until it is read, or all was looked at]
+    #[arg(long, value_name = "P", allow_negative_numbers = true, value_parser = numbers::between_0_and_1)]
+    pub(crate) enough: Option<f64>,
     /// Where to write what was found as a page for people: HTML in one file, with pictures
     #[arg(long, value_name = "FILE")]
     pub(crate) report: Option<PathBuf>,

@@ -72,6 +72,7 @@ pub(super) fn verify(arguments: &Verify, claim: &Claim, suspects: &[&Path]) -> S
     if arguments.p_bound != 1e-6 {
         words.push(format!("--p-bound {:e}", arguments.p_bound));
     }
+    words.extend(arguments.enough.map(|p| format!("--enough {p:e}")));
     words.join(" ")
 }
 

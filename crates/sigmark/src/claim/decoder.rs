@@ -12,21 +12,24 @@ use crate::mark::SoftBits;
 pub(super) struct Decoder<'a> {
     certificate: &'a Certificate,
     expected: &'a [bool],
+    /// In how many ways a suspect may be taken, each of which is read by itself.
+    ways: usize,
+    /// From which p on nothing more is looked at, though the payload is not read; 0 where it has to be.
+    enough: f64,
     last: RefCell<Option<(SoftBits, bool)>>,
 }
 
 /// T₀ is an estimate: by so much it may be too small.
 const NEARLY: f64 = 0.9;
 
-/// More readings than a best one is ever chosen of, but of the most symmetric shapes.
-const MANY_TRIES: f64 = 1e3;
-
 impl<'a> Decoder<'a> {
-    /// For the bits that the certificate's mark has.
+    /// For the bits that the certificate's mark has, in a suspect that is taken in one way; nothing but the payload is enough.
     pub(super) fn new(certificate: &'a Certificate, expected: &'a [bool]) -> Self {
         Self {
             certificate,
             expected,
+            ways: 1,
+            enough: 0.0,
             last: RefCell::default(),
         }
     }
@@ -54,8 +57,15 @@ impl<'a> Decoder<'a> {
         is_read
     }
 
-    /// Whether there is no need to look at more of a suspect: the payload is read, and is evidence, which a tag is from more chips than it takes to read it.
-    pub(super) fn is_all(&self, soft: &SoftBits) -> bool {
-        MANY_TRIES * p_value(self.expected, &soft.weights()) <= EVIDENCE && self.is_read(soft)
+    /// The same, for a suspect that is taken in so many ways, and of which a probability of so much is enough, too.
+    pub(super) fn enough(self, ways: usize, enough: f64) -> Self {
+        Self { ways, enough, ..self }
+    }
+
+    /// Whether there is no need to look at more of a suspect: such soft bits, chosen of so many readings in each way, are as improbable as is enough; or the payload is read, and is evidence, which a tag
+    /// is from more chips than it takes to read it.
+    pub(super) fn is_enough(&self, soft: &SoftBits, tries: usize) -> bool {
+        let p = self.ways as f64 * tries as f64 * p_value(self.expected, &soft.weights());
+        p <= self.enough || p <= EVIDENCE && self.is_read(soft)
     }
 }

@@ -314,6 +314,8 @@ pub struct Signed {
     pub(super) marked: TriMesh,
     pub(super) certificate: Certificate,
     pub(super) layout: Arc<MarkLayout>,
+    /// Whether slivers surely took less than half of any chip.
+    pub(super) is_whole: bool,
 }
 
 impl Signed {
@@ -366,14 +368,15 @@ impl Signed {
 
     fn is_surely_readable(&self, positions: &[[f64; 3]]) -> bool {
         let mut patches = self.original().patches().iter().enumerate();
-        patches.all(|(index, patch)| {
-            let (marked, held) = (patch.gather(self.positions()), patch.gather(positions));
-            let amplitude = self.layout.amplitude(index);
-            (0..3).all(|axis| {
-                // The largest error bounds the root of its mean square. What slivers took is less than the other half.
-                let errors = marked.iter().zip(&held).map(|(m, h)| (m[axis] - h[axis]).abs());
-                errors.fold(0.0, f64::max) < 0.5 * amplitude[axis]
+        self.is_whole
+            && patches.all(|(index, patch)| {
+                let (marked, held) = (patch.gather(self.positions()), patch.gather(positions));
+                let amplitude = self.layout.amplitude(index);
+                (0..3).all(|axis| {
+                    // The largest error bounds the root of its mean square. What slivers took is less than the other half.
+                    let errors = marked.iter().zip(&held).map(|(m, h)| (m[axis] - h[axis]).abs());
+                    errors.fold(0.0, f64::max) < 0.5 * amplitude[axis]
+                })
             })
-        })
     }
 }

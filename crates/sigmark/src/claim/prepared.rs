@@ -86,9 +86,7 @@ impl Prepared {
         let bits = statement.coded(hash)?.bits(&signature);
         let (mut written, sketch) = self.write(&layout, &bits, job)?;
         job.begin(MarkStage::Embedding)?;
-        if statement.binds_original() {
-            layout.level_slivers(&mut written);
-        }
+        let is_whole = !statement.binds_original() || layout.level_slivers(&mut written).takes_little;
         let marked = original.mesh().with_positions(written.positions(original));
         let contents = Contents {
             statement,
@@ -102,6 +100,7 @@ impl Prepared {
             marked: marked.map_err(MarkError::from)?,
             certificate,
             layout: Arc::new(layout),
+            is_whole,
         })
     }
 

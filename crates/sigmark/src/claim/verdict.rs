@@ -127,6 +127,8 @@ pub struct Verdict {
     pub bit_errors: Option<usize>,
     /// Of how many patches the bits were read; 0 if the suspect does not fit.
     pub patches_read: usize,
+    /// Of how many readings this one could have been chosen, by which the p-value is multiplied: looks, poses, rules and parts, whether or not they were taken. 1 if the suspect does not fit.
+    pub tries: usize,
     /// How the suspect was laid onto the original: by its vertices, or by its surface.
     pub matched_by: MatchedBy,
     /// In how many ways it could lie there; above 1 for symmetric shapes.

@@ -32,6 +32,7 @@ pub struct Verifier {
     recognised: Option<Arc<Recognised>>,
     rig: Option<Arc<Rig>>,
     p_bound: f64,
+    enough: Option<f64>,
     paper_profile: bool,
 }
 
@@ -132,6 +133,7 @@ impl Verifier {
             recognised: None,
             rig: None,
             p_bound: 1e-6,
+            enough: None,
             paper_profile: false,
         })
     }
@@ -148,6 +150,15 @@ impl Verifier {
     /// The largest p-value that counts as detected; 10⁻⁶ by default.
     pub fn p_bound(mut self, bound: f64) -> Self {
         self.p_bound = bound;
+        self
+    }
+
+    /// The p-value at which nothing more of a suspect is looked at, though its payload is not read: the answer is then [`Outcome::Detected`], and took fewer patches. None, which is the default, reads on
+    /// until the payload is read, or all was looked at. What is above the [bound](Self::p_bound) for being detected counts as that.
+    ///
+    /// The p-value may be believed as any other: it is multiplied by all looks that there might have been, not by those that were taken.
+    pub fn enough(mut self, p: Option<f64>) -> Self {
+        self.enough = p;
         self
     }
 
@@ -188,33 +199,47 @@ impl Verifier {
         let has_parts = self.parts.len() > 1 || components(suspect.mesh()).count > 1;
         // Each is a way to the same bits, whether or not it is taken: any counts as often as there are.
         let ways = 1 + usize::from(has_parts) + usize::from(self.rig.is_some());
+        let expected = self.certificate.bits();
+        let decoder = Decoder::new(&self.certificate, &expected).enough(ways, self.least_p());
         let found = self.reader.find(suspect, job)?;
-        let mut verdict = self.weighed(self.verify_whole(&found, job)?, ways);
-        if let Some(rig) = self.rig.as_ref().filter(|_| verdict.outcome != Outcome::Verified)
+        let mut verdict = self.weighed(self.verify_whole(&found, &decoder, job)?, ways);
+        if let Some(rig) = self.rig.as_ref().filter(|_| !self.is_enough(&verdict))
             && let Some(unposed) = found.unposed(rig, job)?
         {
-            verdict = better(verdict, self.weighed(self.verify_whole(&unposed, job)?, ways));
+            let second = self.verify_whole(&unposed, &decoder, job)?;
+            verdict = better(verdict, self.weighed(second, ways));
         }
-        if !has_parts || verdict.outcome == Outcome::Verified {
+        if !has_parts || self.is_enough(&verdict) {
             return Ok(verdict);
         }
         let parts = self.reader.find_parts(suspect, self.method.layout(), job)?;
-        Ok(match parts.is_empty() {
-            true => verdict,
-            false => better(verdict, self.weighed(self.verify_parts(&parts, job)?, ways)),
-        })
+        if parts.is_empty() {
+            return Ok(verdict);
+        }
+        let second = self.verify_parts(&parts, &decoder, job)?;
+        Ok(better(verdict, self.weighed(second, ways)))
+    }
+
+    /// The p-value at which reading ends; 0 where only the payload will do.
+    fn least_p(&self) -> f64 {
+        self.enough.map_or(0.0, |p| p.min(self.p_bound))
+    }
+
+    /// Whether nothing else is to be tried.
+    fn is_enough(&self, verdict: &Verdict) -> bool {
+        verdict.outcome == Outcome::Verified
+            || verdict.outcome.is_found() && verdict.p_value <= self.least_p()
     }
 
     /// Judges a suspect as one.
-    fn verify_whole(&self, found: &Found, job: &Job) -> Result<Verdict, SigmarkError> {
+    fn verify_whole(&self, found: &Found, decoder: &Decoder<'_>, job: &Job) -> Result<Verdict, SigmarkError> {
         if let Some(alignment) = found.alignment().filter(|alignment| !alignment.aligned) {
             return Ok(self.does_not_align(alignment));
         }
-        let expected = self.certificate.bits();
-        let decoder = Decoder::new(&self.certificate, &expected);
-        let is_read = |soft: &SoftBits| decoder.is_all(soft);
-        let reading = found.read(&self.method, Wanted::until(&expected, &is_read), job)?;
-        let mut verdict = self.judge(&reading, &decoder);
+        let is_enough = |soft: &SoftBits, tries| decoder.is_enough(soft, tries);
+        let wanted = Wanted::until(decoder.expected(), &is_enough);
+        let reading = found.read(&self.method, wanted, job)?;
+        let mut verdict = self.judge(&reading, decoder);
         (verdict.poses, verdict.matched_by) = (found.poses(), found.matched_by());
         match found.alignment() {
             Some(alignment) => {
@@ -235,12 +260,16 @@ impl Verifier {
     }
 
     /// Judges parts of a suspect, each put back by itself.
-    fn verify_parts(&self, found: &FoundParts, job: &Job) -> Result<Verdict, SigmarkError> {
-        let expected = self.certificate.bits();
-        let decoder = Decoder::new(&self.certificate, &expected);
-        let is_read = |soft: &SoftBits| decoder.is_all(soft);
-        let read = found.read(&self.method, Wanted::until(&expected, &is_read), job)?;
-        let mut verdict = self.judge(&read.reading, &decoder);
+    fn verify_parts(
+        &self,
+        found: &FoundParts,
+        decoder: &Decoder<'_>,
+        job: &Job,
+    ) -> Result<Verdict, SigmarkError> {
+        let is_enough = |soft: &SoftBits, tries| decoder.is_enough(soft, tries);
+        let wanted = Wanted::until(decoder.expected(), &is_enough);
+        let read = found.read(&self.method, wanted, job)?;
+        let mut verdict = self.judge(&read.reading, decoder);
         verdict.matched_by = MatchedBy::Parts;
         (verdict.overlap, verdict.coverage) = (read.overlap, read.coverage);
         for part in &mut verdict.parts {
@@ -264,6 +293,7 @@ impl Verifier {
         Verdict {
             outcome,
             p_value: p,
+            tries: ways.saturating_mul(verdict.tries),
             ..verdict
         }
     }
@@ -308,6 +338,7 @@ impl Verifier {
             bits,
             bit_errors: Some(wrong),
             patches_read: reading.patches_read,
+            tries: reading.tries,
             matched_by: MatchedBy::Connectivity,
             poses: 1,
             overlap: 1.0,
@@ -349,6 +380,7 @@ impl Verifier {
             bits: 0,
             bit_errors: None,
             patches_read: 0,
+            tries: 1,
             matched_by: alignment.matched_by,
             poses: 0,
             overlap: alignment.overlap,

@@ -157,13 +157,16 @@ impl MarkLayout {
         patches.map(of_patch).sum::<f64>().sqrt()
     }
 
-    /// Moves the corners of slivers alike where the mark would turn these by more than 15 degrees, which a shader would show. A patch in which that could
-    /// take half of a chip stays as it is: what is read of a chip changes by no more than the root mean square of what moves. Tells how many
-    /// vertices are not where the mark alone would have them.
-    pub fn level_slivers(&self, written: &mut Written) -> usize {
+    /// Moves the corners of slivers alike where the mark would turn these by more than 15 degrees, which a shader would show. A patch in which that would
+    /// change half of the mark's root mean square stays as it is.
+    pub fn level_slivers(&self, written: &mut Written) -> Levelled {
         let exact = written.displacement.clone();
+        let mut takes_little = true;
         if level(self.original.mesh(), &mut written.displacement) == 0 {
-            return 0;
+            return Levelled {
+                vertices: 0,
+                takes_little,
+            };
         }
         for (index, patch) in self.original.patches().iter().enumerate() {
             let vertices = patch.vertices().iter().map(|&v| v as usize);
@@ -171,13 +174,19 @@ impl MarkLayout {
                 .clone()
                 .map(|v| Vec3(written.displacement[v]) - Vec3(exact[v]));
             let change = root_mean_square(patch, &off.collect::<Vec<_>>());
+            let whole = vertices.clone().map(|v| Vec3(exact[v])).collect::<Vec<_>>();
             let amplitude = self.amplitude(index);
-            if (0..3).any(|axis| change[axis] > 0.5 * amplitude[axis]) {
+            if Vec3(change).norm() > 0.5 * Vec3(root_mean_square(patch, &whole)).norm() {
                 vertices.for_each(|v| written.displacement[v] = exact[v]);
+            } else if (0..3).any(|axis| change[axis] > 0.5 * amplitude[axis]) {
+                takes_little = false;
             }
         }
         let pairs = written.displacement.iter().zip(&exact);
-        pairs.filter(|(now, before)| now != before).count()
+        Levelled {
+            vertices: pairs.filter(|(now, before)| now != before).count(),
+            takes_little,
+        }
     }
 
     /// What `f` makes of each patch that is read and of which something was seen.
@@ -258,6 +267,17 @@ fn root_mean_square(patch: &Patch, field: &[Vec3]) -> [f64; 3] {
         }
     }
     squares.map(|square| (square / mesh.area()).sqrt())
+}
+
+/// What [levelling slivers](MarkLayout::level_slivers) changed.
+#[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
+pub struct Levelled {
+    /// How many vertices are not where the mark alone would have them.
+    pub vertices: usize,
+    /// Whether it took less than half of any chip, for certain: what is read of a chip changes by no more than the root mean square of what moved. Where it may have taken
+    /// more, which chips it took is only known by reading; what moves at few vertices spreads over all frequencies, of which chips have the fewest.
+    pub takes_little: bool,
 }
 
 /// A mark as it was written.

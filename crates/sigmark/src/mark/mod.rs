@@ -23,6 +23,7 @@ mod stage;
 mod strength;
 mod thickness;
 mod traversal;
+mod window;
 
 pub use basis::PatchBasis;
 pub use bits::{SoftBits, correlation, extraction_rate};
@@ -31,7 +32,7 @@ pub use detect::{
     AttackModel, Bending, CoefficientDetector, Detector, JointEstimate, JointEstimator, JointModel,
 };
 pub use error::MarkError;
-pub use layout::{MarkLayout, Written};
+pub use layout::{Levelled, MarkLayout, Written};
 pub use original::{Borders, Original};
 pub use patches::{LARGEST_PATCH, Patch, PatchCount, Patches, VERTICES_PER_FUNCTION};
 pub use pool::Pool;

@@ -7,7 +7,7 @@ use job::Job;
 use mesh::TriMesh;
 use mhb_core::{LaplacianKind, Spectrum, SpectrumError, SpectrumOptions, SpectrumStage};
 
-use super::{MarkError, MarkStage, Patch, PatchBasis, PatchCount, Patches, Pool};
+use super::{MarkError, MarkStage, Patch, PatchBasis, PatchCount, Patches, Pool, window::window};
 
 /// What does not depend on the bits: the original mesh, its patches, and their bases.
 ///
@@ -38,6 +38,9 @@ pub enum Borders {
     /// They are zero there (Dirichlet's condition): the mark is continuous.
     #[default]
     Fixed,
+    /// They end with any value, and are multiplied by a window that is zero there: the mark is continuous, and the basis not orthonormal. To compare
+    /// with; no certificate has it.
+    Windowed,
 }
 
 /// Bases that were computed, as far as there is room for them.
@@ -313,6 +316,8 @@ impl Original {
         let spectrum = match self.borders {
             Borders::Free => Spectrum::compute(patch.mesh(), &options, &job),
             Borders::Fixed => Spectrum::with_fixed(patch.mesh(), patch.at_border(), &options, &job),
+            Borders::Windowed => Spectrum::compute(patch.mesh(), &options, &job)
+                .map(|spectrum| spectrum.windowed(&window(patch))),
         };
         let spectrum = spectrum.map_err(|source| match source {
             SpectrumError::Job(error) => MarkError::Job(error),

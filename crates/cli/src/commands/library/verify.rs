@@ -47,6 +47,7 @@ pub(crate) fn run(arguments: &LibraryVerify) -> Result<Answer> {
         profile: None,
         stamp_roots: None,
         p_bound: options.p_bound,
+        enough: None,
         report: None,
         force: false,
         time_limit: TimeLimit::of(options.time_limit.duration()),

@@ -2,10 +2,10 @@ mod words;
 
 use std::{path::Path, sync::Arc, time::SystemTime};
 
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use job::JobError;
 use serde_json::{Map, Value, json};
-use sigmark::{GeometryDigest, SigmarkError, Verdict, Verifier, mark::MarkError};
+use sigmark::{GeometryDigest, SigmarkError, Verdict, Verifier, claim::EVIDENCE, mark::MarkError};
 
 use crate::{
     Answer,
@@ -23,6 +23,7 @@ use crate::{
 pub(crate) use words::{found_parts, probability, remark};
 
 pub(crate) fn run(arguments: &Verify) -> Result<Answer> {
+    check_enough(arguments)?;
     let report = arguments.report.as_ref();
     let session = Session::begin(report, arguments.force, &arguments.time_limit, &arguments.common);
     session.check_report(&[
@@ -45,6 +46,23 @@ pub(crate) fn run(arguments: &Verify) -> Result<Answer> {
     let inquiry = Judging::new(arguments, &session, claim, stamps, &suspects)?;
     let page = arguments.report.as_ref().map(|_| inquiry.page());
     session.judge(&&inquiry, &suspects, page, "Found in")
+}
+
+/// Nobody stops looking where nothing is found yet.
+fn check_enough(arguments: &Verify) -> Result<()> {
+    let Some(enough) = arguments.enough else {
+        return Ok(());
+    };
+    let bound = arguments.p_bound;
+    ensure!(
+        enough <= bound,
+        "--enough {enough:e} is too much: nothing counts as detected above --p-bound {bound:e}"
+    );
+    ensure!(
+        !arguments.dispute || enough <= EVIDENCE,
+        "--enough {enough:e} is too much for --dispute, which asks for evidence: give {EVIDENCE:.1e} at most"
+    );
+    Ok(())
 }
 
 /// A claim, by which suspects are judged one after the other.
@@ -74,6 +92,7 @@ impl<'a> Judging<'a> {
         })?;
         let verifier = verifier
             .p_bound(arguments.p_bound)
+            .enough(arguments.enough)
             .paper_profile(arguments.profile == Some(Profile::Paper));
         Ok(Self {
             arguments,

@@ -65,7 +65,13 @@ pub(super) fn summary(
         };
         let patches = claim.certificate.statement().alphas.len();
         let read = match verdict.patches_read {
-            read if read < patches => format!(", read from {read} of {patches} patches"),
+            read if read < patches => {
+                let enough = match (verdict.outcome, arguments.enough) {
+                    (Outcome::Detected { p }, Some(enough)) if p <= enough => ", which is enough",
+                    _ => "",
+                };
+                format!(", read from {read} of {patches} patches{enough}")
+            }
             _ => String::new(),
         };
         lines.field(

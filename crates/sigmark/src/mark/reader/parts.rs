@@ -92,8 +92,7 @@ impl FoundParts {
             };
             chosen.push((piece, place));
         }
-        let mut reading = self.assembled(&chosen)?.read(method, wanted, job)?;
-        reading.tries = reading.tries.saturating_mul(choices);
+        let reading = self.assembled(&chosen)?.read(method, wanted.of(choices), job)?;
         Ok(self.described(reading, &chosen))
     }
 

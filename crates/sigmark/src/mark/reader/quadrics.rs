@@ -60,16 +60,17 @@ pub(super) fn foretell(
     let normals: Vec<Vec3> = normals
         .map(|&n| Vec3(pose.rotation.map(|row| Vec3(row).dot(Vec3(n)))))
         .collect();
-    let settled = Weights::ALL.map(|weights| {
+    let of_weights = |weights: Weights| {
         let mut sums = vec![Quadric::ZERO; lying.vertex_count()];
         for (region, quadric) in regions.iter().zip(weights.quadrics(original, centre)) {
             if let Some(w) = region {
                 sums[*w as usize] += quadric;
             }
         }
-        let at = |(w, sum): (usize, &Quadric)| Settled::of(sum, lying.point(w) - centre, normals[w]);
-        sums.iter().enumerate().map(at).collect::<Vec<Option<Settled>>>()
-    });
+        let at = |w: usize| Settled::of(&sums[w], lying.point(w) - centre, normals[w]);
+        (0..sums.len()).map(at).collect::<Vec<Option<Settled>>>()
+    };
+    let settled = job.map(Weights::ALL.len(), 1, |i| of_weights(Weights::ALL[i]))?;
     for (v, place) in places.iter().enumerate() {
         let (Some((t, weights)), Some(along)) = (place, registered.along[v]) else {
             continue;

@@ -74,33 +74,33 @@ impl<'a> Readings<'a> {
         Ok(Self { found, ways })
     }
 
-    /// The reading that agrees best with the bits that are looked for; the first of equals, and the first at all in which they are read.
+    /// The reading that agrees best with the bits that are looked for; the first of equals, and the first at all that is enough.
     ///
-    /// Looks are taken one after the other. By vertices, the best of the first readings, which are cheap, is taken if the bits are read; if not, the joint
+    /// Looks are taken one after the other. By vertices, the best of the first readings, which are cheap, is taken if it is enough; if not, the joint
     /// estimate reads once more in its pose.
     ///
     /// # Errors
     /// As [`Found::read`].
     pub fn best<'w>(&self, wanted: impl Into<Wanted<'w>>, job: &Job) -> Result<Reading, MarkError> {
-        let wanted = wanted.into();
         let looks = self.ways.first().map_or(0, |way| way.looks.len());
-        let mut best: Option<Reading> = None;
-        for look in 0..looks {
-            let (reading, is_read) = self.best_of_look(look, wanted, job)?;
-            let is_better = |best: &Reading| agreement(&reading, wanted) > agreement(best, wanted);
-            if is_read || best.as_ref().is_none_or(is_better) {
-                best = Some(reading);
-            }
-            if is_read {
-                break;
-            }
-        }
-        // Any way, look and rule might have been the one that is taken.
+        // Any way, look and rule might be the one that is taken.
         let rules = match &self.found.placement {
             Placement::ByVertices(_) => 2,
             Placement::BySurface(_) => 1,
         };
-        let tries = rules * looks * self.ways.len();
+        let wanted = wanted.into().of(rules * looks * self.ways.len());
+        let mut best: Option<Reading> = None;
+        for look in 0..looks {
+            let (reading, is_enough) = self.best_of_look(look, wanted, job)?;
+            let is_better = |best: &Reading| agreement(&reading, wanted) > agreement(best, wanted);
+            if is_enough || best.as_ref().is_none_or(is_better) {
+                best = Some(reading);
+            }
+            if is_enough {
+                break;
+            }
+        }
+        let tries = wanted.tries();
         best.map(|best| Reading { tries, ..best })
             .ok_or(MarkError::Alignment)
     }
@@ -126,7 +126,7 @@ impl<'a> Readings<'a> {
         self.ways.iter().map(read).collect()
     }
 
-    /// The best reading of a look, and whether the bits are read.
+    /// The best reading of a look, and whether it is enough.
     fn best_of_look(&self, look: usize, wanted: Wanted<'_>, job: &Job) -> Result<(Reading, bool), MarkError> {
         let mut best: Option<(&Way<'a>, &Reading)> = None;
         for way in &self.ways {
@@ -136,11 +136,11 @@ impl<'a> Readings<'a> {
             }
         }
         let (way, first) = best.ok_or(MarkError::Alignment)?;
-        let is_read = wanted.is_read(&first.soft);
+        let is_enough = wanted.is_enough(&first.soft);
         let ReadBy::Vertices(map) = way.by else {
-            return Ok((first.clone(), is_read));
+            return Ok((first.clone(), is_enough));
         };
-        if is_read {
+        if is_enough {
             return Ok((first.clone(), true));
         }
         let suspect = &self.found.suspect;
@@ -148,9 +148,9 @@ impl<'a> Readings<'a> {
         let again = kept(again, || {
             by_vertices::read_again(suspect, map, &first.transform, method, job)
         })?;
-        let is_read = wanted.is_read(&again.soft);
-        let better = is_read || agreement(again, wanted) > agreement(first, wanted);
-        Ok((if better { again.clone() } else { first.clone() }, is_read))
+        let is_enough = wanted.is_enough(&again.soft);
+        let better = is_enough || agreement(again, wanted) > agreement(first, wanted);
+        Ok((if better { again.clone() } else { first.clone() }, is_enough))
     }
 
     fn first(&self, way: &Way<'a>, look: usize, job: &Job) -> Result<Reading, MarkError> {

@@ -82,10 +82,11 @@ fn survivors(
     let mut lightest = LightestBefore::new(original.triangle_count());
     let mut links: Vec<Link> = Vec::new();
     let mut costs: Vec<f64> = Vec::new();
-    for (s, candidates) in candidates.iter().enumerate() {
+    for s in 0..suspect.triangle_count() {
         if s.is_multiple_of(CHUNK) {
             job.go_on()?;
         }
+        let candidates = candidates.of(s);
         costs.clear();
         for &(t, gain) in candidates {
             let (cost, before) = lightest.before(t);
@@ -118,35 +119,61 @@ struct Link {
 }
 
 /// For each triangle of the suspect, those of the original that are seen at it or at one that it touches and fit there, ascending, and how well each fits.
+struct Candidates {
+    /// Where those of each triangle begin, and where the last end.
+    offsets: Vec<usize>,
+    all: Vec<(u32, f32)>,
+}
+
+impl Candidates {
+    fn of(&self, triangle: usize) -> &[(u32, f32)] {
+        &self.all[self.offsets[triangle]..self.offsets[triangle + 1]]
+    }
+}
+
 fn candidates(
     original: &TriMesh,
     suspect: &TriMesh,
     places: &[Option<Place>],
     job: &Job,
-) -> Result<Vec<Vec<(u32, f32)>>, MarkError> {
+) -> Result<Candidates, MarkError> {
     let stars = suspect.vertex_triangles();
-    let mut candidates = vec![Vec::new(); suspect.triangle_count()];
-    let mut near: Vec<u32> = Vec::new();
-    for (t, corners) in original.triangles().iter().enumerate() {
-        if t.is_multiple_of(CHUNK) {
-            job.go_on()?;
-        }
-        near.clear();
-        for (s, _) in corners.iter().filter_map(|&v| places[v as usize]) {
-            for &w in &suspect.triangles()[s as usize] {
-                near.extend(stars.of(w as usize));
+    // Of some of the original's triangles: the suspect's, their own, how well they fit.
+    let pairs = job
+        .quiet()
+        .map_chunks(original.triangle_count(), CHUNK, |triangles| {
+            let (mut pairs, mut near) = (Vec::new(), Vec::<u32>::new());
+            for t in triangles {
+                near.clear();
+                for (s, _) in original.triangles()[t].iter().filter_map(|&v| places[v as usize]) {
+                    for &w in &suspect.triangles()[s as usize] {
+                        near.extend(stars.of(w as usize));
+                    }
+                }
+                near.sort_unstable();
+                near.dedup();
+                for &s in &near {
+                    let likeness = likeness(suspect.corners(s as usize), original.corners(t));
+                    if likeness > LEAST {
+                        pairs.push((s, t as u32, likeness as f32));
+                    }
+                }
             }
-        }
-        near.sort_unstable();
-        near.dedup();
-        for &s in &near {
-            let likeness = likeness(suspect.corners(s as usize), original.corners(t));
-            if likeness > LEAST {
-                candidates[s as usize].push((t as u32, likeness as f32));
-            }
-        }
+            pairs
+        })?;
+    let mut offsets = vec![0; suspect.triangle_count() + 1];
+    for &(s, _, _) in pairs.iter().flatten() {
+        offsets[s as usize + 1] += 1;
     }
-    Ok(candidates)
+    for s in 0..suspect.triangle_count() {
+        offsets[s + 1] += offsets[s];
+    }
+    let (mut next, mut all) = (offsets.clone(), vec![(0, 0.0); offsets[suspect.triangle_count()]]);
+    for (s, t, likeness) in pairs.into_iter().flatten() {
+        all[next[s as usize]] = (t, likeness);
+        next[s as usize] += 1;
+    }
+    Ok(Candidates { offsets, all })
 }
 
 /// What fits less is not tried: four in five of what is near.

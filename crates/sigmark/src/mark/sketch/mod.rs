@@ -56,7 +56,7 @@ impl<'a> Sketcher<'a> {
     pub(crate) fn opposite(&self, patch: &Patch, basis: &PatchBasis) -> Vec<bool> {
         let is_fixed = |local: u32| match self.original.borders() {
             Borders::Fixed => patch.at_border()[local as usize],
-            Borders::Free => false,
+            Borders::Free | Borders::Windowed => false,
         };
         let vertices = 0..patch.vertices().len() as u32;
         let mut order: Vec<u32> = vertices.filter(|&local| !is_fixed(local)).collect();
