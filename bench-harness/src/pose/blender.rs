@@ -35,11 +35,11 @@ impl Blender {
         Ok(Self { python, folder })
     }
 
-    /// Keeps a file's bytes under a name of a model and of what they are; its ending is that of GLB.
-    pub(super) fn keep(&self, name: &str, bytes: &[u8]) -> Result<PathBuf> {
-        let path = self
-            .folder
-            .join(format!("{}-{}.glb", file_name(name), digest(bytes)));
+    /// Keeps a signed file's bytes under the name of its model, what they are, and the original's ending.
+    pub(super) fn keep(&self, name: &str, original: &Path, bytes: &[u8]) -> Result<PathBuf> {
+        let ending = original.extension().unwrap_or_default().to_string_lossy();
+        let name = format!("{}-{}.{ending}", file_name(name), digest(bytes));
+        let path = self.folder.join(name);
         results::write(&path, bytes)?;
         Ok(path)
     }

@@ -107,7 +107,7 @@ impl PoseBench {
     fn of_model(&self, model: &Model, original: &Path, blender: &Blender) -> Result<Found> {
         let asset = Asset::open(original)?;
         let signed = Signed::new(&asset)?;
-        let marked = blender.keep(&format!("{}-signed", model.name), &signed.file(&asset)?)?;
+        let marked = blender.keep(model.name, original, &signed.file(&asset)?)?;
         let animations = match model.is_animated {
             true => blender.animations(original)?,
             false => Vec::new(),
@@ -117,8 +117,9 @@ impl PoseBench {
         let mut rows = Vec::new();
         for (pose, file) in poses.into_iter().zip(posed) {
             let suspect = pose.suspect(&signed, file.as_deref());
-            let (vertices, read) = match &suspect {
-                Ok(suspect) => (suspect.vertex_count(), Some(signed.read(suspect)?)),
+            let read = suspect.and_then(|suspect| Ok((suspect.vertex_count(), signed.read(&suspect)?)));
+            let (vertices, read) = match read {
+                Ok((vertices, read)) => (vertices, Some(read)),
                 Err(error) => {
                     eprintln!("{}: {pose}: {error:#}", model.name);
                     (0, None)

@@ -225,12 +225,12 @@ pub(super) fn picture(model: &Model, original: &Path, pose: fn() -> Pose, blende
     }
     let asset = Asset::open(original)?;
     let signed = Signed::new(&asset)?;
-    let marked = blender.keep(&format!("{}-signed", model.name), &signed.file(&asset)?)?;
+    let marked = blender.keep(model.name, original, &signed.file(&asset)?)?;
     let pose = pose();
     let files = blender.pose(&marked, std::slice::from_ref(&pose))?;
     let suspect = pose.suspect(&signed, files.first().and_then(Option::as_deref))?;
     let rig = signed.rig().context("there is no rig to undo a pose by")?;
-    let back = unposed(signed.reader(), rig, &suspect)?.context("the pose was not undone")?;
+    let back = unposed(asset.mesh(), rig, &suspect)?.context("the pose was not undone")?;
     let transform = signed.reader().align(&suspect, &job())?.transform;
     let shown = shapes::moved(&suspect, &transform);
     let view = view(asset.mesh());

@@ -2,11 +2,12 @@
 
 use std::{fmt, num::NonZero, sync::Arc, thread};
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use job::Job;
 use mesh::{Rig, Similarity, TriMesh};
 use mesh_io::Asset;
 use rand_chacha::{ChaCha20Rng, rand_core::SeedableRng};
+use registration::{AlignOptions, Aligner, Placement, unpose_any};
 use serde::{Deserialize, Serialize};
 use sigmark::{
     Curve, Embedder, SigningKey, Verdict, Verifier,
@@ -50,7 +51,7 @@ pub(super) struct Signed {
     verifier: Verifier,
 }
 
-pub(super) fn job() -> Job<'static> {
+pub(super) fn job() -> Job {
     Job::new(thread::available_parallelism().map_or(1, NonZero::get))
 }
 
@@ -218,9 +219,13 @@ impl fmt::Display for Read {
     }
 }
 
-/// The suspect brought back by the original's rig; none where it has none, or its vertices are not found.
-pub(super) fn unposed(reader: &Reader, rig: &Rig, suspect: &TriMesh) -> Result<Option<TriMesh>> {
-    let found = reader.find(suspect, &job())?;
-    let unposed = found.unposed(rig, &job()).context("the pose can't be undone")?;
-    Ok(unposed.map(|found| found.suspect().mesh().clone()))
+/// The suspect brought back by the original's rig; none where its vertices are not found.
+pub(super) fn unposed(original: &TriMesh, rig: &Rig, suspect: &TriMesh) -> Result<Option<TriMesh>> {
+    let aligner = Aligner::new(original, &AlignOptions::default())?;
+    let Placement::ByVertices(maps) = aligner.find(suspect, &job())? else {
+        return Ok(None);
+    };
+    let unposed = unpose_any(original, rig, suspect, &maps, &job())?;
+    let back = unposed.map(|unposed| suspect.with_positions(unposed.completed(suspect).0));
+    Ok(back.transpose()?)
 }

@@ -11,6 +11,26 @@ pub struct Correspondence {
 }
 
 impl Correspondence {
+    /// The map of two meshes whose triangles follow each other in the same order, corner by corner, as in files that were exported without a change of order; none where that maps a vertex to two or two to one.
+    ///
+    /// Where equal pieces have no place by which they could be told, nothing else tells them.
+    pub fn by_order(original: &TriMesh, suspect: &TriMesh) -> Option<Self> {
+        if original.triangle_count() != suspect.triangle_count() {
+            return None;
+        }
+        let mut suspect_of = vec![None; original.vertex_count()];
+        let mut original_of = vec![None; suspect.vertex_count()];
+        let corners = original.triangles().as_flattened().iter();
+        for (&v, &partner) in corners.zip(suspect.triangles().as_flattened()) {
+            let there = *suspect_of[v as usize].get_or_insert(partner);
+            let here = *original_of[partner as usize].get_or_insert(v);
+            if (here, there) != (v, partner) {
+                return None;
+            }
+        }
+        Some(Self { suspect_of })
+    }
+
     /// How many vertices of the original have a partner.
     pub fn matched(&self) -> usize {
         self.suspect_of.iter().flatten().count()

@@ -35,10 +35,13 @@ const MOST_TARGETS: usize = 512;
 /// So many times the median, a vertex fits no pose, whichever.
 const OUTLIER: f64 = 5.0;
 
+/// Farther from the original's middle, in diagonals, nothing is brought back.
+const FARTHEST: f64 = 100.0;
+
 /// Fewer vertices say nothing of a pose.
 const FEWEST_VERTICES: usize = 12;
 
-/// Brings a suspect, whose vertices were found again, back into the original's pose; none where the rig has too many joints or targets or says nothing of enough vertices.
+/// Brings a suspect, whose vertices were found again, back into the original's pose; none where the rig has too many joints or targets, or says nothing of enough vertices, or folded them all away.
 ///
 /// Blind to what a mark says: only places and weights are looked at.
 ///
@@ -70,7 +73,8 @@ pub fn unpose(
             explained.push(pairs.explained(&rigid, suspect, map));
         }
     }
-    Ok(simplest(explained))
+    let found = simplest(explained);
+    Ok(found.filter(|found| found.map.matched() >= FEWEST_VERTICES))
 }
 
 /// What a pose makes of a suspect.
@@ -102,7 +106,8 @@ fn simplest(explained: Vec<Explained>) -> Option<Unposed> {
     explained.into_iter().nth(best).map(|one| one.unposed)
 }
 
-/// As [`unpose`], by whichever of several maps of the suspect's vertices its rig explains best.
+/// As [`unpose`], by whichever of several maps of the suspect's vertices its rig explains best, or by [the order](Correspondence::by_order) of both files' triangles: where pieces are alike, the places of a posed suspect don't
+/// say which is which.
 ///
 /// # Errors
 /// When the job was cancelled.
@@ -114,7 +119,8 @@ pub fn unpose_any(
     job: &Job,
 ) -> Result<Option<Unposed>, JobError> {
     let mut best: Option<Unposed> = None;
-    for map in maps {
+    let by_order = Correspondence::by_order(original, suspect).filter(|map| !maps.contains(map));
+    for map in maps.iter().chain(&by_order) {
         let found = unpose(original, rig, suspect, map, job)?;
         let is_better = |found: &Unposed| best.as_ref().is_none_or(|best| found.residual < best.residual);
         best = found.filter(is_better).or(best);
@@ -280,7 +286,8 @@ impl<'a> Pairs<'a> {
         let mut positions = suspect.positions().to_vec();
         let mut found = vec![None; map.suspect_of.len()];
         for row in &self.rows {
-            if let (Some(x), Some(partner)) = (pose.undone(row), map.suspect_of[row.vertex]) {
+            let before = pose.undone(row).filter(|x| x.norm() < FARTHEST);
+            if let (Some(x), Some(partner)) = (before, map.suspect_of[row.vertex]) {
                 positions[partner as usize] = ((x + self.centre) * self.diagonal).into();
                 found[row.vertex] = Some(partner);
             }
@@ -403,6 +410,36 @@ mod tests {
         for (v, place) in positions.iter().enumerate() {
             assert!((Vec3(*place) - mesh.point(v)).norm() < 0.1 * diagonal);
         }
+    }
+
+    #[test]
+    fn pieces_that_are_alike_are_told_by_the_order_of_the_triangles() {
+        let one = shapes::icosphere(2);
+        let count = one.vertex_count();
+        let pieces: Vec<TriMesh> = (0..5)
+            .map(|i| shapes::translated(&one, [3.0 * f64::from(i), 0.0, 0.0]))
+            .collect();
+        let mesh = shapes::disjoint_union(&pieces);
+        let rig = Rig::new(
+            &(0..5 * count)
+                .map(|v| vec![((v / count) as u32, 1.0)])
+                .collect::<Vec<_>>(),
+        );
+        let pose = Rigid::for_tests(Blending::Linear, 5, 1.0, false, &[]);
+        let true_map = identity(5 * count);
+        let pairs = Pairs::of(&mesh, &rig, &mesh, &true_map);
+        let suspect = mesh
+            .with_positions(pairs.rows.iter().map(|row| pose.moved(row).into()).collect())
+            .unwrap();
+        let map = Correspondence::by_order(&mesh, &suspect).unwrap();
+        assert_eq!(map, true_map);
+        let mut turned = true_map.clone();
+        turned.suspect_of.rotate_left(17);
+        let found = unpose_any(&mesh, &rig, &suspect, &[turned], &Job::default())
+            .unwrap()
+            .unwrap();
+        assert!(found.residual < 1e-9 && found.map == true_map);
+        assert_eq!(Correspondence::by_order(&mesh, &shapes::shuffled(&mesh, 3)), None);
     }
 
     #[test]
