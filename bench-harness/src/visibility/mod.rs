@@ -28,7 +28,11 @@ use self::{
 use crate::kept;
 
 /// Models whose marks are attacked in every way of Tables 4 and 5, where they are there.
-const ATTACKED: [&str; 3] = ["stanford_bunny_bun_zipper_36k", "horse_48k", "laurana_25k_boundary"];
+const ATTACKED: [&str; 3] = [
+    "stanford_bunny_bun_zipper_36k",
+    "horse_48k",
+    "laurana_25k_boundary",
+];
 
 /// Models on which the seamed mark and today's are compared where they outlast as much, where they are there.
 const EQUAL: [&str; 6] = [
@@ -106,15 +110,16 @@ impl VisibilityBench {
                 let Some(attackers) = attackers.as_ref().filter(|_| ATTACKED.contains(&name.as_str())) else {
                     continue;
                 };
-                page.outlasted.push(kept::figures(&folder, &kept("outlasted"), || {
-                    println!("{name}, {layout}: what it outlasts");
-                    let marked = Marked::new(&name, &asset, layout)?;
-                    Ok(Outlasted {
-                        model: name.clone(),
-                        layout: *layout,
-                        read: marked.read(attacks(), JointModel::default(), attackers)?,
-                    })
-                })?);
+                page.outlasted
+                    .push(kept::figures(&folder, &kept("outlasted"), || {
+                        println!("{name}, {layout}: what it outlasts");
+                        let marked = Marked::new(&name, &asset, layout)?;
+                        Ok(Outlasted {
+                            model: name.clone(),
+                            layout: *layout,
+                            read: marked.read(attacks(), JointModel::default(), attackers)?,
+                        })
+                    })?);
             }
             if let Some(attackers) = attackers.as_ref().filter(|_| EQUAL.contains(&name.as_str())) {
                 let equal = kept::figures(&folder, &format!("{name}-equal"), || {

@@ -86,16 +86,18 @@ pub(super) struct Outlasted {
 #[derive(Clone, Copy, Serialize, Deserialize)]
 pub(super) struct Read {
     pub(super) rate: f64,
-    /// T₀ by the bits: T / √(1 − T² / l).
+    /// T₀ = T / √(1 − T² / l).
     pub(super) margin: f64,
-    /// T₀ by what the estimate knows of each bit: √Σ (1 − v) / v.
-    pub(super) known: f64,
 }
 
 /// The attacks of Tables 4 and 5.
 pub(super) fn attacks() -> impl Iterator<Item = &'static str> {
     let tables = tables();
-    tables.table4.iter().chain(&tables.table5).map(|attack| attack.spec.as_str())
+    tables
+        .table4
+        .iter()
+        .chain(&tables.table5)
+        .map(|attack| attack.spec.as_str())
 }
 
 /// A model with a mark of random bits, by a layout.
@@ -221,7 +223,10 @@ impl<'a> Marked<'a> {
             let suspect = attacked(attacks, &self.mesh, &name, spec, 0)?;
             let found = reader.find(&suspect, &job())?;
             let readings = found.readings(&method, &job())?;
-            let all = readings.of_every_way(&job())?.into_iter().map(|reading| self.judged(reading));
+            let all = readings
+                .of_every_way(&job())?
+                .into_iter()
+                .map(|reading| self.judged(reading));
             let best = all.max_by(|a, b| a.margin.total_cmp(&b.margin));
             best.context("it lies nowhere")
         };
@@ -229,12 +234,9 @@ impl<'a> Marked<'a> {
     }
 
     fn judged(&self, reading: &Reading) -> Read {
-        // What is all but certain counts as much as a millionth of its variance leaves.
-        let known: f64 = reading.known.iter().map(|known| known / (1.0 - known).max(1e-6)).sum();
         Read {
             rate: extraction_rate(&self.bits, &reading.soft.hard()),
             margin: margin(&self.bits, &reading.soft.weights()),
-            known: known.sqrt(),
         }
     }
 }
@@ -258,7 +260,10 @@ fn rms<D: Copy + Into<Vec3>>(original: &Original, displacement: &[D]) -> f64 {
 /// Whether a triangle is nearly a line: by its sides, or lower than anything.
 fn is_thin(mesh: &TriMesh, triangle: usize, lowest: f64) -> bool {
     let [a, b, c] = mesh.corners(triangle);
-    let longest = [b - a, c - b, a - c].map(Vec3::norm).into_iter().fold(0.0, f64::max);
+    let longest = [b - a, c - b, a - c]
+        .map(Vec3::norm)
+        .into_iter()
+        .fold(0.0, f64::max);
     2.0 * mesh.triangle_area(triangle) < longest * lowest.max(THIN * longest)
 }
 
