@@ -4,7 +4,7 @@ use anyhow::Result;
 use evaluation::{attacks::tables, machine, python::Python, table::Table};
 
 use super::{
-    equal::{ATTACKS, Equal, READERS, Weighed},
+    equal::{ALL_BITS, ATTACKS, Equal, READERS, Weighed},
     layouts::{SEAMED, TODAY},
     trial::{Outlasted, Read, Seen, Turn},
 };
@@ -170,14 +170,13 @@ impl Page {
             };
             for ((attack, now), then) in attacks().zip(&today.read).zip(&seamed.read) {
                 compared += 1;
-                let share = now.known / then.known;
-                if share < 1.0 - SHORT {
+                if now.margin < (1.0 - SHORT) * then.margin.min(ALL_BITS) {
                     short.push(format!(
                         "{}, {}: {:.0} for {:.0} ({:.1} for {:.1} % of the bits)",
                         today.model,
                         attack.name,
-                        now.known,
-                        then.known,
+                        now.margin,
+                        then.margin,
                         100.0 * now.rate,
                         100.0 * then.rate
                     ));
@@ -189,7 +188,7 @@ impl Page {
             false => format!(": {}", short.join("; ")),
         };
         format!(
-            "By the same reader and at the same strength, T₀ of `{TODAY}` is more than {:.0} % below that of `{SEAMED}` in {} of {compared} cells{list}.\n",
+            "By the same reader and at the same strength, T₀ of `{TODAY}` is more than {:.0} % below that of `{SEAMED}`, or than 104 where that is above, in {} of {compared} cells{list}.\n",
             100.0 * SHORT,
             short.len(),
         )
@@ -200,14 +199,14 @@ impl Page {
             .into_iter()
             .chain(ATTACKS)
             .chain(["MSDM2", "to the seamed mark's", "DAME", "to the seamed mark's "]);
-        let title = "What is seen of marks that outlast as much: T₀, MSDM2, DAME";
+        let title = "What is seen of marks that outlast as much: T₀ (extraction rate, %), MSDM2, DAME";
         let mut table = Table::new(title, header).text_columns(3);
         for of in &self.equal {
             let reader = READERS[of.reader].0;
             for (name, mark) in [("seamed", &of.seamed), ("today's", &of.today)] {
                 let first = [of.model.clone(), reader.into(), name.into()].into_iter();
                 let strength = format!("{:.4}", 100.0 * mark.strength);
-                let read = mark.read.iter().map(|read| format!("{:.0}", read.known));
+                let read = mark.read.iter().map(cell);
                 let to = |of_mark: f64, of_seamed: f64| match name {
                     "seamed" => String::new(),
                     _ => format!("{:.2}", of_mark / of_seamed),
@@ -233,10 +232,10 @@ const WORDS: &str = "Each model carries the same random bits in every layout. A 
     free patches as few as keep each below 30 000 vertices, which with chip rate 3 was the default until version 3 of certificates (*seamed*); pooled ones are the default. The strength is the root mean square displacement in diagonals; \
     as in the command, pooled marks take it back where a model is thin, and slivers are levelled. Turns are of the file as it is written. \
     *At borders* are the triangles with a corner beside another patch or beside what is unmarked; a model in one patch has none. Seconds are wall time for the harmonics of all patches. Meshes of more than two hundred thousand vertices have no MSDM2: its time grows with their square.\n\n\
-    T₀ is the signal-to-noise ratio of the matched filter as the reader of `sigmark verify` states it, over all patches: √Σ (1 − v) / v over the bits, v being what is left of each bit's variance. \
-    T₀ by the bits alone, which the verdict has, says no more once all are certain; where they are not, the two agree within some tenths. One draw of bits and attacks each: repeated draws differ by some per cent.";
+    T₀ = T / √(1 − T² / l) over the l bits is the verdict's: the signal-to-noise ratio of a matched filter, here of the joint estimate that `sigmark verify` makes, over all patches. From 104 on 512 bits are right without a code, and what is beyond says how unequally sure \
+    bits are, not how much noise there is. One draw of bits and attacks each: repeated draws differ by some per cent.";
 
-const EQUAL: &str = "The seamed mark has the default strength; today's is as strong as it takes for T₀ under none of the three attacks to be below the seamed mark's, but that under smoothing 104 is enough, at which all of 512 bits are right without a code:     there the seamed mark's T₀ is higher, and no strength reaches it, since smoothing takes a share of every frequency that spreads alike however strong the mark is. The first reader is the nearest to the one that read seamed marks when they were the default: \
+const EQUAL: &str = "The seamed mark has the default strength; today's is as strong as it takes for T₀ under none of the three attacks to be below the seamed mark's, or below 104 where that is above. The first reader is the nearest to the one that read seamed marks when they were the default: \
     least squares with misalignment, smoothing and tessellation, without quadrics and weights; the second is today's. Today's marks are read by today's reader in both.\n";
 
 fn turns(turn: &Turn) -> String {
@@ -252,5 +251,8 @@ fn ratio(seen: &Seen) -> Option<f64> {
 }
 
 fn cell(read: &Read) -> String {
-    format!("{:.0} ({:.1})", read.known, 100.0 * read.rate)
+    match read.margin {
+        ..1000.0 => format!("{:.1} ({:.1})", read.margin, 100.0 * read.rate),
+        _ => format!("> 1000 ({:.1})", 100.0 * read.rate),
+    }
 }

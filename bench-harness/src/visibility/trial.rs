@@ -86,10 +86,8 @@ pub(super) struct Outlasted {
 #[derive(Clone, Copy, Serialize, Deserialize)]
 pub(super) struct Read {
     pub(super) rate: f64,
-    /// T₀ by the bits: T / √(1 − T² / l).
+    /// T₀ = T / √(1 − T² / l).
     pub(super) margin: f64,
-    /// T₀ by what the estimate knows of each bit: √Σ (1 − v) / v.
-    pub(super) known: f64,
 }
 
 /// The attacks of Tables 4 and 5.
@@ -236,16 +234,9 @@ impl<'a> Marked<'a> {
     }
 
     fn judged(&self, reading: &Reading) -> Read {
-        // What is all but certain counts as much as a millionth of its variance leaves.
-        let known: f64 = reading
-            .known
-            .iter()
-            .map(|known| known / (1.0 - known).max(1e-6))
-            .sum();
         Read {
             rate: extraction_rate(&self.bits, &reading.soft.hard()),
             margin: margin(&self.bits, &reading.soft.weights()),
-            known: known.sqrt(),
         }
     }
 }

@@ -1,7 +1,9 @@
 //! Slivers: triangles so thin that a displacement which is smooth everywhere else turns them about. A shader shows each as a spot.
 //!
-//! The corners of a triangle that a mark would turn too far get one displacement in common, and so do those of its neighbours where that turns these.
-//! A reader is not told: to him these few vertices are noise.
+//! The corners of a triangle that a mark would turn too far stay where they are, and around them the mark rises from nothing as smoothly as it does at a border. What lies there and turns then is treated
+//! likewise. A reader is not told: to him these few vertices are noise.
+
+use std::{cmp::Reverse, collections::BinaryHeap};
 
 use mesh::{TriMesh, Vec3};
 
@@ -12,36 +14,51 @@ const STEEPEST: f64 = 15.0;
 /// that.
 const MOST: usize = 50;
 
-/// Triangles that turn too far once their neighbours were levelled are few, and fewer in every round.
+/// Triangles that turn too far once the mark rises around others are few, and fewer in every round.
 const ROUNDS: usize = 40;
+
+/// Over how many times the root mean square displacement it rises: so far that facets which lie there turn by some degrees at most.
+const RISE: f64 = 25.0;
 
 /// Levels a displacement, #V, where it turns slivers. Tells how many vertices it changed.
 pub(super) fn level(mesh: &TriMesh, displacement: &mut [[f64; 3]]) -> usize {
     let given = displacement.to_vec();
-    let mut groups = Groups((0..displacement.len() as u32).collect());
+    let squares: f64 = given.iter().map(|&d| Vec3(d).squared()).sum();
+    let rise = RISE * (squares / given.len().max(1) as f64).sqrt();
+    let neighbours = mesh.neighbours();
+    let mut distance = vec![f64::INFINITY; given.len()];
     for round in 0..ROUNDS {
-        let turned: Vec<&[u32; 3]> = mesh
-            .triangles()
-            .iter()
+        let triangles = mesh.triangles().iter();
+        let turned: Vec<&[u32; 3]> = triangles
             .filter(|triangle| turns(mesh, triangle, displacement))
             .collect();
-        if turned.is_empty() {
+        if turned.is_empty() || round == 0 && turned.len() * MOST > mesh.triangle_count() {
             break;
         }
-        if round == 0 && turned.len() * MOST > mesh.triangle_count() {
-            return 0;
+        // Along edges (Dijkstra); the bits of numbers that are not negative are in their order.
+        let mut next = BinaryHeap::new();
+        for &v in turned.into_iter().flatten() {
+            distance[v as usize] = 0.0;
+            next.push(Reverse((0_u64, v)));
         }
-        for [a, b, c] in turned {
-            groups.join(*a, *b);
-            groups.join(*a, *c);
+        while let Some(Reverse((bits, v))) = next.pop() {
+            let (here, so_far) = (v as usize, f64::from_bits(bits));
+            if so_far > distance[here] || so_far >= rise {
+                continue;
+            }
+            let t = so_far / rise;
+            displacement[here] = (Vec3(given[here]) * (t * t * (3.0 - 2.0 * t))).into();
+            for &w in neighbours.of(here) {
+                let reached = so_far + (mesh.point(w as usize) - mesh.point(here)).norm();
+                if reached < distance[w as usize] {
+                    distance[w as usize] = reached;
+                    next.push(Reverse((reached.to_bits(), w)));
+                }
+            }
         }
-        groups.take_means(&given, displacement);
     }
-    displacement
-        .iter()
-        .zip(&given)
-        .filter(|(now, before)| now != before)
-        .count()
+    let pairs = displacement.iter().zip(&given);
+    pairs.filter(|(now, before)| now != before).count()
 }
 
 /// Whether a displacement turns a triangle too far; one without area has no direction to turn from.
@@ -51,44 +68,6 @@ fn turns(mesh: &TriMesh, triangle: &[u32; 3], displacement: &[[f64; 3]]) -> bool
     let [before, after] = [before, after].map(|[a, b, c]| (b - a).cross(c - a));
     let angle = before.cross(after).norm().atan2(before.dot(after));
     before.squared() > 0.0 && angle > STEEPEST.to_radians()
-}
-
-/// Vertices that move as one: each has another of its group, the first has itself.
-struct Groups(Vec<u32>);
-
-impl Groups {
-    fn first(&mut self, v: u32) -> u32 {
-        let mut first = v;
-        while self.0[first as usize] != first {
-            first = self.0[first as usize];
-        }
-        self.0[v as usize] = first;
-        first
-    }
-
-    fn join(&mut self, a: u32, b: u32) {
-        let [a, b] = [self.first(a), self.first(b)];
-        self.0[a.max(b) as usize] = a.min(b);
-    }
-
-    /// Gives every vertex the mean displacement of its group.
-    fn take_means(&mut self, given: &[[f64; 3]], displacement: &mut [[f64; 3]]) {
-        let mut sums = std::collections::BTreeMap::<u32, (Vec3, usize)>::new();
-        let first_of: Vec<u32> = (0..given.len() as u32).map(|v| self.first(v)).collect();
-        for (v, &first) in first_of
-            .iter()
-            .enumerate()
-            .filter(|&(v, &first)| v as u32 != first)
-        {
-            let sum = sums.entry(first).or_insert((Vec3(given[first as usize]), 1));
-            *sum = (sum.0 + Vec3(given[v]), sum.1 + 1);
-        }
-        for (v, first) in first_of.iter().enumerate() {
-            if let Some(&(sum, count)) = sums.get(first) {
-                displacement[v] = (sum / count as f64).into();
-            }
-        }
-    }
 }
 
 #[cfg(test)]
@@ -113,14 +92,14 @@ mod tests {
     }
 
     #[test]
-    fn no_triangle_with_area_turns_too_far_and_few_vertices_change() {
+    fn no_triangle_with_area_turns_too_far_and_only_what_is_near_changes() {
         let (mesh, wave) = wave_over_a_needle();
         let turned = |field: &[[f64; 3]]| mesh.triangles().iter().filter(|t| turns(&mesh, t, field)).count();
         assert!(turned(&wave) > 0);
         let mut levelled = wave.clone();
         let changed = level(&mesh, &mut levelled);
         assert_eq!(turned(&levelled), 0);
-        assert!((1..=12).contains(&changed), "{changed}");
+        assert!((1..=60).contains(&changed), "{changed}");
         let moved = wave.iter().zip(&levelled).filter(|(a, b)| a != b).count();
         assert_eq!(moved, changed);
     }
