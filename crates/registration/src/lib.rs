@@ -89,6 +89,7 @@ mod error;
 mod field;
 mod hypotheses;
 mod icp;
+mod local_frames;
 mod matrix;
 mod overlap;
 mod pieces;
@@ -110,6 +111,7 @@ pub use connectivity::{
 };
 pub use error::RegistrationError;
 pub use pieces::{Piece, PiecePlace};
+pub use local_frames::{FrameOptions, LocalFrames};
 pub use points::PointPair;
 pub use prepared::PreparedMesh;
 pub use resample::{ResampleOptions, Resampled, resample};

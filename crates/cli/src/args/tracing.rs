@@ -27,7 +27,7 @@ Certificates of other originals and other keys are passed over and counted. Exit
 in one, and 2 if one could not be judged.
 
 --json prints: an object a suspect, each in a line, of suspect (file name), accused (whose copies are in it, the surest first: recipient, message, certificate (file name), p_value, correlation, margin (T0, beside those \
-before)), candidates (copies that were asked for), passed_over (certificates of other originals or keys), unreadable (file names in the folders that look like certificates and could not be read), unsigned (certificates that would have been named, but that the key did not sign), p_bound, registration (connectivity, surroundings, surface, parts, or rig: by its vertices, brought back from its pose by the joints of the original's file), poses, overlap, \
+before)), candidates (copies that were asked for), passed_over (certificates of other originals or keys), unreadable (file names in the folders that look like certificates and could not be read), unsigned (certificates that would have been named, but that the key did not sign), p_bound, registration (connectivity, surroundings, surface, parts, rig: by its vertices, brought back from its pose by the joints of the original's file, or local_frames: by its vertices, each seen from its own surroundings, where something had bent or posed it), poses, overlap, \
 coverage, missing, transform (4 × 4, suspect to original), mirrored, attack_model (as `sigmark verify` has it), remark (why it is another shape), original (file name), \
 public_key (fingerprint), own_key (whether the key is the certificates'), seconds (of each stage). What can't be said is null. Of one of several suspects that could not be judged: suspect and error alone.")]
 pub(crate) struct Trace {

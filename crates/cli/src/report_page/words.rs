@@ -167,6 +167,9 @@ pub(super) fn registration(verdict: &Verdict) -> String {
         MatchedBy::Rig => {
             "by its vertices, after the joints of the original\u{2019}s rig had been brought back"
         }
+        MatchedBy::LocalFrames => {
+            "by its vertices, each seen from its own surroundings: something had bent, dragged or posed it"
+        }
         MatchedBy::Parts => {
             "by its parts, each of which was put back by itself; pictures and transform are those of the largest"
         }

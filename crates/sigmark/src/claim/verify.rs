@@ -184,10 +184,15 @@ impl Verifier {
 
     fn verify_in_place(&self, suspect: &PreparedMesh, job: &Job) -> Result<Verdict, SigmarkError> {
         let has_parts = self.parts.len() > 1 || components(suspect.mesh()).count > 1;
-        // Each is a way to the same bits, whether or not it is taken: any counts as often as there are.
-        let ways = 1 + usize::from(has_parts) + usize::from(self.rig.is_some());
         let found = self.reader.find(suspect, job)?;
+        let bent = found.in_local_frames(self.method.layout());
+        // Each is a way to the same bits, whether or not it is taken: any counts as often as there are.
+        let ways = 1 + usize::from(has_parts) + usize::from(self.rig.is_some()) + usize::from(bent.is_some());
         let mut verdict = self.weighed(self.verify_whole(&found, job)?, ways);
+        // What local frames say may be evidence, so they come before the rig.
+        if let Some(bent) = bent.filter(|_| verdict.outcome != Outcome::Verified) {
+            verdict = better(verdict, self.weighed(self.verify_whole(&bent, job)?, ways));
+        }
         if let Some(rig) = self.rig.as_ref().filter(|_| verdict.outcome != Outcome::Verified)
             && let Some(unposed) = found.unposed(rig, job)?
         {
