@@ -138,3 +138,82 @@ impl LocalFrames {
         self.ends.iter().enumerate().map(left).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use mesh::shapes;
+
+    use super::*;
+
+    const OPTIONS: FrameOptions = FrameOptions {
+        reach: 0.35,
+        noise: 2e-3,
+    };
+
+    fn placed(mesh: &TriMesh, to: impl Fn(Vec3) -> Vec3) -> Vec<Option<[f64; 3]>> {
+        (0..mesh.vertex_count())
+            .map(|v| Some(to(mesh.point(v)).into()))
+            .collect()
+    }
+
+    fn quadratic(Vec3([x, y, z]): Vec3) -> Vec3 {
+        Vec3([
+            2.0 * y + 0.3 * x * z,
+            -2.0 * x + 0.2 * y * y,
+            2.0 * z + 0.1 * x * y - 7.0,
+        ])
+    }
+
+    /// A ripple along the axes, far shorter than the reach.
+    fn ripple(p: Vec3) -> Vec3 {
+        p.map(|x| 2e-3 * (40.0 * x).sin())
+    }
+
+    #[test]
+    fn nothing_is_left_of_a_polynomial_of_degree_2() {
+        let mesh = shapes::bumpy_torus(80, 50, 1);
+        let frames = LocalFrames::fit(&mesh, &placed(&mesh, quadratic), &OPTIONS);
+        let left = frames.beside().iter().flatten().map(|d| d.norm()).fold(0.0, f64::max);
+        assert!(left < 1e-5, "{left}");
+        assert!(frames.beside().iter().all(Option::is_some));
+        let constant = frames.left_of(&vec![5.0; mesh.vertex_count()]);
+        assert!(constant.iter().all(|left| left.abs() < 1e-4));
+    }
+
+    #[test]
+    fn what_is_left_of_a_field_is_what_is_seen_of_it_under_any_smooth_map_of_either_hand() {
+        let mesh = shapes::bumpy_torus(80, 50, 1);
+        let field: Vec<Vec3> = (0..mesh.vertex_count()).map(|v| ripple(mesh.point(v))).collect();
+        let twist = |Vec3([x, y, z]): Vec3| {
+            let (sin, cos) = x.sin_cos();
+            Vec3([x, cos * y - sin * z, sin * y + cos * z]) * 100.0
+        };
+        for hand in [1.0, -1.0] {
+            let bent = |p: Vec3| {
+                let Vec3([x, y, z]) = twist(p + ripple(p));
+                Vec3([hand * x, y, z])
+            };
+            let frames = LocalFrames::fit(&mesh, &placed(&mesh, bent), &OPTIONS);
+            let left = frames.left_of(&field);
+            let (mut off, mut size) = (0.0, 0.0);
+            for (seen, left) in frames.beside().iter().zip(&left) {
+                off += (seen.unwrap() - *left).squared();
+                size += left.squared();
+            }
+            assert!(off < 0.1 * size && size > 0.0, "{hand}: {off} of {size}");
+        }
+    }
+
+    #[test]
+    fn what_is_folded_flat_or_not_seen_has_no_frame() {
+        let mesh = shapes::bumpy_torus(40, 30, 1);
+        let flat = placed(&mesh, |Vec3([x, y, _])| Vec3([x, y, 0.0]));
+        let nowhere = placed(&mesh, |_| Vec3::ZERO);
+        let unseen = vec![None; mesh.vertex_count()];
+        let of = |seen: &[Option<[f64; 3]>]| {
+            LocalFrames::fit(&mesh, seen, &OPTIONS).beside().iter().flatten().count()
+        };
+        assert_eq!((of(&nowhere), of(&unseen)), (0, 0));
+        assert!(of(&flat) < mesh.vertex_count());
+    }
+}

@@ -18,7 +18,7 @@ pub(super) struct InFrames {
 }
 
 /// How far surroundings go, in wavelengths of a patch's highest harmonic: what varies over much more is taken for the pose.
-const REACH: f64 = 1.5;
+const REACH: f64 = 1.0;
 
 /// A place where lengths became so many times larger, or smaller, than they did in the median is another shape.
 const BEARABLE_STRETCH: f64 = 2.0;
@@ -74,7 +74,7 @@ impl InFrames {
             let functions = original.functions()[index].max(1) as f64;
             let wavelength = (std::f64::consts::PI * patch.mesh().area() / functions).sqrt();
             let options = FrameOptions {
-                reach: std::env::var("REACH").ok().and_then(|r| r.parse().ok()).unwrap_or(REACH) * wavelength,
+                reach: REACH * wavelength,
                 noise: layout.distortion_rms() * original.mesh().bounding_box().diagonal(),
             };
             (index, LocalFrames::fit(patch.mesh(), &patch.gather(&seen), &options))
@@ -122,9 +122,8 @@ fn bearable(stretch: &[[f64; 2]]) -> Vec<bool> {
     }
     let count = middle.len();
     let scale = *middle.select_nth_unstable_by(count / 2, f64::total_cmp).1;
-    let bs = std::env::var("BEAR").ok().and_then(|r| r.parse().ok()).unwrap_or(BEARABLE_STRETCH);
     let is_bearable = |&[most, least]: &[f64; 2]| {
-        most > 0.0 && most <= bs * scale && least * bs >= scale
+        most > 0.0 && most <= BEARABLE_STRETCH * scale && least * BEARABLE_STRETCH >= scale
     };
     stretch.iter().map(is_bearable).collect()
 }
