@@ -48,6 +48,8 @@ pub enum MatchedBy {
     Parts,
     /// Its vertices, after the joints of the original's rig had moved them.
     Rig,
+    /// Its vertices, each seen from its own surroundings, after something had bent or posed them.
+    LocalFrames,
 }
 
 /// Where the suspect belongs, and how well it fits there.

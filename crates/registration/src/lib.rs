@@ -89,6 +89,7 @@ mod error;
 mod field;
 mod hypotheses;
 mod icp;
+mod local_frames;
 mod matrix;
 mod overlap;
 mod pieces;
@@ -109,6 +110,7 @@ pub use connectivity::{
     Correspondence, Difference, match_candidates, match_connectivity, match_surroundings,
 };
 pub use error::RegistrationError;
+pub use local_frames::{FrameOptions, LocalFrames};
 pub use pieces::{Piece, PiecePlace};
 pub use points::PointPair;
 pub use prepared::PreparedMesh;

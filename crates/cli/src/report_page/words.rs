@@ -164,6 +164,9 @@ pub(super) fn registration(verdict: &Verdict) -> String {
         MatchedBy::Rig => {
             "by its vertices, after its pose had been undone by the original\u{2019}s joints and morph targets"
         }
+        MatchedBy::LocalFrames => {
+            "by its vertices, each seen from its own surroundings: something had bent, dragged or posed it"
+        }
         MatchedBy::Parts => {
             "by its parts, each of which was put back by itself; pictures and transform are those of the largest"
         }

@@ -197,17 +197,24 @@ impl Verifier {
 
     fn verify_in_place(&self, suspect: &PreparedMesh, job: &Job) -> Result<Verdict, SigmarkError> {
         let has_parts = self.parts.len() > 1 || components(suspect.mesh()).count > 1;
+        let found = self.reader.find(suspect, job)?;
+        let bent = found.in_local_frames(self.method.layout());
         // Each is a way to the same bits, whether or not it is taken: any counts as often as there are.
-        let ways = 1 + usize::from(has_parts) + usize::from(self.rig.is_some());
+        let ways = 1 + usize::from(has_parts) + usize::from(self.rig.is_some()) + usize::from(bent.is_some());
         let expected = self.certificate.bits();
         let decoder = Decoder::new(&self.certificate, &expected).enough(ways, self.least_p());
-        let found = self.reader.find(suspect, job)?;
         let mut verdict = self.weighed(self.verify_whole(&found, &decoder, job)?, ways);
         if let Some(rig) = self.rig.as_ref().filter(|_| !self.is_enough(&verdict))
             && let Some(unposed) = found.unposed(rig, job)?
         {
             let second = self.verify_whole(&unposed, &decoder, job)?;
             verdict = better(verdict, self.weighed(second, ways));
+        }
+        if let Some(bent) = bent.filter(|_| !self.is_enough(&verdict)) {
+            verdict = better(
+                verdict,
+                self.weighed(self.verify_whole(&bent, &decoder, job)?, ways),
+            );
         }
         if !has_parts || self.is_enough(&verdict) {
             return Ok(verdict);

@@ -233,22 +233,30 @@ impl Tracer {
         let suspect = suspect.into();
         let has_parts = self.has_parts(suspect.mesh());
         let found = self.reader.find(&suspect, job)?;
-        let trace = self.accuse(self.read_found(&found, has_parts, job)?, job)?;
+        let bent = self.bent(&found);
+        let looks = self.looks(has_parts, bent.is_some());
+        let trace = self.accuse(self.read_found(&found, looks, job)?, job)?;
         if trace.is_found() {
             return Ok(trace);
         }
         if let Some((_, rig)) = self.rig.as_ref().filter(|_| self.is_posed_by_rig())
             && let Some(unposed) = found.unposed(rig, job)?
         {
-            let by_rig = self.accuse(self.read_found(&unposed, has_parts, job)?, job)?;
+            let by_rig = self.accuse(self.read_found(&unposed, looks, job)?, job)?;
             if by_rig.is_found() {
                 return Ok(by_rig);
+            }
+        }
+        if let Some(bent) = bent {
+            let in_frames = self.accuse(self.read_found(&bent, looks, job)?, job)?;
+            if in_frames.is_found() {
+                return Ok(in_frames);
             }
         }
         if !has_parts {
             return Ok(trace);
         }
-        match self.read_parts(&suspect, job)? {
+        match self.parts_read(&suspect, looks, job)? {
             Some(parts) => {
                 let of_parts = self.accuse(parts, job)?;
                 Ok(if of_parts.is_found() { of_parts } else { trace })
@@ -264,17 +272,15 @@ impl Tracer {
     pub fn read(&self, suspect: impl Into<PreparedMesh>, job: &Job) -> Result<TracedSuspect, SigmarkError> {
         let suspect = suspect.into();
         let has_parts = self.has_parts(suspect.mesh());
-        self.read_found(&self.reader.find(suspect, job)?, has_parts, job)
+        let found = self.reader.find(suspect, job)?;
+        let looks = self.looks(has_parts, self.bent(&found).is_some());
+        self.read_found(&found, looks, job)
     }
 
     fn has_parts(&self, suspect: &TriMesh) -> bool {
         [&self.original, suspect]
             .map(|mesh| components(mesh).count > 1)
             .contains(&true)
-    }
-
-    fn looks(&self, has_parts: bool) -> usize {
-        1 + usize::from(has_parts) + usize::from(self.is_posed_by_rig())
     }
 
     /// Whether any copy was signed with what poses the original.
@@ -287,10 +293,23 @@ impl Tracer {
         bound.is_some() && bound == self.rig.as_ref().map(|(digest, _)| *digest)
     }
 
-    fn read_found(&self, found: &Found, has_parts: bool, job: &Job) -> Result<TracedSuspect, SigmarkError> {
+    /// A suspect in local frames, if something bent it.
+    fn bent(&self, found: &Found) -> Option<Found> {
+        found.in_local_frames(self.lots.first()?.method.layout())
+    }
+
+    /// How many ways there are to the same coefficients.
+    fn looks(&self, has_parts: bool, is_bent: bool) -> usize {
+        1 + [has_parts, is_bent, self.is_posed_by_rig()]
+            .map(usize::from)
+            .iter()
+            .sum::<usize>()
+    }
+
+    fn read_found(&self, found: &Found, looks: usize, job: &Job) -> Result<TracedSuspect, SigmarkError> {
         let mut traced = TracedSuspect {
             residues: Vec::new(),
-            looks: self.looks(has_parts),
+            looks,
             trace: Trace::unread(found, self.candidates.len()),
         };
         if traced.trace.mismatch.is_some() {
@@ -322,13 +341,24 @@ impl Tracer {
         job: &Job,
     ) -> Result<Option<TracedSuspect>, SigmarkError> {
         let suspect = suspect.into();
+        let found = self.reader.find(&suspect, job)?;
+        let looks = self.looks(true, self.bent(&found).is_some());
+        self.parts_read(&suspect, looks, job)
+    }
+
+    fn parts_read(
+        &self,
+        suspect: &PreparedMesh,
+        looks: usize,
+        job: &Job,
+    ) -> Result<Option<TracedSuspect>, SigmarkError> {
         let mut traced = TracedSuspect {
             residues: Vec::new(),
-            looks: self.looks(true),
+            looks,
             trace: Trace::of_parts(self.candidates.len()),
         };
         for lot in &self.lots {
-            let found = self.reader.find_parts(&suspect, lot.method.layout(), job)?;
+            let found = self.reader.find_parts(suspect, lot.method.layout(), job)?;
             let ways = found.read_every_way(&lot.method, WAYS_OF_PARTS, job)?;
             traced.trace.describe_parts(&ways);
             let residues = ways

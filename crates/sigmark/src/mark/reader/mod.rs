@@ -2,6 +2,7 @@
 
 mod by_vertices;
 mod generalised;
+mod in_frames;
 mod looks;
 mod method;
 mod parts;
@@ -29,7 +30,7 @@ use registration::{
     unpose_any,
 };
 
-use super::{MarkError, MarkStage};
+use super::{MarkError, MarkLayout, MarkStage};
 use suspect::SeenBy;
 
 /// Brings suspects onto a reference and reads them there. What does not depend on the suspect is computed once, when it is first
@@ -90,7 +91,7 @@ impl Reader {
             reference: self.reference().clone(),
             placement: self.aligner.find(&suspect, &job)?,
             suspect,
-            by_rig: false,
+            brought_back: BroughtBack::AsItIs,
         })
     }
 
@@ -136,8 +137,18 @@ pub struct Found {
     reference: PreparedMesh,
     suspect: PreparedMesh,
     placement: Placement,
-    /// Whether the suspect was posed, and is here as it was before.
-    by_rig: bool,
+    brought_back: BroughtBack,
+}
+
+/// What was undone before a suspect is read.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum BroughtBack {
+    /// Nothing.
+    AsItIs,
+    /// A pose by the rig of the reference: the suspect is here as it was before.
+    ByRig,
+    /// Whatever is smooth in the surroundings of each vertex: the suspect is here as it is, and read in local frames.
+    InFrames,
 }
 
 impl Found {
@@ -171,14 +182,31 @@ impl Found {
             reference: self.reference.clone(),
             suspect: self.suspect.mesh().with_positions(best.positions)?.into(),
             placement: Placement::ByVertices(vec![best.map]),
-            by_rig: true,
+            brought_back: BroughtBack::ByRig,
         }))
+    }
+
+    /// The same suspect, to be read in the frames of each vertex' own surroundings: whatever bent, dragged or posed it. None where its vertices were not found again, or lie as if nothing had: which looks at no bits.
+    pub fn in_local_frames(&self, layout: &MarkLayout) -> Option<Self> {
+        let Placement::ByVertices(maps) = &self.placement else {
+            return None;
+        };
+        if !in_frames::is_bent(layout, &self.suspect, maps.first()?) {
+            return None;
+        }
+        Some(Self {
+            reference: self.reference.clone(),
+            suspect: self.suspect.clone(),
+            placement: Placement::ByVertices(maps.clone()),
+            brought_back: BroughtBack::InFrames,
+        })
     }
 
     /// What of it was found again.
     pub fn matched_by(&self) -> MatchedBy {
         match &self.placement {
-            _ if self.by_rig => MatchedBy::Rig,
+            _ if self.brought_back == BroughtBack::ByRig => MatchedBy::Rig,
+            _ if self.brought_back == BroughtBack::InFrames => MatchedBy::LocalFrames,
             Placement::ByVertices(maps) => {
                 let all = |map: &Correspondence| map.matched() == map.suspect_of.len();
                 match maps.iter().all(all) {

@@ -6,7 +6,7 @@ use job::Job;
 use mesh::{Similarity, TriMesh};
 use registration::{Alignment, Correspondence, MatchedBy, Piece, PiecePlace, Placement, PreparedMesh};
 
-use super::{Found, Reader, Reading, ReadingMethod, Wanted, readings::agreement};
+use super::{BroughtBack, Found, Reader, Reading, ReadingMethod, Wanted, readings::agreement};
 use crate::mark::{MarkError, MarkLayout, MarkStage};
 
 /// Parts of a suspect that are parts of the reference, each in all the places where it may belong.
@@ -216,7 +216,7 @@ impl FoundParts {
                 .map_err(|_| MarkError::Alignment)?
                 .into(),
             placement: Placement::BySurface(alignment),
-            by_rig: false,
+            brought_back: BroughtBack::AsItIs,
         })
     }
 }

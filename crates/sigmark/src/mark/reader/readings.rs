@@ -4,7 +4,10 @@ use job::Job;
 use mesh::Similarity;
 use registration::{Correspondence, Placement};
 
-use super::{Found, Reading, ReadingMethod, Suspect, Wanted, by_vertices, looks::looks, suspect::SeenBy};
+use super::{
+    BroughtBack, Found, Reading, ReadingMethod, Suspect, Wanted, by_vertices, in_frames::InFrames,
+    looks::looks, suspect::SeenBy,
+};
 use crate::mark::{MarkError, MarkStage, Registered, correlation};
 
 /// All that can be read of a suspect, whatever the bits are that are looked for: one suspect can be asked for many.
@@ -33,6 +36,8 @@ struct Look {
 enum ReadBy<'a> {
     /// By a map of the vertices.
     Vertices(&'a Correspondence),
+    /// By a map of the vertices, in local frames.
+    Frames(Box<InFrames>),
     /// In a pose, in which it was sampled.
     Surface {
         suspect: Box<Suspect>,
@@ -45,6 +50,17 @@ impl<'a> Readings<'a> {
     pub(super) fn of(found: &'a Found, method: &'a ReadingMethod, job: &Job) -> Result<Self, MarkError> {
         method.layout().original().keep_a_gigabyte();
         let ways = match &found.placement {
+            Placement::ByVertices(maps) if found.brought_back == BroughtBack::InFrames => {
+                job.begin(MarkStage::Resampling)?;
+                let way = |map| {
+                    let frames = InFrames::of(method.layout(), &found.suspect, map, job)?;
+                    Ok(Way {
+                        looks: vec![Look::by(method.clone())],
+                        by: ReadBy::Frames(Box::new(frames)),
+                    })
+                };
+                maps.iter().map(way).collect::<Result<_, MarkError>>()?
+            }
             Placement::ByVertices(maps) => maps
                 .iter()
                 .map(|map| Way {
@@ -84,9 +100,9 @@ impl<'a> Readings<'a> {
     pub fn best<'w>(&self, wanted: impl Into<Wanted<'w>>, job: &Job) -> Result<Reading, MarkError> {
         let looks = self.ways.first().map_or(0, |way| way.looks.len());
         // Any way, look and rule might be the one that is taken.
-        let rules = match &self.found.placement {
-            Placement::ByVertices(_) => 2,
-            Placement::BySurface(_) => 1,
+        let rules = match self.ways.first().map(|way| &way.by) {
+            Some(ReadBy::Vertices(_)) => 2,
+            _ => 1,
         };
         let wanted = wanted.into().of(rules * looks * self.ways.len());
         let mut best: Option<Reading> = None;
@@ -116,7 +132,7 @@ impl<'a> Readings<'a> {
             let Way { by, looks } = way;
             let Look { method, first, again } = looks.get(look).ok_or(MarkError::Alignment)?;
             match by {
-                ReadBy::Surface { .. } => kept(first, || self.first(way, look, job)),
+                ReadBy::Surface { .. } | ReadBy::Frames(_) => kept(first, || self.first(way, look, job)),
                 ReadBy::Vertices(map) => kept(again, || {
                     job.begin(MarkStage::Detection)?;
                     by_vertices::read_anew(&self.found.suspect, map, method, job)
@@ -160,6 +176,10 @@ impl<'a> Readings<'a> {
                 job.begin(MarkStage::Detection)?;
                 by_vertices::first_reading(&self.found.suspect, map, method, job)
             }
+            ReadBy::Frames(frames) => {
+                job.begin(MarkStage::Detection)?;
+                frames.read(method, job)
+            }
             ReadBy::Surface {
                 suspect,
                 pose,
@@ -178,12 +198,17 @@ fn looks_by(method: &ReadingMethod, is_seen: impl Fn(usize) -> bool) -> Vec<Look
             .map(|patches| method.among(patches))
             .collect(),
     };
-    let look = |method| Look {
-        method,
-        first: OnceLock::new(),
-        again: OnceLock::new(),
-    };
-    methods.into_iter().map(look).collect()
+    methods.into_iter().map(Look::by).collect()
+}
+
+impl Look {
+    fn by(method: ReadingMethod) -> Self {
+        Self {
+            method,
+            first: OnceLock::new(),
+            again: OnceLock::new(),
+        }
+    }
 }
 
 /// What was read, or is read now.

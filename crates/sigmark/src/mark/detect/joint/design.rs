@@ -2,6 +2,7 @@
 
 use faer::Mat;
 use mesh::{Similarity, Vec3};
+use registration::LocalFrames;
 
 use super::{
     Bending, JointModel,
@@ -24,6 +25,8 @@ pub(super) struct Design<'a> {
     to_unit: Similarity,
     /// Which fields there are.
     pub(super) model: JointModel,
+    /// Those that each patch is seen in, if it is seen so; all are where one is.
+    frames: Option<&'a [Option<LocalFrames>]>,
 }
 
 /// The patch of some observations, and where its chips are. Its unknowns come first, then the fields: where chips are [spread](crate::mark::Rotation) over harmonics the part of the mark
@@ -39,10 +42,18 @@ pub(super) struct View<'a> {
     rotation: Option<PatchRotation>,
     pub(super) patch: &'a Patch,
     pub(super) basis: &'a PatchBasis,
+    /// What local frames leave of the harmonics, by their numbers from 0; none where the patch is seen as it is.
+    left: Option<Vec<Vec<f64>>>,
 }
 
 impl<'a> View<'a> {
-    pub(super) fn new(layout: &'a MarkLayout, index: usize, patch: &'a Patch, basis: &'a PatchBasis) -> Self {
+    pub(super) fn new(
+        design: &Design<'_>,
+        layout: &'a MarkLayout,
+        index: usize,
+        patch: &'a Patch,
+        basis: &'a PatchBasis,
+    ) -> Self {
         let chips = layout.chips(index);
         let rotation = layout.rotation(index);
         let mut bits: Vec<usize> = chips.iter().map(|chip| chip.bit).collect();
@@ -63,6 +74,20 @@ impl<'a> View<'a> {
             rotation,
             patch,
             basis,
+            left: design.frames_of(index).map(|frames| {
+                let count = chips.iter().map(|chip| chip.frequency + 1).max().unwrap_or(0);
+                (0..count)
+                    .map(|k| frames.left_of(basis.spectrum().eigenfunction(k)))
+                    .collect()
+            }),
+        }
+    }
+
+    /// The part of a harmonic that is seen.
+    fn harmonic(&self, k: usize) -> &[f64] {
+        match &self.left {
+            Some(left) => &left[k],
+            None => self.basis.spectrum().eigenfunction(k),
         }
     }
 
@@ -102,6 +127,7 @@ impl<'a> Design<'a> {
         original: &'a Original,
         surface: &'a [[Vec3; SURFACE_FIELDS]],
         model: JointModel,
+        frames: Option<&'a [Option<LocalFrames>]>,
     ) -> Self {
         let bounds = original.mesh().bounding_box();
         Self {
@@ -110,7 +136,12 @@ impl<'a> Design<'a> {
             diagonal: bounds.diagonal(),
             to_unit: bounds.to_unit_frame(),
             model,
+            frames,
         }
+    }
+
+    fn frames_of(&self, patch: usize) -> Option<&LocalFrames> {
+        self.frames?.get(patch)?.as_ref()
     }
 
     /// X, G and u·d, one row an observation, without weights.
@@ -121,7 +152,7 @@ impl<'a> Design<'a> {
         let bits = view.bits.len();
         let mut rows = Mat::<f64>::zeros(block.len(), view.columns());
         for (chip, &column) in view.chips.iter().zip(&view.columns) {
-            let harmonic = basis.spectrum().eigenfunction(chip.frequency);
+            let harmonic = view.harmonic(chip.frequency);
             let column = rows.col_as_slice_mut(column).iter_mut();
             for (entry, observation) in column.zip(block) {
                 *entry += amplitude[chip.axis] * observation.along[chip.axis] * harmonic[observation.vertex];
@@ -133,7 +164,8 @@ impl<'a> Design<'a> {
             let fields = similarity_fields(place, observation.along).into_iter();
             let fields = fields.chain(smoothing.map(|field| observation.along.dot(field)));
             // A column of zeros is no unknown.
-            let fields = fields.map(|value| if self.model.has_interference() { value } else { 0.0 });
+            let has_interference = self.model.has_interference() && self.frames.is_none();
+            let fields = fields.map(|value| if has_interference { value } else { 0.0 });
             let fields = fields.chain(observation.tessellation_bias);
             let fields = fields.chain([observation.along.dot(normal)]);
             let fields = fields.chain(bending_fields(place, observation.along));

@@ -72,6 +72,7 @@ use std::{
 
 use job::Job;
 use mesh::{Similarity, Vec3};
+use registration::LocalFrames;
 use serde::Serialize;
 
 use super::Detector;
@@ -247,14 +248,35 @@ impl JointEstimator {
         optional: &RangeInclusive<usize>,
         job: &Job,
     ) -> Result<JointEstimate, MarkError> {
+        self.estimated(suspect, None, optional, job)
+    }
+
+    /// What a suspect says that is seen in [local frames](registration::LocalFrames), one for each patch of which something is seen: it lies where its own surroundings would have it, but for what they leave.
+    /// Whatever else moves a surface is taken to be gone with what is smooth.
+    pub(crate) fn estimate_in_frames(
+        &self,
+        suspect: &Registered,
+        frames: &[Option<LocalFrames>],
+        job: &Job,
+    ) -> Result<JointEstimate, MarkError> {
+        self.estimated(suspect, Some(frames), &(0..=0), job)
+    }
+
+    fn estimated(
+        &self,
+        suspect: &Registered,
+        frames: Option<&[Option<LocalFrames>]>,
+        optional: &RangeInclusive<usize>,
+        job: &Job,
+    ) -> Result<JointEstimate, MarkError> {
         let layout = &*self.layout;
         let original = layout.original();
         suspect.check(original.mesh().vertex_count())?;
         let surface = self.surface.get_or_init(|| surface_fields(original.mesh()));
-        let design = Design::new(original, surface, self.model);
+        let design = Design::new(original, surface, self.model, frames);
         let redundancy = suspect.redundancy();
         let of_patch = |index: usize, patch: &Patch, basis: &PatchBasis| {
-            let view = View::new(layout, index, patch, basis);
+            let view = View::new(&design, layout, index, patch, basis);
             let mut seen = observations(patch, basis, suspect, design.diagonal);
             seen.iter_mut()
                 .for_each(|observation| self.model.limit(observation));

@@ -69,7 +69,7 @@ impl Solving<'_> {
                 let (solution, left) = system.solved(noise)?;
                 noise = Some(left);
                 let of_patch = |index: usize, patch: &Patch, basis: &PatchBasis| {
-                    let view = View::new(self.layout, index, patch, basis);
+                    let view = View::new(self.design, self.layout, index, patch, basis);
                     let own = system.own(index, &patches[&index], &solution);
                     let weighed = patches[&index].weighed_by(self.design, &view, &own, redundancy);
                     (index, weighed)
@@ -119,7 +119,7 @@ impl Solving<'_> {
             false => SoftBits::new(means),
         };
         Ok(JointEstimate {
-            noise: (system.squares_left(&solution) / weight).sqrt(),
+            noise: (system.squares_left(&solution) / weight.max(f64::MIN_POSITIVE)).sqrt(),
             known: variances.iter().map(|v| (1.0 - v).clamp(0.0, 1.0)).collect(),
             soft: values,
             misalignment: self.design.similarity(of_similarity),

@@ -1,0 +1,228 @@
+//! A polynomial of degree 2 around one vertex.
+
+use mesh::{TriMesh, Vec3};
+
+use super::FrameOptions;
+use crate::matrix::{Mat3, svd};
+
+/// A vertex around another, and how much it counts for its distance.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Neighbour {
+    pub(super) vertex: u32,
+    pub(super) weight: f64,
+}
+
+/// What is fitted around a vertex.
+pub(super) struct Fitted {
+    /// yᵢ − Σⱼ sᵢⱼ yⱼ.
+    pub(super) off: Vec3,
+    /// Jᵢ.
+    pub(super) gradient: Mat3,
+    /// j and sᵢⱼ.
+    pub(super) shares: Vec<(u32, f32)>,
+}
+
+/// Monomials of degree 2 and less of three coordinates: 1, three, six.
+const MONOMIALS: usize = 10;
+
+/// So many times as many neighbours as unknowns, or the fit says nothing.
+const FEWEST: usize = 2 * MONOMIALS;
+
+/// Monomials that a surface has no extent for: this much of what neighbours count holds their coefficients to zero.
+const RIDGE: f64 = 1e-9;
+
+/// How far a gradient may be from a similarity before the noise is believed instead, across a reach.
+const STRAIN: f64 = 0.3;
+
+/// Vertices that count less are left out.
+const LEAST_WEIGHT: f64 = 0.01;
+
+type Monomials = [f64; MONOMIALS];
+
+/// A vertex around another: its number, how much it counts, and where it lies from there, in the region by reaches and in the suspect.
+type Around = (u32, f64, Vec3, Vec3);
+
+/// What fits of one region have in common.
+pub(super) struct Fitting<'a> {
+    region: &'a TriMesh,
+    places: &'a [Vec3],
+    reach: f64,
+    /// What holds gradients to a similarity, as a share of what neighbours count.
+    prior: f64,
+    /// How well each vertex fits its own surroundings, from 0 to 1.
+    weights: Vec<f64>,
+    /// −1 where the suspect is a mirrored copy.
+    hand: f64,
+}
+
+impl<'a> Fitting<'a> {
+    pub(super) fn new(region: &'a TriMesh, places: &'a [Vec3], options: &FrameOptions) -> Self {
+        Self {
+            region,
+            places,
+            reach: options.reach,
+            prior: (options.noise / (STRAIN * options.reach)).powi(2),
+            weights: vec![1.0; places.len()],
+            hand: 1.0,
+        }
+    }
+
+    /// Tells from some vertices whether the suspect is a mirrored copy.
+    pub(super) fn tell_hand<'n>(&mut self, around: impl Iterator<Item = (u32, &'n [Neighbour])>) {
+        let mut sum = 0.0;
+        for (vertex, around) in around {
+            let around = self.gathered(vertex, around);
+            let total: f64 = around.iter().map(|a| a.1).sum();
+            let (covariance, spread) = covariance(&around, total);
+            let size = svd(&covariance).values[0] * spread;
+            if size > 0.0 {
+                sum += covariance.determinant() / svd(&covariance).values[0].powi(3);
+            }
+        }
+        self.hand = if sum < 0.0 { -1.0 } else { 1.0 };
+    }
+
+    /// Weighs samples by how far they are off (Welsch's weights, in twice the median).
+    pub(super) fn weigh(&mut self, samples: &[u32], off: &[Option<f64>]) {
+        let mut known: Vec<f64> = off.iter().copied().flatten().collect();
+        if known.is_empty() {
+            return;
+        }
+        let middle = known.len() / 2;
+        let median = known
+            .select_nth_unstable_by(middle, f64::total_cmp)
+            .1
+            .max(f64::MIN_POSITIVE);
+        for (&sample, off) in samples.iter().zip(off) {
+            let beside = off.unwrap_or(f64::INFINITY) / (2.0 * median);
+            self.weights[sample as usize] = (-0.5 * beside * beside).exp();
+        }
+    }
+
+    /// The fit around a vertex.
+    pub(super) fn at(&self, vertex: u32, around: &[Neighbour]) -> Option<Fitted> {
+        let around = self.gathered(vertex, around);
+        if around.len() < FEWEST {
+            return None;
+        }
+        let total: f64 = around.iter().map(|a| a.1).sum();
+        let motion = self.similarity(&around, total);
+        // The normal equations, and what they say of y less the similarity.
+        let mut normal = [[0.0; MONOMIALS]; MONOMIALS];
+        let mut right = [Vec3::ZERO; MONOMIALS];
+        let rows: Vec<Monomials> = around.iter().map(|&(_, _, x, _)| monomials(x)).collect();
+        for (row, &(_, weight, x, y)) in rows.iter().zip(&around) {
+            let rest = y - motion * x;
+            for i in 0..MONOMIALS {
+                let weighed = weight * row[i];
+                right[i] += rest * weighed;
+                for j in 0..=i {
+                    normal[i][j] += weighed * row[j];
+                }
+            }
+        }
+        let share_of = cholesky(&normal, RIDGE * total)?;
+        let mut unit = [0.0; MONOMIALS];
+        unit[0] = 1.0;
+        let shares_of = solve(&share_of, unit);
+        let mut off = Vec3::ZERO;
+        let mut shares = Vec::with_capacity(around.len());
+        for (row, &(v, weight, _, y)) in rows.iter().zip(&around) {
+            let share = weight * row.iter().zip(&shares_of).map(|(a, b)| a * b).sum::<f64>();
+            off -= y * share;
+            shares.push((v, share as f32));
+        }
+        let held = cholesky(&normal, self.prior * total)?;
+        let axes = [0, 1, 2].map(|axis| {
+            let solution = solve(&held, right.map(|r| r[axis]));
+            Vec3([solution[1], solution[2], solution[3]])
+        });
+        let mut gradient = motion;
+        gradient += Mat3(axes);
+        let unit = 1.0 / self.reach;
+        Some(Fitted {
+            off,
+            gradient: Mat3(gradient.0.map(|row| row * unit)),
+            shares,
+        })
+    }
+
+    /// What lies around a vertex and counts.
+    fn gathered(&self, vertex: u32, around: &[Neighbour]) -> Vec<Around> {
+        let (here, there) = (self.region.point(vertex as usize), self.places[vertex as usize]);
+        let known = |n: &&Neighbour| self.weights[n.vertex as usize] > LEAST_WEIGHT;
+        let place = |n: &Neighbour| {
+            let v = n.vertex as usize;
+            let x = (self.region.point(v) - here) * (1.0 / self.reach);
+            (n.vertex, n.weight * self.weights[v], x, self.places[v] - there)
+        };
+        around.iter().filter(known).map(place).collect()
+    }
+
+    /// The best similarity of what lies around (Umeyama 1991), without its translation.
+    fn similarity(&self, around: &[Around], total: f64) -> Mat3 {
+        let (covariance, spread) = covariance(around, total);
+        let svd = svd(&covariance);
+        let (Mat3(left), Mat3(right)) = (svd.left, svd.right);
+        let sign = (svd.left.determinant() * svd.right.determinant() * self.hand).signum();
+        let scale = (svd.values[0] + svd.values[1] + sign * svd.values[2]) / spread.max(f64::MIN_POSITIVE);
+        let mut motion = Mat3::ZERO;
+        for (i, sign) in [1.0, 1.0, sign].into_iter().enumerate() {
+            motion += Mat3::outer(left[i] * (scale * sign), right[i]);
+        }
+        motion
+    }
+}
+
+/// Σ w (y − ȳ)(x − x̄)ᵀ and Σ w |x − x̄|².
+fn covariance(around: &[Around], total: f64) -> (Mat3, f64) {
+    let mean = |of: fn(&Around) -> Vec3| {
+        let sum: Vec3 = around.iter().map(|a| of(a) * a.1).sum();
+        sum * (1.0 / total.max(f64::MIN_POSITIVE))
+    };
+    let (x_mean, y_mean) = (mean(|a| a.2), mean(|a| a.3));
+    let (mut covariance, mut spread) = (Mat3::ZERO, 0.0);
+    for &(_, weight, x, y) in around {
+        let (x, y) = (x - x_mean, y - y_mean);
+        covariance += Mat3::outer(y * weight, x);
+        spread += weight * x.squared();
+    }
+    (covariance, spread)
+}
+
+fn monomials(Vec3([x, y, z]): Vec3) -> Monomials {
+    [1.0, x, y, z, x * x, y * y, z * z, x * y, y * z, z * x]
+}
+
+/// The factor of a symmetric matrix that is known by its lower triangle, with so much added to all of the diagonal but the first entry: constants are reproduced whatever holds the rest.
+fn cholesky(matrix: &[Monomials; MONOMIALS], ridge: f64) -> Option<[Monomials; MONOMIALS]> {
+    let mut factor = [[0.0; MONOMIALS]; MONOMIALS];
+    for i in 0..MONOMIALS {
+        for j in 0..=i {
+            let inner: f64 = (0..j).map(|k| factor[i][k] * factor[j][k]).sum();
+            let rest = matrix[i][j] - inner;
+            if i == j {
+                let rest = rest + if i > 0 { ridge } else { 0.0 };
+                if rest.is_nan() || rest <= 0.0 {
+                    return None;
+                }
+                factor[i][i] = rest.sqrt();
+            } else {
+                factor[i][j] = rest / factor[j][j];
+            }
+        }
+    }
+    Some(factor)
+}
+
+fn solve(factor: &[Monomials; MONOMIALS], mut right: Monomials) -> Monomials {
+    for i in 0..MONOMIALS {
+        let inner: f64 = (0..i).map(|k| factor[i][k] * right[k]).sum();
+        right[i] = (right[i] - inner) / factor[i][i];
+    }
+    for i in (0..MONOMIALS).rev() {
+        let inner: f64 = (i + 1..MONOMIALS).map(|k| factor[k][i] * right[k]).sum();
+        right[i] = (right[i] - inner) / factor[i][i];
+    }
+    right
+}

@@ -1,0 +1,232 @@
+//! A deformation that is smooth wherever one looks closely enough, undone in local frames.
+//!
+//! A region of a suspect whose vertices were found again is y = φ(x + δ) + noise: φ bent, twisted, posed or dragged it, and δ is what the suspect has beside the original. Nothing is known of φ but that around most vertices it is nearly
+//! a polynomial of degree 2. So around each vertex i such a polynomial is fitted to the vertices within the reach (`windows.rs`), by least squares whose weights fall with the distance and with how badly a vertex fits its own surroundings (`fit.rs`; Cleveland 1979). Its value at the vertex is Σⱼ sᵢⱼ yⱼ, linear in the places
+//! around, and its gradient Jᵢ says how the suspect is turned and stretched there. So
+//!
+//! Jᵢ⁻¹ (yᵢ − Σⱼ sᵢⱼ yⱼ) = δᵢ − Σⱼ sᵢⱼ δⱼ,
+//!
+//! up to the third derivatives of φ: whatever was smooth is gone, of both. The fit takes the smooth part of δ with it, but what it leaves of any δ is known: [`LocalFrames::left_of`]. Whoever estimates δ compares what is seen with that, and nothing is lost but what can't be told from a pose.
+//!
+//! Blind to what a mark says: only places are looked at.
+
+mod fit;
+mod windows;
+
+use mesh::{TriMesh, Vec3};
+
+use crate::matrix::{Mat3, svd};
+use fit::{Fitting, Neighbour};
+use windows::Windows;
+
+/// A region of a suspect as its own surroundings see it; per vertex of the region.
+#[derive(Clone, Debug)]
+pub struct LocalFrames {
+    /// δᵢ − Σⱼ sᵢⱼ δⱼ, in the region's frame and unit; none where too little was seen around, or space was folded.
+    beside: Vec<Option<Vec3>>,
+    /// The largest and the smallest singular value of Jᵢ; zeros where there is none.
+    stretch: Vec<[f64; 2]>,
+    /// j and sᵢⱼ, one vertex after the other.
+    shares: Vec<(u32, f32)>,
+    /// Where the shares of each vertex end.
+    ends: Vec<usize>,
+}
+
+/// How the frames are made.
+#[derive(Clone, Copy, Debug)]
+pub struct FrameOptions {
+    /// How far the surroundings of a vertex go, in the region's unit.
+    pub reach: f64,
+    /// About how far vertices lie beside a smooth deformation, in the region's unit: what gradients can't be told from.
+    pub noise: f64,
+}
+
+/// Rounds of robust weights.
+const ROUNDS: usize = 3;
+
+/// A gradient whose singular values go beyond this, beside the median of the middle ones, was folded or torn.
+const FARTHEST_STRETCH: f64 = 5.0;
+
+impl LocalFrames {
+    /// Those of a region, given where each of its vertices is seen.
+    ///
+    /// # Panics
+    /// When there isn't one place a vertex.
+    pub fn fit(region: &TriMesh, seen: &[Option<[f64; 3]>], options: &FrameOptions) -> Self {
+        assert_eq!(region.vertex_count(), seen.len(), "one place a vertex");
+        let is_seen: Vec<bool> = seen.iter().map(Option::is_some).collect();
+        let windows = Windows::around(region, &is_seen, options.reach);
+        let places: Vec<Vec3> = seen.iter().map(|p| Vec3(p.unwrap_or_default())).collect();
+        let mut fitting = Fitting::new(region, &places, options);
+        let samples: Vec<u32> = windows.samples().to_vec();
+        fitting.tell_hand(samples.iter().map(|&sample| (sample, windows.of(sample))));
+        for _ in 0..ROUNDS {
+            let off = |&sample: &u32| fitting.at(sample, windows.of(sample)).map(|fit| fit.off.norm());
+            let off: Vec<Option<f64>> = samples.iter().map(off).collect();
+            fitting.weigh(&samples, &off);
+        }
+        let mut frames = Self {
+            beside: Vec::with_capacity(seen.len()),
+            stretch: Vec::with_capacity(seen.len()),
+            shares: Vec::new(),
+            ends: Vec::with_capacity(seen.len()),
+        };
+        let mut gradients = Vec::with_capacity(seen.len());
+        for (vertex, is_seen) in is_seen.iter().enumerate() {
+            let fit = is_seen
+                .then(|| fitting.at(vertex as u32, windows.of(vertex as u32)))
+                .flatten();
+            gradients.push(fit.as_ref().map(|fit| (fit.off, svd(&fit.gradient))));
+            if let Some(fit) = fit {
+                frames.shares.extend(fit.shares);
+            }
+            frames.ends.push(frames.shares.len());
+        }
+        let mut middle: Vec<f64> = gradients.iter().flatten().map(|(_, svd)| svd.values[1]).collect();
+        let scale = match middle.len() {
+            0 => 1.0,
+            count => *middle.select_nth_unstable_by(count / 2, f64::total_cmp).1,
+        };
+        for gradient in gradients {
+            let folded = |values: [f64; 3]| {
+                !(values[0] < FARTHEST_STRETCH * scale && values[2] * FARTHEST_STRETCH > scale)
+            };
+            let (beside, stretch) = match gradient {
+                Some((off, svd)) if !folded(svd.values) => {
+                    let (Mat3(left), Mat3(right)) = (svd.left, svd.right);
+                    let undone: Vec3 = (0..3)
+                        .map(|i| right[i] * (left[i].dot(off) / svd.values[i]))
+                        .sum();
+                    (Some(undone), [svd.values[0], svd.values[2]])
+                }
+                _ => (None, [0.0; 2]),
+            };
+            frames.beside.push(beside);
+            frames.stretch.push(stretch);
+        }
+        frames
+    }
+
+    /// δᵢ − Σⱼ sᵢⱼ δⱼ of what the suspect has beside the original, in the region's frame and unit; none where too little was seen around a vertex, or space was folded there.
+    pub fn beside(&self) -> &[Option<Vec3>] {
+        &self.beside
+    }
+
+    /// By how much lengths at each vertex became larger, along the direction where that is most and where it is least; zeros where that can't be told.
+    pub fn stretch(&self) -> &[[f64; 2]] {
+        &self.stretch
+    }
+
+    /// fᵢ − Σⱼ sᵢⱼ fⱼ: what these frames leave of a field over the region's vertices; 0 where nothing was seen.
+    ///
+    /// # Panics
+    /// When there isn't one value a vertex.
+    pub fn left_of<T>(&self, field: &[T]) -> Vec<T>
+    where
+        T: Copy + Default + std::ops::Sub<Output = T> + std::ops::Mul<f64, Output = T>,
+    {
+        assert_eq!(field.len(), self.ends.len(), "one value a vertex");
+        let mut start = 0;
+        let left = |(vertex, &end): (usize, &usize)| {
+            let shares = &self.shares[start..end];
+            start = end;
+            if shares.is_empty() {
+                return T::default();
+            }
+            let mut left = field[vertex];
+            for &(of, share) in shares {
+                left = left - field[of as usize] * f64::from(share);
+            }
+            left
+        };
+        self.ends.iter().enumerate().map(left).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use mesh::shapes;
+
+    use super::*;
+
+    const OPTIONS: FrameOptions = FrameOptions {
+        reach: 0.35,
+        noise: 2e-3,
+    };
+
+    fn placed(mesh: &TriMesh, to: impl Fn(Vec3) -> Vec3) -> Vec<Option<[f64; 3]>> {
+        (0..mesh.vertex_count())
+            .map(|v| Some(to(mesh.point(v)).into()))
+            .collect()
+    }
+
+    fn quadratic(Vec3([x, y, z]): Vec3) -> Vec3 {
+        Vec3([
+            2.0 * y + 0.3 * x * z,
+            -2.0 * x + 0.2 * y * y,
+            2.0 * z + 0.1 * x * y - 7.0,
+        ])
+    }
+
+    /// A ripple along the axes, far shorter than the reach.
+    fn ripple(p: Vec3) -> Vec3 {
+        p.map(|x| 2e-3 * (40.0 * x).sin())
+    }
+
+    #[test]
+    fn nothing_is_left_of_a_polynomial_of_degree_2() {
+        let mesh = shapes::bumpy_torus(80, 50, 1);
+        let frames = LocalFrames::fit(&mesh, &placed(&mesh, quadratic), &OPTIONS);
+        let left = frames
+            .beside()
+            .iter()
+            .flatten()
+            .map(|d| d.norm())
+            .fold(0.0, f64::max);
+        assert!(left < 1e-5, "{left}");
+        assert!(frames.beside().iter().all(Option::is_some));
+        let constant = frames.left_of(&vec![5.0; mesh.vertex_count()]);
+        assert!(constant.iter().all(|left| left.abs() < 1e-4));
+    }
+
+    #[test]
+    fn what_is_left_of_a_field_is_what_is_seen_of_it_under_any_smooth_map_of_either_hand() {
+        let mesh = shapes::bumpy_torus(80, 50, 1);
+        let field: Vec<Vec3> = (0..mesh.vertex_count()).map(|v| ripple(mesh.point(v))).collect();
+        let twist = |Vec3([x, y, z]): Vec3| {
+            let (sin, cos) = x.sin_cos();
+            Vec3([x, cos * y - sin * z, sin * y + cos * z]) * 100.0
+        };
+        for hand in [1.0, -1.0] {
+            let bent = |p: Vec3| {
+                let Vec3([x, y, z]) = twist(p + ripple(p));
+                Vec3([hand * x, y, z])
+            };
+            let frames = LocalFrames::fit(&mesh, &placed(&mesh, bent), &OPTIONS);
+            let left = frames.left_of(&field);
+            let (mut off, mut size) = (0.0, 0.0);
+            for (seen, left) in frames.beside().iter().zip(&left) {
+                off += (seen.unwrap() - *left).squared();
+                size += left.squared();
+            }
+            assert!(off < 0.1 * size && size > 0.0, "{hand}: {off} of {size}");
+        }
+    }
+
+    #[test]
+    fn what_is_folded_flat_or_not_seen_has_no_frame() {
+        let mesh = shapes::bumpy_torus(40, 30, 1);
+        let flat = placed(&mesh, |Vec3([x, y, _])| Vec3([x, y, 0.0]));
+        let nowhere = placed(&mesh, |_| Vec3::ZERO);
+        let unseen = vec![None; mesh.vertex_count()];
+        let of = |seen: &[Option<[f64; 3]>]| {
+            LocalFrames::fit(&mesh, seen, &OPTIONS)
+                .beside()
+                .iter()
+                .flatten()
+                .count()
+        };
+        assert_eq!((of(&nowhere), of(&unseen)), (0, 0));
+        assert!(of(&flat) < mesh.vertex_count());
+    }
+}

@@ -1,0 +1,139 @@
+//! Reading a suspect that was bent, dragged or posed, whatever did it: at its vertices, each seen from its own surroundings.
+
+use job::Job;
+use mesh::Vec3;
+use registration::{Correspondence, FrameOptions, LocalFrames, PreparedMesh};
+
+use super::{Reading, ReadingMethod};
+use crate::mark::{MarkError, MarkLayout, Patch, PatchBasis, Registered};
+
+/// A suspect in local frames, those of each patch by themselves.
+pub(super) struct InFrames {
+    /// By the numbers of patches; none where nothing of a patch was seen.
+    frames: Vec<Option<LocalFrames>>,
+    /// The suspect as the frames leave it: each vertex of the original, and what it has beside it there.
+    registered: Registered,
+    /// Whether each vertex was stretched by little enough to be the same shape in another pose, #V.
+    bearable: Vec<bool>,
+}
+
+/// How far surroundings go, in wavelengths of a patch's highest harmonic: what varies over much more is taken for the pose.
+const REACH: f64 = 1.0;
+
+/// A place where lengths became so many times larger, or smaller, than they did in the median is another shape.
+const BEARABLE_STRETCH: f64 = 2.0;
+
+/// What is left by a similarity has to be so many times as large as a mark, or nothing was bent.
+const MORE_THAN_A_MARK: f64 = 3.0;
+
+/// And so many times as large as what it varies by from a vertex to its neighbours, or it is noise.
+const SMOOTHER_THAN_NOISE: f64 = 4.0;
+
+/// Whether a suspect lies beside its original, in the best pose, as if it was bent: by more than a mark, and nearly as its neighbours do. No bits are looked at.
+pub(super) fn is_bent(layout: &MarkLayout, suspect: &PreparedMesh, map: &Correspondence) -> bool {
+    let original = layout.original().mesh();
+    let Ok(fit) = map.fit(original, suspect.mesh()) else {
+        return false;
+    };
+    let beside: Vec<Option<Vec3>> = map
+        .carry(suspect.mesh())
+        .into_iter()
+        .enumerate()
+        .map(|(v, place)| Some(Vec3(fit.transform.apply(place?)) - original.point(v)))
+        .collect();
+    let (mut off, mut varying) = (Vec::new(), Vec::new());
+    for &[a, b, c] in original.triangles() {
+        if let [Some(a), Some(b), Some(c)] = [a, b, c].map(|v| beside[v as usize]) {
+            off.push(a.norm());
+            varying.push((a - (b + c) * 0.5).norm());
+        }
+    }
+    if off.is_empty() {
+        return false;
+    }
+    let middle = |mut values: Vec<f64>| {
+        let middle = values.len() / 2;
+        *values.select_nth_unstable_by(middle, f64::total_cmp).1
+    };
+    let off = middle(off);
+    let mark = layout.distortion_rms() * original.bounding_box().diagonal();
+    off > MORE_THAN_A_MARK * mark && off > SMOOTHER_THAN_NOISE * middle(varying)
+}
+
+impl InFrames {
+    /// A suspect under a map of its vertices.
+    pub(super) fn of(
+        layout: &MarkLayout,
+        suspect: &PreparedMesh,
+        map: &Correspondence,
+        job: &Job,
+    ) -> Result<Self, MarkError> {
+        let original = layout.original();
+        let seen = map.carry(suspect.mesh());
+        let fit = |index: usize, patch: &Patch, _: &PatchBasis| {
+            let functions = original.functions()[index].max(1) as f64;
+            let wavelength = (std::f64::consts::PI * patch.mesh().area() / functions).sqrt();
+            let options = FrameOptions {
+                reach: REACH * wavelength,
+                noise: layout.distortion_rms() * original.mesh().bounding_box().diagonal(),
+            };
+            (
+                index,
+                LocalFrames::fit(patch.mesh(), &patch.gather(&seen), &options),
+            )
+        };
+        let mut frames: Vec<Option<LocalFrames>> = vec![None; original.patches().len()];
+        for (index, fitted) in layout.map_seen(&seen, fit, job)? {
+            frames[index] = Some(fitted);
+        }
+        let mut positions = vec![None; original.mesh().vertex_count()];
+        let mut stretch = vec![[0.0; 2]; positions.len()];
+        for (patch, frames) in original.patches().iter().zip(&frames) {
+            let Some(frames) = frames else { continue };
+            for ((&v, beside), &stretched) in
+                patch.vertices().iter().zip(frames.beside()).zip(frames.stretch())
+            {
+                let place = |beside: Vec3| (original.mesh().point(v as usize) + beside).into();
+                positions[v as usize] = beside.map(place);
+                stretch[v as usize] = stretched;
+            }
+        }
+        Ok(Self {
+            frames,
+            bearable: bearable(&stretch),
+            registered: Registered::by_vertices(positions),
+        })
+    }
+
+    /// The bits by the joint estimate.
+    pub(super) fn read(&self, method: &ReadingMethod, job: &Job) -> Result<Reading, MarkError> {
+        let estimate = method
+            .estimator()
+            .estimate_in_frames(&self.registered, &self.frames, job)?;
+        let reading = Reading::of(
+            method.layout(),
+            &self.registered,
+            estimate.misalignment,
+            &estimate,
+        );
+        Ok(reading.where_it_is_one_shape(&self.bearable))
+    }
+}
+
+/// Whether each vertex was stretched bearably; none was where the frames say nothing.
+fn bearable(stretch: &[[f64; 2]]) -> Vec<bool> {
+    let mut middle: Vec<f64> = stretch
+        .iter()
+        .filter(|[most, _]| *most > 0.0)
+        .map(|[most, least]| (most * least).sqrt())
+        .collect();
+    if middle.is_empty() {
+        return vec![false; stretch.len()];
+    }
+    let count = middle.len();
+    let scale = *middle.select_nth_unstable_by(count / 2, f64::total_cmp).1;
+    let is_bearable = |&[most, least]: &[f64; 2]| {
+        most > 0.0 && most <= BEARABLE_STRETCH * scale && least * BEARABLE_STRETCH >= scale
+    };
+    stretch.iter().map(is_bearable).collect()
+}

@@ -1,0 +1,329 @@
+//! Models that something bent, twisted, dragged or posed, and nobody knows what: read in the frames of their own surroundings.
+
+#![allow(clippy::unwrap_used)] // in the helpers of tests, too
+
+use std::{f64::consts::PI, sync::OnceLock};
+
+use job::Job;
+use mesh::{TriMesh, Vec3, shapes};
+use rand_chacha::{
+    ChaCha20Rng,
+    rand_core::{Rng, SeedableRng},
+};
+use registration::MatchedBy;
+use sigmark::{
+    Curve, Embedder, Outcome, Signed, SigningKey, Verdict, Verifier,
+    claim::{Mismatch, Tracer, statistics::p_of_chosen},
+    mark::{ChipPlan, JointEstimator, MarkLayout, Original, Pool, Reader, ReadingMethod, Strength},
+};
+
+fn key() -> SigningKey {
+    SigningKey::generate(Curve::P256, &mut ChaCha20Rng::from_seed([4; 32]))
+}
+
+fn original() -> TriMesh {
+    shapes::bumpy_torus(120, 70, 3)
+}
+
+fn signed() -> &'static Signed {
+    static SIGNED: OnceLock<Signed> = OnceLock::new();
+    SIGNED.get_or_init(|| Embedder::new(&key()).embed(&original(), &Job::default()).unwrap())
+}
+
+fn verifier() -> Verifier {
+    let certificate = signed().certificate();
+    Verifier::new(&original(), certificate, certificate.public_key()).unwrap()
+}
+
+fn judged(suspect: &TriMesh) -> Verdict {
+    verifier().verify(suspect, &Job::default()).unwrap()
+}
+
+fn deformed(mesh: &TriMesh, to: impl Fn(Vec3) -> Vec3) -> TriMesh {
+    let place = |v: usize| to(mesh.point(v)).into();
+    mesh.with_positions((0..mesh.vertex_count()).map(place).collect())
+        .unwrap()
+}
+
+/// From one end to the other by so much.
+fn twisted(mesh: &TriMesh, angle: f64) -> TriMesh {
+    let bounds = mesh.bounding_box();
+    deformed(mesh, |Vec3([x, y, z])| {
+        let (sin, cos) = ((x - bounds.min[0]) / bounds.size()[0] * angle).sin_cos();
+        Vec3([x, cos * y - sin * z, sin * y + cos * z])
+    })
+}
+
+/// From one end to the other by so much, upward.
+fn arched(mesh: &TriMesh, angle: f64) -> TriMesh {
+    let radius = mesh.bounding_box().size()[0] / angle;
+    deformed(mesh, |Vec3([x, y, z])| {
+        let (sin, cos) = (x / radius).sin_cos();
+        Vec3([(radius - z) * sin, y, radius - (radius - z) * cos])
+    })
+}
+
+/// By a cage of 3 × 3 × 3 knots, as editors have it, whose knots went anywhere by so much of the diagonal.
+fn caged(mesh: &TriMesh, amount: f64, seed: u8) -> TriMesh {
+    let mut random = ChaCha20Rng::from_seed([seed; 32]);
+    let mut uniform = || f64::from(random.next_u32()) / f64::from(u32::MAX) * 2.0 - 1.0;
+    let bounds = mesh.bounding_box();
+    let knots: [Vec3; 27] =
+        std::array::from_fn(|_| Vec3([uniform(), uniform(), uniform()]) * (amount * bounds.diagonal()));
+    let bernstein = |t: f64| [(1.0 - t).powi(2), 2.0 * t * (1.0 - t), t * t];
+    deformed(mesh, |p| {
+        let [a, b, c] = [0, 1, 2].map(|i| bernstein((p[i] - bounds.min[i]) / bounds.size()[i]));
+        let weight = |k: usize| a[k / 9] * b[k / 3 % 3] * c[k % 3];
+        p + (0..27).map(|k| knots[k] * weight(k)).sum::<Vec3>()
+    })
+}
+
+/// What lies around a vertex, dragged as proportional editing does.
+fn dragged(mesh: &TriMesh, at: usize, by: Vec3, radius: f64) -> TriMesh {
+    let centre = mesh.point(at);
+    deformed(mesh, |p| {
+        let near = (1.0 - (p - centre).norm() / radius).max(0.0);
+        p + by * (near * near * (3.0 - 2.0 * near))
+    })
+}
+
+/// By six joints in a row, whose weights nobody has kept.
+fn posed(mesh: &TriMesh, angle: f64) -> TriMesh {
+    let bounds = mesh.bounding_box();
+    deformed(mesh, |Vec3([x, y, z])| {
+        let at = (x - bounds.min[0]) / bounds.size()[0] * 5.0;
+        let turned = |joint: f64| {
+            let pivot = bounds.min[0] + bounds.size()[0] * joint / 5.0;
+            let (sin, cos) = (angle * joint).sin_cos();
+            Vec3([
+                cos * (x - pivot) - sin * z + pivot,
+                y,
+                sin * (x - pivot) + cos * z,
+            ])
+        };
+        // Smooth at the ends, as bone heat is.
+        let share = at.fract();
+        let share = share * share * (3.0 - 2.0 * share);
+        turned(at.floor()) * (1.0 - share) + turned(at.floor() + 1.0) * share
+    })
+}
+
+/// Coordinates as files with 14 bits for each keep them.
+fn rounded(mesh: &TriMesh) -> TriMesh {
+    let bounds = mesh.bounding_box();
+    let step = Vec3(bounds.size()) * (1.0 / 16383.0);
+    deformed(mesh, |p| {
+        Vec3(std::array::from_fn(|i| {
+            ((p[i] - bounds.min[i]) / step[i]).round() * step[i] + bounds.min[i]
+        }))
+    })
+}
+
+fn is_verified_evidence(what: &str, suspect: &TriMesh) {
+    let verdict = judged(suspect);
+    assert_eq!(
+        (verdict.outcome, verdict.matched_by),
+        (Outcome::Verified, MatchedBy::LocalFrames),
+        "{what}: {:?} {}",
+        verdict.margin,
+        verdict.p_value
+    );
+    assert!(verdict.is_evidence() && !verdict.is_for_owner_alone(), "{what}");
+    assert!(verdict.overlap > 0.8 && verdict.mismatch.is_none(), "{what}");
+}
+
+#[test]
+fn a_copy_that_was_bent_twisted_or_dragged_is_verified_and_is_evidence() {
+    let mesh = signed().mesh();
+    let diagonal = mesh.bounding_box().diagonal();
+    is_verified_evidence("twist by 90°", &twisted(mesh, PI / 2.0));
+    is_verified_evidence("twist by 180°", &twisted(mesh, PI));
+    is_verified_evidence("bend by 90°", &arched(mesh, PI / 2.0));
+    is_verified_evidence("a cage", &caged(mesh, 0.15, 1));
+    is_verified_evidence(
+        "a drag",
+        &dragged(mesh, 5, Vec3([0.1 * diagonal; 3]), 0.5 * diagonal),
+    );
+    is_verified_evidence("joints", &posed(mesh, 0.3));
+}
+
+#[test]
+fn order_unit_hand_and_rounding_make_no_difference_to_a_bent_copy() {
+    let bent = arched(&twisted(signed().mesh(), 1.0), 1.0);
+    is_verified_evidence("shuffled", &shapes::shuffled(&bent, 5));
+    is_verified_evidence("in another unit", &shapes::scaled(&bent, 1e-3));
+    is_verified_evidence("mirrored", &shapes::mirrored(&bent));
+    is_verified_evidence("rounded", &rounded(&bent));
+}
+
+#[test]
+fn what_nothing_bent_is_read_as_ever_and_counts_no_more() {
+    let mesh = signed().mesh();
+    for suspect in [
+        mesh.clone(),
+        shapes::jittered(mesh, 0.2, 3),
+        shapes::scaled(mesh, 3.0),
+    ] {
+        let found = Reader::new(&original())
+            .unwrap()
+            .find(&suspect, &Job::default())
+            .unwrap();
+        let layout = layout(&original(), 512);
+        assert!(found.in_local_frames(&layout).is_none());
+    }
+    // Twice for two rules of reading, four times where something may have been bent.
+    let plain = judged(mesh);
+    assert_eq!(plain.matched_by, MatchedBy::Connectivity);
+}
+
+/// A mesh that is cut for so many bits.
+fn layout(mesh: &TriMesh, bits: usize) -> MarkLayout {
+    let original = Original::pooled(mesh.clone(), bits, Pool::default(), &Job::default()).unwrap();
+    let plan = ChipPlan::pooled(bits, [8; 32]);
+    MarkLayout::with_strength(original.into(), plan, Strength::default()).unwrap()
+}
+
+#[test]
+fn bits_that_are_not_there_are_found_by_chance_alone_in_bent_suspects() {
+    const BITS: usize = 192;
+    const TRIALS: u64 = 400;
+    let mesh = shapes::bumpy_sphere(4, 1);
+    let layout = std::sync::Arc::new(layout(&mesh, BITS));
+    layout.original().keep_bases(&Job::default()).unwrap();
+    let reader = Reader::new(&mesh).unwrap();
+    let method = ReadingMethod::joint(JointEstimator::new(&layout).into());
+    let mut random = ChaCha20Rng::from_seed([6; 32]);
+    let mut bits = || -> Vec<bool> { (0..BITS).map(|_| random.next_u32() & 1 == 1).collect() };
+    let strangers = layout.write(&bits(), &Job::default()).unwrap();
+    let strangers = mesh
+        .with_positions(strangers.positions(layout.original()))
+        .unwrap();
+    let suspects = [
+        twisted(&mesh, PI),
+        arched(&mesh, PI / 2.0),
+        caged(&mesh, 0.2, 2),
+        posed(&mesh, 0.4),
+        caged(&strangers, 0.1, 3),
+        twisted(&rounded(&strangers), PI / 2.0),
+    ];
+    let mut below = [0_u64; 3];
+    for suspect in &suspects {
+        let found = reader.find(suspect, &Job::default()).unwrap();
+        let bent = found.in_local_frames(&layout).unwrap();
+        let readings = bent.readings(&method, &Job::default()).unwrap();
+        for _ in 0..TRIALS {
+            let bits = bits();
+            let reading = readings.best(&bits, &Job::default()).unwrap();
+            let p = p_of_chosen(&bits, &reading);
+            for (count, level) in below.iter_mut().zip([0.1, 0.01, 1e-3]) {
+                *count += u64::from(p <= level);
+            }
+        }
+    }
+    let trials = suspects.len() as u64 * TRIALS;
+    // Four standard deviations of a binomial.
+    for (count, level) in below.into_iter().zip([0.1, 0.01, 1e-3]) {
+        let expected = level * trials as f64;
+        assert!(
+            count as f64 <= expected + 4.0 * expected.sqrt(),
+            "{count} of {trials} below {level}"
+        );
+    }
+}
+
+/// The forger's chair. A mark can be copied onto any mesh with these triangles. What is no smooth deformation of the original, or one that stretches most of it to more than twice or less than half, is another shape; of what is one, it can't be told that it was not bent out of a signed copy.
+#[test]
+fn a_mark_that_was_copied_onto_another_shape_is_found_there_only_if_that_is_the_original_bent() {
+    let (mesh, signed) = (original(), signed().mesh());
+    let copied = |other: &TriMesh| {
+        let place = |v: usize| (other.point(v) + signed.point(v) - mesh.point(v)).into();
+        other
+            .with_positions((0..mesh.vertex_count()).map(place).collect())
+            .unwrap()
+    };
+    let stretched = deformed(&mesh, |Vec3([x, y, z])| Vec3([x, 0.3 * y, z * (1.0 + 2.0 * x)]));
+    let flat = deformed(&mesh, |Vec3([x, y, _])| Vec3([x, y, 0.0]));
+    let sphere = deformed(&mesh, |p| p.unit());
+    for (what, other) in [("stretched", stretched), ("flat", flat), ("round", sphere)] {
+        let verdict = judged(&copied(&other));
+        assert!(
+            !verdict.outcome.is_found() && !verdict.is_evidence(),
+            "{what}: {verdict:?}"
+        );
+        assert!(matches!(verdict.mismatch, Some(Mismatch::Shape { .. })), "{what}");
+    }
+    is_verified_evidence("bumps", &copied(&shapes::bumped(&mesh, 0.2, 9)));
+}
+
+/// The forger's chair. Who knows a mark's bits and has a model without it may bend that so that it looks marked, as far as a smooth map of space can: what is smooth is nobody's bits.
+#[test]
+fn a_smooth_map_that_imitates_a_mark_is_taken_for_a_bend() {
+    let (mesh, signed) = (original(), signed().mesh());
+    let mark: Vec<Vec3> = (0..mesh.vertex_count())
+        .map(|v| signed.point(v) - mesh.point(v))
+        .collect();
+    let imitated = nearest_cubic(&mesh, &mark);
+    for times in [1.0, 30.0] {
+        let place = |v: usize| (mesh.point(v) + imitated[v] * times).into();
+        let suspect = mesh
+            .with_positions((0..mesh.vertex_count()).map(place).collect())
+            .unwrap();
+        let verdict = judged(&twisted(&suspect, 1.0));
+        assert!(
+            !verdict.outcome.is_found(),
+            "{times}: {:?} {}",
+            verdict.margin,
+            verdict.p_value
+        );
+    }
+}
+
+/// The polynomial of degree 3 of a place that is nearest to a field, at the vertices of a mesh (Gauss–Seidel on the normal equations).
+fn nearest_cubic(mesh: &TriMesh, field: &[Vec3]) -> Vec<Vec3> {
+    let monomials = |Vec3([x, y, z]): Vec3| -> Vec<f64> {
+        let powers =
+            (0..4).flat_map(|i| (0..4 - i).flat_map(move |j| (0..4 - i - j).map(move |k| (i, j, k))));
+        powers
+            .map(|(i, j, k)| x.powi(i) * y.powi(j) * z.powi(k))
+            .collect()
+    };
+    let rows: Vec<Vec<f64>> = (0..mesh.vertex_count())
+        .map(|v| monomials(mesh.point(v)))
+        .collect();
+    let count = rows[0].len();
+    let mut rest = field.to_vec();
+    for _ in 0..200 {
+        for k in 0..count {
+            let squares: f64 = rows.iter().map(|row| row[k] * row[k]).sum();
+            let product: Vec3 = rows.iter().zip(&rest).map(|(row, r)| *r * row[k]).sum();
+            let step = product * (1.0 / squares);
+            for (row, r) in rows.iter().zip(&mut rest) {
+                *r -= step * row[k];
+            }
+        }
+    }
+    field.iter().zip(rest).map(|(f, r)| *f - r).collect()
+}
+
+#[test]
+fn a_bent_copy_names_its_buyer() {
+    let (mesh, key, job) = (original(), key(), Job::default());
+    let prepared = Embedder::new(&key).prepare(&mesh, &job).unwrap();
+    let mut tracer = Tracer::new(&mesh, &key.public_key()).unwrap();
+    let mut copies = Vec::new();
+    for buyer in ["Anna", "Bert", "Carl"] {
+        let copy = prepared.embed_for(buyer, &job).unwrap();
+        tracer.add(&copy.certificate().clone().into()).unwrap();
+        copies.push(copy.mesh().clone());
+    }
+    let trace = tracer.trace(twisted(&copies[2], 1.5), &job).unwrap();
+    let named: Vec<usize> = trace.accused.iter().map(|accused| accused.candidate).collect();
+    assert_eq!((named, trace.matched_by), (vec![2], MatchedBy::LocalFrames));
+    assert!(
+        tracer
+            .trace(twisted(&mesh, 1.5), &job)
+            .unwrap()
+            .accused
+            .is_empty()
+    );
+}
