@@ -110,8 +110,8 @@ pub use connectivity::{
     Correspondence, Difference, match_candidates, match_connectivity, match_surroundings,
 };
 pub use error::RegistrationError;
-pub use pieces::{Piece, PiecePlace};
 pub use local_frames::{FrameOptions, LocalFrames};
+pub use pieces::{Piece, PiecePlace};
 pub use points::PointPair;
 pub use prepared::PreparedMesh;
 pub use resample::{ResampleOptions, Resampled, resample};

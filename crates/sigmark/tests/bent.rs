@@ -95,7 +95,11 @@ fn posed(mesh: &TriMesh, angle: f64) -> TriMesh {
         let turned = |joint: f64| {
             let pivot = bounds.min[0] + bounds.size()[0] * joint / 5.0;
             let (sin, cos) = (angle * joint).sin_cos();
-            Vec3([cos * (x - pivot) - sin * z + pivot, y, sin * (x - pivot) + cos * z])
+            Vec3([
+                cos * (x - pivot) - sin * z + pivot,
+                y,
+                sin * (x - pivot) + cos * z,
+            ])
         };
         // Smooth at the ends, as bone heat is.
         let share = at.fract();
@@ -136,7 +140,10 @@ fn a_copy_that_was_bent_twisted_or_dragged_is_verified_and_is_evidence() {
     is_verified_evidence("twist by 180°", &twisted(mesh, PI));
     is_verified_evidence("bend by 90°", &arched(mesh, PI / 2.0));
     is_verified_evidence("a cage", &caged(mesh, 0.15, 1));
-    is_verified_evidence("a drag", &dragged(mesh, 5, Vec3([0.1 * diagonal; 3]), 0.5 * diagonal));
+    is_verified_evidence(
+        "a drag",
+        &dragged(mesh, 5, Vec3([0.1 * diagonal; 3]), 0.5 * diagonal),
+    );
     is_verified_evidence("joints", &posed(mesh, 0.3));
 }
 
@@ -152,8 +159,15 @@ fn order_unit_hand_and_rounding_make_no_difference_to_a_bent_copy() {
 #[test]
 fn what_nothing_bent_is_read_as_ever_and_counts_no_more() {
     let mesh = signed().mesh();
-    for suspect in [mesh.clone(), shapes::jittered(mesh, 0.2, 3), shapes::scaled(mesh, 3.0)] {
-        let found = Reader::new(&original()).unwrap().find(&suspect, &Job::default()).unwrap();
+    for suspect in [
+        mesh.clone(),
+        shapes::jittered(mesh, 0.2, 3),
+        shapes::scaled(mesh, 3.0),
+    ] {
+        let found = Reader::new(&original())
+            .unwrap()
+            .find(&suspect, &Job::default())
+            .unwrap();
         let layout = layout(&original(), 512);
         assert!(found.in_local_frames(&layout).is_none());
     }
@@ -181,7 +195,9 @@ fn bits_that_are_not_there_are_found_by_chance_alone_in_bent_suspects() {
     let mut random = ChaCha20Rng::from_seed([6; 32]);
     let mut bits = || -> Vec<bool> { (0..BITS).map(|_| random.next_u32() & 1 == 1).collect() };
     let strangers = layout.write(&bits(), &Job::default()).unwrap();
-    let strangers = mesh.with_positions(strangers.positions(layout.original())).unwrap();
+    let strangers = mesh
+        .with_positions(strangers.positions(layout.original()))
+        .unwrap();
     let suspects = [
         twisted(&mesh, PI),
         arched(&mesh, PI / 2.0),
@@ -208,7 +224,10 @@ fn bits_that_are_not_there_are_found_by_chance_alone_in_bent_suspects() {
     // Four standard deviations of a binomial.
     for (count, level) in below.into_iter().zip([0.1, 0.01, 1e-3]) {
         let expected = level * trials as f64;
-        assert!(count as f64 <= expected + 4.0 * expected.sqrt(), "{count} of {trials} below {level}");
+        assert!(
+            count as f64 <= expected + 4.0 * expected.sqrt(),
+            "{count} of {trials} below {level}"
+        );
     }
 }
 
@@ -218,14 +237,19 @@ fn a_mark_that_was_copied_onto_another_shape_is_found_there_only_if_that_is_the_
     let (mesh, signed) = (original(), signed().mesh());
     let copied = |other: &TriMesh| {
         let place = |v: usize| (other.point(v) + signed.point(v) - mesh.point(v)).into();
-        other.with_positions((0..mesh.vertex_count()).map(place).collect()).unwrap()
+        other
+            .with_positions((0..mesh.vertex_count()).map(place).collect())
+            .unwrap()
     };
     let stretched = deformed(&mesh, |Vec3([x, y, z])| Vec3([x, 0.3 * y, z * (1.0 + 2.0 * x)]));
     let flat = deformed(&mesh, |Vec3([x, y, _])| Vec3([x, y, 0.0]));
     let sphere = deformed(&mesh, |p| p.unit());
     for (what, other) in [("stretched", stretched), ("flat", flat), ("round", sphere)] {
         let verdict = judged(&copied(&other));
-        assert!(!verdict.outcome.is_found() && !verdict.is_evidence(), "{what}: {verdict:?}");
+        assert!(
+            !verdict.outcome.is_found() && !verdict.is_evidence(),
+            "{what}: {verdict:?}"
+        );
         assert!(matches!(verdict.mismatch, Some(Mismatch::Shape { .. })), "{what}");
     }
     is_verified_evidence("bumps", &copied(&shapes::bumped(&mesh, 0.2, 9)));
@@ -235,23 +259,37 @@ fn a_mark_that_was_copied_onto_another_shape_is_found_there_only_if_that_is_the_
 #[test]
 fn a_smooth_map_that_imitates_a_mark_is_taken_for_a_bend() {
     let (mesh, signed) = (original(), signed().mesh());
-    let mark: Vec<Vec3> = (0..mesh.vertex_count()).map(|v| signed.point(v) - mesh.point(v)).collect();
+    let mark: Vec<Vec3> = (0..mesh.vertex_count())
+        .map(|v| signed.point(v) - mesh.point(v))
+        .collect();
     let imitated = nearest_cubic(&mesh, &mark);
     for times in [1.0, 30.0] {
         let place = |v: usize| (mesh.point(v) + imitated[v] * times).into();
-        let suspect = mesh.with_positions((0..mesh.vertex_count()).map(place).collect()).unwrap();
+        let suspect = mesh
+            .with_positions((0..mesh.vertex_count()).map(place).collect())
+            .unwrap();
         let verdict = judged(&twisted(&suspect, 1.0));
-        assert!(!verdict.outcome.is_found(), "{times}: {:?} {}", verdict.margin, verdict.p_value);
+        assert!(
+            !verdict.outcome.is_found(),
+            "{times}: {:?} {}",
+            verdict.margin,
+            verdict.p_value
+        );
     }
 }
 
 /// The polynomial of degree 3 of a place that is nearest to a field, at the vertices of a mesh (Gauss–Seidel on the normal equations).
 fn nearest_cubic(mesh: &TriMesh, field: &[Vec3]) -> Vec<Vec3> {
     let monomials = |Vec3([x, y, z]): Vec3| -> Vec<f64> {
-        let powers = (0..4).flat_map(|i| (0..4 - i).flat_map(move |j| (0..4 - i - j).map(move |k| (i, j, k))));
-        powers.map(|(i, j, k)| x.powi(i) * y.powi(j) * z.powi(k)).collect()
+        let powers =
+            (0..4).flat_map(|i| (0..4 - i).flat_map(move |j| (0..4 - i - j).map(move |k| (i, j, k))));
+        powers
+            .map(|(i, j, k)| x.powi(i) * y.powi(j) * z.powi(k))
+            .collect()
     };
-    let rows: Vec<Vec<f64>> = (0..mesh.vertex_count()).map(|v| monomials(mesh.point(v))).collect();
+    let rows: Vec<Vec<f64>> = (0..mesh.vertex_count())
+        .map(|v| monomials(mesh.point(v)))
+        .collect();
     let count = rows[0].len();
     let mut rest = field.to_vec();
     for _ in 0..200 {
@@ -281,5 +319,11 @@ fn a_bent_copy_names_its_buyer() {
     let trace = tracer.trace(twisted(&copies[2], 1.5), &job).unwrap();
     let named: Vec<usize> = trace.accused.iter().map(|accused| accused.candidate).collect();
     assert_eq!((named, trace.matched_by), (vec![2], MatchedBy::LocalFrames));
-    assert!(tracer.trace(twisted(&mesh, 1.5), &job).unwrap().accused.is_empty());
+    assert!(
+        tracer
+            .trace(twisted(&mesh, 1.5), &job)
+            .unwrap()
+            .accused
+            .is_empty()
+    );
 }

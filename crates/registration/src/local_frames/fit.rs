@@ -89,7 +89,10 @@ impl<'a> Fitting<'a> {
             return;
         }
         let middle = known.len() / 2;
-        let median = known.select_nth_unstable_by(middle, f64::total_cmp).1.max(f64::MIN_POSITIVE);
+        let median = known
+            .select_nth_unstable_by(middle, f64::total_cmp)
+            .1
+            .max(f64::MIN_POSITIVE);
         for (&sample, off) in samples.iter().zip(off) {
             let beside = off.unwrap_or(f64::INFINITY) / (2.0 * median);
             self.weights[sample as usize] = (-0.5 * beside * beside).exp();

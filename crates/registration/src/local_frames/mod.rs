@@ -73,7 +73,9 @@ impl LocalFrames {
         };
         let mut gradients = Vec::with_capacity(seen.len());
         for (vertex, is_seen) in is_seen.iter().enumerate() {
-            let fit = is_seen.then(|| fitting.at(vertex as u32, windows.of(vertex as u32))).flatten();
+            let fit = is_seen
+                .then(|| fitting.at(vertex as u32, windows.of(vertex as u32)))
+                .flatten();
             gradients.push(fit.as_ref().map(|fit| (fit.off, svd(&fit.gradient))));
             if let Some(fit) = fit {
                 frames.shares.extend(fit.shares);
@@ -92,7 +94,9 @@ impl LocalFrames {
             let (beside, stretch) = match gradient {
                 Some((off, svd)) if !folded(svd.values) => {
                     let (Mat3(left), Mat3(right)) = (svd.left, svd.right);
-                    let undone: Vec3 = (0..3).map(|i| right[i] * (left[i].dot(off) / svd.values[i])).sum();
+                    let undone: Vec3 = (0..3)
+                        .map(|i| right[i] * (left[i].dot(off) / svd.values[i]))
+                        .sum();
                     (Some(undone), [svd.values[0], svd.values[2]])
                 }
                 _ => (None, [0.0; 2]),
@@ -173,7 +177,12 @@ mod tests {
     fn nothing_is_left_of_a_polynomial_of_degree_2() {
         let mesh = shapes::bumpy_torus(80, 50, 1);
         let frames = LocalFrames::fit(&mesh, &placed(&mesh, quadratic), &OPTIONS);
-        let left = frames.beside().iter().flatten().map(|d| d.norm()).fold(0.0, f64::max);
+        let left = frames
+            .beside()
+            .iter()
+            .flatten()
+            .map(|d| d.norm())
+            .fold(0.0, f64::max);
         assert!(left < 1e-5, "{left}");
         assert!(frames.beside().iter().all(Option::is_some));
         let constant = frames.left_of(&vec![5.0; mesh.vertex_count()]);
@@ -211,7 +220,11 @@ mod tests {
         let nowhere = placed(&mesh, |_| Vec3::ZERO);
         let unseen = vec![None; mesh.vertex_count()];
         let of = |seen: &[Option<[f64; 3]>]| {
-            LocalFrames::fit(&mesh, seen, &OPTIONS).beside().iter().flatten().count()
+            LocalFrames::fit(&mesh, seen, &OPTIONS)
+                .beside()
+                .iter()
+                .flatten()
+                .count()
         };
         assert_eq!((of(&nowhere), of(&unseen)), (0, 0));
         assert!(of(&flat) < mesh.vertex_count());

@@ -189,6 +189,12 @@ impl Verifier {
         // Each is a way to the same bits, whether or not it is taken: any counts as often as there are.
         let ways = 1 + usize::from(has_parts) + usize::from(self.rig.is_some()) + usize::from(bent.is_some());
         let mut verdict = self.weighed(self.verify_whole(&found, job)?, ways);
+        if has_parts && verdict.outcome != Outcome::Verified {
+            let parts = self.reader.find_parts(suspect, self.method.layout(), job)?;
+            if !parts.is_empty() {
+                verdict = better(verdict, self.weighed(self.verify_parts(&parts, job)?, ways));
+            }
+        }
         // What local frames say may be evidence, so they come before the rig.
         if let Some(bent) = bent.filter(|_| verdict.outcome != Outcome::Verified) {
             verdict = better(verdict, self.weighed(self.verify_whole(&bent, job)?, ways));
@@ -198,14 +204,7 @@ impl Verifier {
         {
             verdict = better(verdict, self.weighed(self.verify_whole(&unposed, job)?, ways));
         }
-        if !has_parts || verdict.outcome == Outcome::Verified {
-            return Ok(verdict);
-        }
-        let parts = self.reader.find_parts(suspect, self.method.layout(), job)?;
-        Ok(match parts.is_empty() {
-            true => verdict,
-            false => better(verdict, self.weighed(self.verify_parts(&parts, job)?, ways)),
-        })
+        Ok(verdict)
     }
 
     /// Judges a suspect as one.

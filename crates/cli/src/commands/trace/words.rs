@@ -123,7 +123,9 @@ fn registered(trace: &Trace) -> String {
         MatchedBy::Surroundings => "by the vertices that are left",
         MatchedBy::Parts => "part by part, each put back by itself",
         MatchedBy::Rig => "by its vertices, brought back from its pose by the original's rig",
-        MatchedBy::LocalFrames => "by its vertices, each seen from its own surroundings: it was bent or posed",
+        MatchedBy::LocalFrames => {
+            "by its vertices, each seen from its own surroundings: it was bent or posed"
+        }
         _ => "by its surface",
     };
     let poses = match trace.poses {

@@ -218,7 +218,9 @@ fn registered(verdict: &Verdict) -> String {
         MatchedBy::Surroundings => "by the vertices that are left",
         MatchedBy::Parts => "by its parts, each for itself",
         MatchedBy::Rig => "by its vertices, brought back from its pose by the original's rig",
-        MatchedBy::LocalFrames => "by its vertices, each seen from its own surroundings: it was bent or posed",
+        MatchedBy::LocalFrames => {
+            "by its vertices, each seen from its own surroundings: it was bent or posed"
+        }
         _ => "by its surface",
     };
     let poses = match verdict.poses {

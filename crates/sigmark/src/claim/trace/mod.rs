@@ -224,7 +224,7 @@ impl Tracer {
         Ok(self.lots.len() - 1)
     }
 
-    /// Names those whose copies are in a suspect: as a whole, or where that names nobody, brought back from its pose, or in its connected parts, each put back by itself.
+    /// Names those whose copies are in a suspect: as a whole, or where that names nobody, in its connected parts, each put back by itself, or brought back from its pose.
     ///
     /// # Errors
     /// When the original's bases can't be computed or are not those of the certificates; [`SigmarkError::Job`].
@@ -237,6 +237,12 @@ impl Tracer {
         let trace = self.accuse(self.read_found(&found, looks, job)?, job)?;
         if trace.is_found() {
             return Ok(trace);
+        }
+        if has_parts && let Some(parts) = self.parts_read(&suspect, looks, job)? {
+            let of_parts = self.accuse(parts, job)?;
+            if of_parts.is_found() {
+                return Ok(of_parts);
+            }
         }
         if let Some(bent) = bent {
             let in_frames = self.accuse(self.read_found(&bent, looks, job)?, job)?;
@@ -252,16 +258,7 @@ impl Tracer {
                 return Ok(by_rig);
             }
         }
-        if !has_parts {
-            return Ok(trace);
-        }
-        match self.parts_read(&suspect, looks, job)? {
-            Some(parts) => {
-                let of_parts = self.accuse(parts, job)?;
-                Ok(if of_parts.is_found() { of_parts } else { trace })
-            }
-            None => Ok(trace),
-        }
+        Ok(trace)
     }
 
     /// Reads a suspect as a whole, whoever may have had it.
@@ -289,7 +286,10 @@ impl Tracer {
 
     /// How many ways there are to the same coefficients.
     fn looks(&self, has_parts: bool, is_bent: bool) -> usize {
-        1 + [has_parts, is_bent, self.rig.is_some()].map(usize::from).iter().sum::<usize>()
+        1 + [has_parts, is_bent, self.rig.is_some()]
+            .map(usize::from)
+            .iter()
+            .sum::<usize>()
     }
 
     fn read_found(&self, found: &Found, looks: usize, job: &Job) -> Result<TracedSuspect, SigmarkError> {

@@ -77,7 +77,10 @@ impl InFrames {
                 reach: REACH * wavelength,
                 noise: layout.distortion_rms() * original.mesh().bounding_box().diagonal(),
             };
-            (index, LocalFrames::fit(patch.mesh(), &patch.gather(&seen), &options))
+            (
+                index,
+                LocalFrames::fit(patch.mesh(), &patch.gather(&seen), &options),
+            )
         };
         let mut frames: Vec<Option<LocalFrames>> = vec![None; original.patches().len()];
         for (index, fitted) in layout.map_seen(&seen, fit, job)? {
@@ -87,7 +90,9 @@ impl InFrames {
         let mut stretch = vec![[0.0; 2]; positions.len()];
         for (patch, frames) in original.patches().iter().zip(&frames) {
             let Some(frames) = frames else { continue };
-            for ((&v, beside), &stretched) in patch.vertices().iter().zip(frames.beside()).zip(frames.stretch()) {
+            for ((&v, beside), &stretched) in
+                patch.vertices().iter().zip(frames.beside()).zip(frames.stretch())
+            {
                 let place = |beside: Vec3| (original.mesh().point(v as usize) + beside).into();
                 positions[v as usize] = beside.map(place);
                 stretch[v as usize] = stretched;
@@ -105,7 +110,12 @@ impl InFrames {
         let estimate = method
             .estimator()
             .estimate_in_frames(&self.registered, &self.frames, job)?;
-        let reading = Reading::of(method.layout(), &self.registered, estimate.misalignment, &estimate);
+        let reading = Reading::of(
+            method.layout(),
+            &self.registered,
+            estimate.misalignment,
+            &estimate,
+        );
         Ok(reading.where_it_is_one_shape(&self.bearable))
     }
 }

@@ -4,7 +4,10 @@ use job::Job;
 use mesh::Similarity;
 use registration::{Correspondence, Placement};
 
-use super::{BroughtBack, Found, Reading, ReadingMethod, Suspect, Wanted, by_vertices, in_frames::InFrames, looks::looks, suspect::SeenBy};
+use super::{
+    BroughtBack, Found, Reading, ReadingMethod, Suspect, Wanted, by_vertices, in_frames::InFrames,
+    looks::looks, suspect::SeenBy,
+};
 use crate::mark::{MarkError, MarkStage, Registered, correlation};
 
 /// All that can be read of a suspect, whatever the bits are that are looked for: one suspect can be asked for many.

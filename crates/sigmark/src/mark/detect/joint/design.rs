@@ -76,7 +76,9 @@ impl<'a> View<'a> {
             basis,
             left: design.frames_of(index).map(|frames| {
                 let count = chips.iter().map(|chip| chip.frequency + 1).max().unwrap_or(0);
-                (0..count).map(|k| frames.left_of(basis.spectrum().eigenfunction(k))).collect()
+                (0..count)
+                    .map(|k| frames.left_of(basis.spectrum().eigenfunction(k)))
+                    .collect()
             }),
         }
     }
