@@ -75,15 +75,20 @@ fn a_posed_copy_is_verified_in_any_order_of_its_vertices() {
     for angle in [0.35, 0.5] {
         let suspect = shapes::shuffled(&posed(signed.mesh(), &rig, angle), 5);
         let verdict = judged(&mesh, Some(rig.clone()), &signed, &suspect);
+        // Local frames read it, too, and what they say is evidence, so that they come first.
         assert_eq!(
             (verdict.outcome, verdict.matched_by),
-            (Outcome::Verified, MatchedBy::Rig)
+            (Outcome::Verified, MatchedBy::LocalFrames)
         );
         assert!(verdict.overlap > 0.99 && verdict.mismatch.is_none());
         assert!(verdict.is_evidence() && !verdict.is_for_owner_alone());
     }
     let suspect = posed(signed.mesh(), &rig, 0.35);
-    assert!(!judged(&mesh, None, &signed, &suspect).outcome.is_found());
+    let without = judged(&mesh, None, &signed, &suspect);
+    assert_eq!(
+        (without.outcome, without.matched_by),
+        (Outcome::Verified, MatchedBy::LocalFrames)
+    );
 }
 
 #[test]
@@ -192,7 +197,7 @@ fn a_posed_copy_names_its_buyer() {
     }
     let trace = tracer.trace(posed(&copies[2], &rig, 0.3), &job).unwrap();
     let named: Vec<usize> = trace.accused.iter().map(|accused| accused.candidate).collect();
-    assert_eq!((named, trace.matched_by), (vec![2], MatchedBy::Rig));
+    assert_eq!((named, trace.matched_by), (vec![2], MatchedBy::LocalFrames));
     let nobody = tracer.trace(posed(&mesh, &rig, 0.3), &job).unwrap();
     assert!(nobody.accused.is_empty());
 }

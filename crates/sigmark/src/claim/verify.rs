@@ -207,24 +207,22 @@ impl Verifier {
         if let Some(rig) = self.rig.as_ref().filter(|_| !self.is_enough(&verdict))
             && let Some(unposed) = found.unposed(rig, job)?
         {
-            let second = self.verify_whole(&unposed, &decoder, job)?;
-            verdict = better(verdict, self.weighed(second, ways));
+            let by_rig = self.verify_whole(&unposed, &decoder, job)?;
+            verdict = better(verdict, self.weighed(by_rig, ways));
         }
+        if has_parts && !self.is_enough(&verdict) {
+            let parts = self.reader.find_parts(suspect, self.method.layout(), job)?;
+            if !parts.is_empty() {
+                let in_parts = self.verify_parts(&parts, &decoder, job)?;
+                verdict = better(verdict, self.weighed(in_parts, ways));
+            }
+        }
+        // Last, since parts that were put back say where each went.
         if let Some(bent) = bent.filter(|_| !self.is_enough(&verdict)) {
-            verdict = better(
-                verdict,
-                self.weighed(self.verify_whole(&bent, &decoder, job)?, ways),
-            );
+            let in_frames = self.verify_whole(&bent, &decoder, job)?;
+            verdict = better(verdict, self.weighed(in_frames, ways));
         }
-        if !has_parts || self.is_enough(&verdict) {
-            return Ok(verdict);
-        }
-        let parts = self.reader.find_parts(suspect, self.method.layout(), job)?;
-        if parts.is_empty() {
-            return Ok(verdict);
-        }
-        let second = self.verify_parts(&parts, &decoder, job)?;
-        Ok(better(verdict, self.weighed(second, ways)))
+        Ok(verdict)
     }
 
     /// The p-value at which reading ends; 0 where only the payload will do.

@@ -225,7 +225,7 @@ impl Tracer {
         Ok(self.lots.len() - 1)
     }
 
-    /// Names those whose copies are in a suspect: as a whole, or where that names nobody, brought back from its pose, or in its connected parts, each put back by itself.
+    /// Names those whose copies are in a suspect: as a whole, or where that names nobody, in its connected parts, each put back by itself, or brought back from its pose.
     ///
     /// # Errors
     /// When the original's bases can't be computed or are not those of the certificates; [`SigmarkError::Job`].
@@ -247,22 +247,20 @@ impl Tracer {
                 return Ok(by_rig);
             }
         }
+        if has_parts && let Some(parts) = self.parts_read(&suspect, looks, job)? {
+            let of_parts = self.accuse(parts, job)?;
+            if of_parts.is_found() {
+                return Ok(of_parts);
+            }
+        }
+        // Last, since parts that were put back say where each went.
         if let Some(bent) = bent {
             let in_frames = self.accuse(self.read_found(&bent, looks, job)?, job)?;
             if in_frames.is_found() {
                 return Ok(in_frames);
             }
         }
-        if !has_parts {
-            return Ok(trace);
-        }
-        match self.parts_read(&suspect, looks, job)? {
-            Some(parts) => {
-                let of_parts = self.accuse(parts, job)?;
-                Ok(if of_parts.is_found() { of_parts } else { trace })
-            }
-            None => Ok(trace),
-        }
+        Ok(trace)
     }
 
     /// Reads a suspect as a whole, whoever may have had it.
