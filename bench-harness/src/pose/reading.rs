@@ -7,7 +7,7 @@ use job::Job;
 use mesh::{Rig, Similarity, TriMesh};
 use mesh_io::Asset;
 use rand_chacha::{ChaCha20Rng, rand_core::SeedableRng};
-use registration::{AlignOptions, Aligner, Placement, unpose_any};
+use registration::{AlignOptions, Aligner, Alignment, MatchedBy, Placement, unpose_any};
 use serde::{Deserialize, Serialize};
 use sigmark::{
     Curve, Embedder, SigningKey, Verdict, Verifier,
@@ -121,12 +121,33 @@ impl Signed {
         Ok(read)
     }
 
-    /// The suspect where a similarity lays it best: at its vertices, wherever they are, if they are found again.
+    /// The suspect where a similarity lays it best: by its vertices, wherever they went, if they are found again; else by its surface, if that fits.
     fn rigid(&self, suspect: &TriMesh) -> Result<Option<(Suspect, Similarity)>> {
-        let alignment = self.reader.align(suspect, &job())?;
+        let original = self.reader.reference();
+        let aligner = Aligner::new(original.clone(), &AlignOptions::default())?;
+        let alignment = match aligner.find(suspect, &job())? {
+            Placement::ByVertices(maps) => {
+                let Some(map) = maps.into_iter().next() else {
+                    return Ok(None);
+                };
+                Alignment {
+                    transform: map.fit(original.mesh(), suspect)?.transform,
+                    matched_by: MatchedBy::Connectivity,
+                    overlap: 0.0,
+                    coverage: 0.0,
+                    residual: 0.0,
+                    aligned: true,
+                    correspondence: Some(map),
+                    alternatives: Vec::new(),
+                    free_directions: 0,
+                }
+            }
+            Placement::BySurface(alignment) => alignment,
+        };
         let pose = alignment.transform;
-        let found = alignment.correspondence.is_some() || alignment.aligned;
-        Ok(found.then(|| (self.reader.suspect(suspect, &alignment), pose)))
+        Ok(alignment
+            .aligned
+            .then(|| (self.reader.suspect(suspect, &alignment), pose)))
     }
 
     /// By the paper's rule, or by a joint estimate.

@@ -110,7 +110,8 @@ Example:
   sigmark embed model.obj -o copies/ --key owner.pem --recipients orders.csv
 
 The first writes signed.obj, the same file with other vertex positions, and signed.obj.cert.json, the certificate. Give away the \
-signed file. Keep the original and the certificate: both are needed to verify, and whoever has both can remove the mark.
+signed file. Keep the original and the certificate: both are needed to verify, and whoever has both can remove the mark. The joints and morph targets of a glTF are signed with it, so that \
+a copy in another pose is found and is evidence: sign the file that has them, before it is posed or exported without them.
 
 Several models, or folders of them, go into a folder: signed/NAME and signed/NAME.cert.json each, in the folders that they had in the one that \
 was named. Hidden files and linked folders are passed over, as is the folder of the outputs. What can't be signed is named on standard error \
