@@ -15,7 +15,6 @@ use rand_chacha::{
 use serde::{Deserialize, Serialize};
 use sigmark::{
     Strength,
-    claim::statistics::margin,
     mark::{
         JointEstimator, JointModel, MarkLayout, Original, Reader, Reading, ReadingMethod, extraction_rate,
     },
@@ -86,7 +85,7 @@ pub(super) struct Outlasted {
 #[derive(Clone, Copy, Serialize, Deserialize)]
 pub(super) struct Read {
     pub(super) rate: f64,
-    /// T₀ = T / √(1 − T² / l).
+    /// T₀ = √l Φ⁻¹(ER); at least where all l bits are right.
     pub(super) margin: f64,
 }
 
@@ -234,11 +233,38 @@ impl<'a> Marked<'a> {
     }
 
     fn judged(&self, reading: &Reading) -> Read {
-        Read {
-            rate: extraction_rate(&self.bits, &reading.soft.hard()),
-            margin: margin(&self.bits, &reading.soft.weights()),
+        let (rate, bits) = (
+            extraction_rate(&self.bits, &reading.soft.hard()),
+            self.bits.len() as f64,
+        );
+        // As if half a bit were wrong.
+        let margin = bits.sqrt() * normal_quantile(rate.clamp(0.5 / bits, 1.0 - 0.5 / bits));
+        Read { rate, margin }
+    }
+}
+
+/// Φ⁻¹ by halving, of a probability that is not beyond what a few thousand bits show.
+fn normal_quantile(p: f64) -> f64 {
+    let (mut low, mut high) = (-6.0, 6.0);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if normal_share(middle) < p {
+            low = middle;
+        } else {
+            high = middle;
         }
     }
+    0.5 * (low + high)
+}
+
+/// Φ(x) = ½ + φ(x) (x + x³/3 + x⁵/(3·5) + …).
+fn normal_share(x: f64) -> f64 {
+    let (mut term, mut sum) = (x, x);
+    for k in 1..200 {
+        term *= x * x / f64::from(2 * k + 1);
+        sum += term;
+    }
+    0.5 + sum * (-0.5 * x * x).exp() / (2.0 * std::f64::consts::PI).sqrt()
 }
 
 /// Root mean square length of a displacement over the marked surface, as a share of the diagonal; a vertex stands for a third of the triangles around it.
@@ -280,4 +306,21 @@ fn near_borders(mesh: &TriMesh, labels: &[u32]) -> Vec<bool> {
     triangles
         .map(|triangle| triangle.iter().any(|&v| beside[v as usize]))
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantiles_are_those_of_tables() {
+        for (p, x) in [
+            (0.5, 0.0),
+            (0.975, 1.959_963_985),
+            (0.999, 3.090_232_306),
+            (0.1, -1.281_551_566),
+        ] {
+            assert!((normal_quantile(p) - x).abs() < 1e-8, "{p}");
+        }
+    }
 }
