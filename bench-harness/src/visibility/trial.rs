@@ -21,7 +21,7 @@ use sigmark::{
 };
 
 use super::layouts::{Kind, TriedLayout};
-use crate::suspects::attacked;
+use crate::{code::inverse_tail, suspects::attacked};
 
 /// A triangle is as good as degenerate whose height is less than this share of its longest side, or of the model's diagonal: some units in the last place of single precision, so that writing
 /// a file turns it.
@@ -237,34 +237,14 @@ impl<'a> Marked<'a> {
             extraction_rate(&self.bits, &reading.soft.hard()),
             self.bits.len() as f64,
         );
-        // As if half a bit were wrong.
-        let margin = bits.sqrt() * normal_quantile(rate.clamp(0.5 / bits, 1.0 - 0.5 / bits));
+        // As if half a bit were wrong, where none is.
+        let wrong = (1.0 - rate).max(0.5 / bits);
+        let margin = match wrong < 0.5 {
+            true => bits.sqrt() * inverse_tail(wrong),
+            false => 0.0,
+        };
         Read { rate, margin }
     }
-}
-
-/// Φ⁻¹ by halving, of a probability that is not beyond what a few thousand bits show.
-fn normal_quantile(p: f64) -> f64 {
-    let (mut low, mut high) = (-6.0, 6.0);
-    for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        if normal_share(middle) < p {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    0.5 * (low + high)
-}
-
-/// Φ(x) = ½ + φ(x) (x + x³/3 + x⁵/(3·5) + …).
-fn normal_share(x: f64) -> f64 {
-    let (mut term, mut sum) = (x, x);
-    for k in 1..200 {
-        term *= x * x / f64::from(2 * k + 1);
-        sum += term;
-    }
-    0.5 + sum * (-0.5 * x * x).exp() / (2.0 * std::f64::consts::PI).sqrt()
 }
 
 /// Root mean square length of a displacement over the marked surface, as a share of the diagonal; a vertex stands for a third of the triangles around it.
@@ -306,21 +286,4 @@ fn near_borders(mesh: &TriMesh, labels: &[u32]) -> Vec<bool> {
     triangles
         .map(|triangle| triangle.iter().any(|&v| beside[v as usize]))
         .collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn quantiles_are_those_of_tables() {
-        for (p, x) in [
-            (0.5, 0.0),
-            (0.975, 1.959_963_985),
-            (0.999, 3.090_232_306),
-            (0.1, -1.281_551_566),
-        ] {
-            assert!((normal_quantile(p) - x).abs() < 1e-8, "{p}");
-        }
-    }
 }
