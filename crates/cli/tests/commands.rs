@@ -278,7 +278,10 @@ fn a_damaged_mark_is_detected_where_its_bits_can_no_longer_be_read() {
     let enough = format!("verify worn.ply {VERIFY} --enough 1e-6");
     assert!(folder.done(&enough).out.starts_with("DETECTED: "));
     let told = folder.done(&format!("{enough} --json")).json();
-    assert!(number(&told, "p_value") <= 1e-6 && number(&told, "tries") >= 2.0, "{told}");
+    assert!(
+        number(&told, "p_value") <= 1e-6 && number(&told, "tries") >= 2.0,
+        "{told}"
+    );
     folder.refused(
         &format!("verify worn.ply {VERIFY} --dispute --enough 1e-9"),
         &["--enough 1e-9 is too much for --dispute", "7.5e-37"],

@@ -76,8 +76,7 @@ fn p_values(layout: &Arc<MarkLayout>, suspect: &TriMesh, seed: u64) -> Option<[V
     let mut rng = ChaCha20Rng::seed_from_u64(seed);
     let p = (0..TRIALS_A_SUSPECT).map(|_| {
         let bits = random_bits(&mut rng);
-        let is_enough =
-            |soft: &SoftBits, tries| tries as f64 * p_value(&bits, &soft.weights()) <= ENOUGH;
+        let is_enough = |soft: &SoftBits, tries| tries as f64 * p_value(&bits, &soft.weights()) <= ENOUGH;
         let all = readings.best(&bits, &job).unwrap();
         let stopped = readings.best(Wanted::until(&bits, &is_enough), &job).unwrap();
         assert_eq!(all.tries, stopped.tries);

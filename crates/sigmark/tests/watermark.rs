@@ -547,8 +547,16 @@ fn reading_ends_where_a_probability_was_asked_for_that_all_looks_are_counted_in(
         verifier.enough(enough).verify(&worn, &Job::default()).unwrap()
     };
     let (all, soon, late) = (judged(None), judged(Some(1e-6)), judged(Some(1e-300)));
-    assert!(all.patches_read == 24 && all.outcome.is_found(), "{:?}", all.outcome);
-    assert!(soon.patches_read < 24 && soon.p_value <= 1e-6, "{:?}", soon.outcome);
+    assert!(
+        all.patches_read == 24 && all.outcome.is_found(),
+        "{:?}",
+        all.outcome
+    );
+    assert!(
+        soon.patches_read < 24 && soon.p_value <= 1e-6,
+        "{:?}",
+        soon.outcome
+    );
     assert_eq!(soon.outcome, Outcome::Detected { p: soon.p_value });
     // 2 rules × 2 looks × 1 map.
     assert_eq!((soon.tries, all.tries), (4, 4));

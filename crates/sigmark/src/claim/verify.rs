@@ -230,12 +230,7 @@ impl Verifier {
     }
 
     /// Judges a suspect as one.
-    fn verify_whole(
-        &self,
-        found: &Found,
-        decoder: &Decoder<'_>,
-        job: &Job,
-    ) -> Result<Verdict, SigmarkError> {
+    fn verify_whole(&self, found: &Found, decoder: &Decoder<'_>, job: &Job) -> Result<Verdict, SigmarkError> {
         if let Some(alignment) = found.alignment().filter(|alignment| !alignment.aligned) {
             return Ok(self.does_not_align(alignment));
         }

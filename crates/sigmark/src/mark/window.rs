@@ -61,7 +61,13 @@ mod tests {
         let patches = Patches::from_labels(&mesh, &halves).unwrap();
         for patch in patches.iter() {
             let window = window(patch);
-            for ((p, w), at_border) in patch.mesh().positions().iter().zip(&window).zip(patch.at_border()) {
+            for ((p, w), at_border) in patch
+                .mesh()
+                .positions()
+                .iter()
+                .zip(&window)
+                .zip(patch.at_border())
+            {
                 assert!((0.0..=1.0).contains(w) && (*w == 0.0) == *at_border, "{p:?}: {w}");
                 assert!((p[0] - 1.0).abs() < 0.3 || *w == 1.0, "{p:?}: {w}");
             }

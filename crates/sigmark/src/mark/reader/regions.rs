@@ -139,26 +139,28 @@ fn candidates(
 ) -> Result<Candidates, MarkError> {
     let stars = suspect.vertex_triangles();
     // Of some of the original's triangles: the suspect's, their own, how well they fit.
-    let pairs = job.quiet().map_chunks(original.triangle_count(), CHUNK, |triangles| {
-        let (mut pairs, mut near) = (Vec::new(), Vec::<u32>::new());
-        for t in triangles {
-            near.clear();
-            for (s, _) in original.triangles()[t].iter().filter_map(|&v| places[v as usize]) {
-                for &w in &suspect.triangles()[s as usize] {
-                    near.extend(stars.of(w as usize));
+    let pairs = job
+        .quiet()
+        .map_chunks(original.triangle_count(), CHUNK, |triangles| {
+            let (mut pairs, mut near) = (Vec::new(), Vec::<u32>::new());
+            for t in triangles {
+                near.clear();
+                for (s, _) in original.triangles()[t].iter().filter_map(|&v| places[v as usize]) {
+                    for &w in &suspect.triangles()[s as usize] {
+                        near.extend(stars.of(w as usize));
+                    }
+                }
+                near.sort_unstable();
+                near.dedup();
+                for &s in &near {
+                    let likeness = likeness(suspect.corners(s as usize), original.corners(t));
+                    if likeness > LEAST {
+                        pairs.push((s, t as u32, likeness as f32));
+                    }
                 }
             }
-            near.sort_unstable();
-            near.dedup();
-            for &s in &near {
-                let likeness = likeness(suspect.corners(s as usize), original.corners(t));
-                if likeness > LEAST {
-                    pairs.push((s, t as u32, likeness as f32));
-                }
-            }
-        }
-        pairs
-    })?;
+            pairs
+        })?;
     let mut offsets = vec![0; suspect.triangle_count() + 1];
     for &(s, _, _) in pairs.iter().flatten() {
         offsets[s as usize + 1] += 1;
