@@ -20,7 +20,7 @@ fn tail(x: f64) -> f64 {
 }
 
 /// x where [`tail`] is p < 1/2.
-fn inverse_tail(p: f64) -> f64 {
+pub(crate) fn inverse_tail(p: f64) -> f64 {
     least(0.0, 20.0, |x| tail(x) <= p)
 }
 

@@ -10,6 +10,8 @@ mod constructions;
 mod oracle;
 mod page;
 
+pub(crate) use bounds::inverse_tail;
+
 use std::path::PathBuf;
 
 use anyhow::Result;

@@ -11,7 +11,7 @@ use super::{
     trial::{Look, Marked, Read},
 };
 
-/// What both have to outlast. Under noise T₀ falls as noise grows: half a per cent is as much as can be compared, with a fifth of that all bits are certain.
+/// What both have to outlast. Under noise T₀ falls as noise grows: half a per cent is what can be compared, under a fifth of that all bits are right.
 pub(super) const ATTACKS: [&str; 3] = ["laplacian:5", "noise:0.5", "simplify:10"];
 
 /// The readers that the seamed mark is read by: the nearest to the one that there was, and today's.
@@ -26,8 +26,8 @@ const ROUNDS: usize = 5;
 /// How near the least of T₀ has to come to what it is compared with.
 const NEAR: f64 = 0.02;
 
-/// T₀ at which 512 bits are right without a code. What is beyond says how unequally sure the bits are, and not how much noise there is: no more is asked for.
-pub(super) const ALL_BITS: f64 = 104.0;
+/// T₀ at which half of one of 512 bits is wrong: where all are right no more is known, and no more asked for.
+pub(super) const ALL_BITS: f64 = 70.0;
 
 /// No mark is tried that is stronger.
 const STRONGEST: f64 = 2e-3;

@@ -188,7 +188,7 @@ impl Page {
             false => format!(": {}", short.join("; ")),
         };
         format!(
-            "By the same reader and at the same strength, T₀ of `{TODAY}` is more than {:.0} % below that of `{SEAMED}`, or than 104 where that is above, in {} of {compared} cells{list}.\n",
+            "By the same reader and at the same strength, T₀ of `{TODAY}` is more than {:.0} % below that of `{SEAMED}`, or than 70 where that is above, in {} of {compared} cells{list}.\n",
             100.0 * SHORT,
             short.len(),
         )
@@ -232,10 +232,10 @@ const WORDS: &str = "Each model carries the same random bits in every layout. A 
     free patches as few as keep each below 30 000 vertices, which with chip rate 3 was the default until version 3 of certificates (*seamed*); pooled ones are the default. The strength is the root mean square displacement in diagonals; \
     as in the command, pooled marks take it back where a model is thin, and slivers are levelled. Turns are of the file as it is written. \
     *At borders* are the triangles with a corner beside another patch or beside what is unmarked; a model in one patch has none. Seconds are wall time for the harmonics of all patches. Meshes of more than two hundred thousand vertices have no MSDM2: its time grows with their square.\n\n\
-    T₀ = T / √(1 − T² / l) over the l bits is the verdict's: the signal-to-noise ratio of a matched filter, here of the joint estimate that `sigmark verify` makes, over all patches. From 104 on 512 bits are right without a code, and what is beyond says how unequally sure \
-    bits are, not how much noise there is. One draw of bits and attacks each: repeated draws differ by some per cent.";
+    T₀ = √l Φ⁻¹(ER) over the l bits, 512 of the paper's or 2048 of a codeword: the signal-to-noise ratio of a matched filter, by the joint estimate that `sigmark verify` makes, over all patches; where all bits are right, at least what stands there. \
+    One draw of bits and attacks each: repeated draws differ by some per cent.";
 
-const EQUAL: &str = "The seamed mark has the default strength; today's is as strong as it takes for T₀ under none of the three attacks to be below the seamed mark's, or below 104 where that is above. The first reader is the nearest to the one that read seamed marks when they were the default: \
+const EQUAL: &str = "The seamed mark has the default strength; today's is as strong as it takes for T₀ under none of the three attacks to be below the seamed mark's, or below 70 where that is above, from where on all of 512 bits are right. The first reader is the nearest to the one that read seamed marks when they were the default: \
     least squares with misalignment, smoothing and tessellation, without quadrics and weights; the second is today's. Today's marks are read by today's reader in both.\n";
 
 fn turns(turn: &Turn) -> String {
@@ -251,8 +251,6 @@ fn ratio(seen: &Seen) -> Option<f64> {
 }
 
 fn cell(read: &Read) -> String {
-    match read.margin {
-        ..1000.0 => format!("{:.1} ({:.1})", read.margin, 100.0 * read.rate),
-        _ => format!("> 1000 ({:.1})", 100.0 * read.rate),
-    }
+    let least = if read.rate < 1.0 { "" } else { "≥ " };
+    format!("{least}{:.1} ({:.1})", read.margin, 100.0 * read.rate)
 }

@@ -15,14 +15,13 @@ use rand_chacha::{
 use serde::{Deserialize, Serialize};
 use sigmark::{
     Strength,
-    claim::statistics::margin,
     mark::{
         JointEstimator, JointModel, MarkLayout, Original, Reader, Reading, ReadingMethod, extraction_rate,
     },
 };
 
 use super::layouts::{Kind, TriedLayout};
-use crate::suspects::attacked;
+use crate::{code::inverse_tail, suspects::attacked};
 
 /// A triangle is as good as degenerate whose height is less than this share of its longest side, or of the model's diagonal: some units in the last place of single precision, so that writing
 /// a file turns it.
@@ -86,7 +85,7 @@ pub(super) struct Outlasted {
 #[derive(Clone, Copy, Serialize, Deserialize)]
 pub(super) struct Read {
     pub(super) rate: f64,
-    /// T₀ = T / √(1 − T² / l).
+    /// T₀ = √l Φ⁻¹(ER); at least where all l bits are right.
     pub(super) margin: f64,
 }
 
@@ -234,10 +233,17 @@ impl<'a> Marked<'a> {
     }
 
     fn judged(&self, reading: &Reading) -> Read {
-        Read {
-            rate: extraction_rate(&self.bits, &reading.soft.hard()),
-            margin: margin(&self.bits, &reading.soft.weights()),
-        }
+        let (rate, bits) = (
+            extraction_rate(&self.bits, &reading.soft.hard()),
+            self.bits.len() as f64,
+        );
+        // As if half a bit were wrong, where none is.
+        let wrong = (1.0 - rate).max(0.5 / bits);
+        let margin = match wrong < 0.5 {
+            true => bits.sqrt() * inverse_tail(wrong),
+            false => 0.0,
+        };
+        Read { rate, margin }
     }
 }
 

@@ -198,7 +198,8 @@ fn what_embed_writes_verify_finds_in_every_format() {
                 "signed",
                 "stamps",
                 "suspect",
-                "transform"
+                "transform",
+                "tries"
             ]
         );
         assert_eq!(
