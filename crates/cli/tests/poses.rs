@@ -1,5 +1,7 @@
 //! Models with joints and morph targets that come back in another pose: what commands make of them.
 
+#![allow(clippy::unwrap_used)] // in the helpers of tests, too
+
 mod common;
 
 use common::{
