@@ -75,7 +75,7 @@ pub(super) fn of(
         .collect()
 }
 
-/// As the verifier judges: by either way the best of its readings, times the number of ways.
+/// As the verifier judges: by any way the best of its readings, times the number of ways.
 fn asked_of(
     suspect: &TriMesh,
     rig: &Rig,
@@ -87,9 +87,13 @@ fn asked_of(
     let method = ReadingMethod::joint(JointEstimator::new(layout).into());
     let found = signed.reader().find(suspect, &job())?;
     let unposed = found.unposed(rig, &job())?;
+    let bent = found.in_local_frames(layout);
     let lies = found.alignment().is_none_or(|alignment| alignment.aligned);
-    let ways = [lies.then_some(&found), unposed.as_ref()].into_iter().flatten();
+    let count = 2.0 + f64::from(u8::from(bent.is_some()));
+    let ways = [lies.then_some(&found), unposed.as_ref(), bent.as_ref()];
     let readings = ways
+        .into_iter()
+        .flatten()
         .map(|found| found.readings(&method, &job()))
         .collect::<Result<Vec<_>, _>>()?;
     let p_of = |trial: usize| -> Result<(f64, usize)> {
@@ -99,7 +103,7 @@ fn asked_of(
         for readings in &readings {
             let reading = readings.best(&expected, &Job::default())?;
             tries += reading.tries;
-            p = p.min(2.0 * p_of_chosen(&expected, &reading));
+            p = p.min(count * p_of_chosen(&expected, &reading));
         }
         Ok((p, tries))
     };

@@ -164,7 +164,7 @@ fn what_nothing_bent_is_read_as_ever_and_counts_no_more() {
         shapes::jittered(mesh, 0.2, 3),
         shapes::scaled(mesh, 3.0),
     ] {
-        let found = Reader::new(&original())
+        let found = Reader::new(original())
             .unwrap()
             .find(&suspect, &Job::default())
             .unwrap();
@@ -243,7 +243,7 @@ fn a_mark_that_was_copied_onto_another_shape_is_found_there_only_if_that_is_the_
     };
     let stretched = deformed(&mesh, |Vec3([x, y, z])| Vec3([x, 0.3 * y, z * (1.0 + 2.0 * x)]));
     let flat = deformed(&mesh, |Vec3([x, y, _])| Vec3([x, y, 0.0]));
-    let sphere = deformed(&mesh, |p| p.unit());
+    let sphere = deformed(&mesh, Vec3::unit);
     for (what, other) in [("stretched", stretched), ("flat", flat), ("round", sphere)] {
         let verdict = judged(&copied(&other));
         assert!(

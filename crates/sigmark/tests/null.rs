@@ -204,7 +204,7 @@ fn small_p_values_are_as_rare_in_other_poses_whatever_rig_undoes_them() {
             marked_by_a_stranger(&layout),
         ] {
             seed += 1;
-            let found = reader.find(&posed(&unmarked, &rig, seed), &job).unwrap();
+            let found = reader.find(posed(&unmarked, &rig, seed), &job).unwrap();
             let unposed = found.unposed(&rig, &job).unwrap().unwrap();
             let ways = [found.readings(&method, &job), unposed.readings(&method, &job)].map(Result::unwrap);
             let mut rng = ChaCha20Rng::seed_from_u64(seed);

@@ -197,7 +197,7 @@ fn a_posed_copy_names_its_buyer() {
     }
     let trace = tracer.trace(posed(&copies[2], &rig, 0.3), &job).unwrap();
     let named: Vec<usize> = trace.accused.iter().map(|accused| accused.candidate).collect();
-    assert_eq!((named, trace.matched_by), (vec![2], MatchedBy::LocalFrames));
+    assert_eq!((named, trace.matched_by), (vec![2], MatchedBy::Rig));
     let nobody = tracer.trace(posed(&mesh, &rig, 0.3), &job).unwrap();
     assert!(nobody.accused.is_empty());
 }
