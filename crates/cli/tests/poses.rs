@@ -105,8 +105,12 @@ fn a_rig_that_was_not_signed_is_named_and_passed_over() {
     // The same geometry, signed without its skin.
     folder.write("plain.glb", without_skin(&folder.read("model.glb")));
     folder.done("embed plain.glb -o bound.glb -k owner.pem");
-    let plain = folder.run("verify posed.obj --original plain.glb --certificate signed.glb.cert.json --json");
-    assert_eq!(plain.json()["registration"], "local_frames");
+    let plain = folder.run("verify posed.obj --original plain.glb --certificate signed.glb.cert.json");
+    assert!(
+        plain.out.contains("each seen from its own surroundings"),
+        "{}",
+        plain.out
+    );
     assert!(
         plain
             .err
@@ -114,11 +118,8 @@ fn a_rig_that_was_not_signed_is_named_and_passed_over() {
         "{}",
         plain.err
     );
-    let other = folder.run("verify posed.obj --original model.glb --certificate bound.glb.cert.json --json");
-    assert_eq!(
-        (other.code, other.json()["outcome"].clone()),
-        (Some(1), json!("not_found"))
-    );
+    let other = folder.run("verify posed.obj --original model.glb --certificate bound.glb.cert.json");
+    assert_eq!(other.code, Some(1));
     assert!(
         other
             .err
