@@ -43,7 +43,8 @@
 //! *Integral invariants for robust geometry processing*, CAGD 2009 (what a ball sees of a surface). Osada, Funkhouser, Chazelle, Dobkin, *Shape distributions*, TOG 2002 (samples in place of
 //! triangles).
 
-mod descriptor;
+#[doc(hidden)]
+pub mod descriptor;
 mod error;
 mod geometry;
 mod index;
@@ -52,7 +53,7 @@ mod store;
 pub use descriptor::{Descriptor, Query};
 pub use error::LibraryError;
 pub use geometry::{MOST_GEOMETRY, pack_geometry, unpack_geometry};
-pub use index::{By, Candidate, Index};
+pub use index::{By, Candidate, Index, TELL};
 pub use store::{
     AddedAs, CertificateRecord, Entry, FileRecord, Library, OriginalId, OriginalRecord, SCHEMA_VERSION,
 };

@@ -1,18 +1,20 @@
 //! All descriptors in memory, and the exact scan.
 
+mod laying;
+mod votes;
+
 use std::collections::HashMap;
 
 use job::{Job, JobError};
 
 use crate::{
     Library, LibraryError, OriginalId, Query,
-    descriptor::{Cut, Cuttable, LOCAL_LENGTH, PART_LENGTH, PARTS, WHOLE_LENGTH, difference},
+    descriptor::{LOCAL_LENGTH, Summary, Surface, WHOLE_LENGTH, difference},
 };
+use votes::{Vote, Votes};
 
-/// Originals to whose parts planes are fitted: the nearest by what was described beforehand.
-const FITTED: usize = 96;
-/// Of these, the nearest to which they are fitted once more, with all samples.
-const REFITTED: usize = 20;
+/// Originals on which a suspect is laid: those for which its places speak most.
+const LAID: usize = 64;
 
 /// Originals that one thread compares at a time.
 const AT_A_TIME: usize = 256;
@@ -23,21 +25,21 @@ const AT_A_TIME: usize = 256;
 pub enum By {
     /// The whole shape.
     Whole,
-    /// What a plane leaves of it.
-    Part,
+    /// Its surface, on which the suspect lies.
+    Surface,
     /// Small shapes, wherever they lie.
     Local,
 }
 
 impl By {
     /// All of them.
-    pub const ALL: [Self; 3] = [Self::Whole, Self::Part, Self::Local];
+    pub const ALL: [Self; 3] = [Self::Whole, Self::Surface, Self::Local];
 
     /// The name in reports for programs.
     pub fn name(self) -> &'static str {
         match self {
             Self::Whole => "whole",
-            Self::Part => "part",
+            Self::Surface => "surface",
             Self::Local => "local",
         }
     }
@@ -47,7 +49,7 @@ impl By {
         match self {
             // What was attacked as in Table 4 and simplified to a hundredth stays below 8, what was cropped below 8, what was posed below 13.
             Self::Whole | Self::Local => 16.0,
-            Self::Part => 10.0,
+            Self::Surface => 1.0,
         }
     }
 }
@@ -64,21 +66,12 @@ pub struct Candidate {
     pub score: f64,
 }
 
-/// The descriptors of all originals of a library, at the time when it was loaded.
+/// What is known of all originals of a library, at the time when it was loaded.
 #[derive(Debug, Default)]
 pub struct Index {
     ids: Vec<OriginalId>,
-    whole: Vec<[u8; WHOLE_LENGTH]>,
-    local: Vec<[u8; LOCAL_LENGTH]>,
-    /// [`PARTS`] of each original.
-    parts: Vec<[u8; PART_LENGTH]>,
-}
-
-/// How far the nearest part of an original is, and which it is.
-#[derive(Clone, Copy)]
-struct NearestPart {
-    difference: u32,
-    part: usize,
+    summaries: Vec<Summary>,
+    votes: Votes,
 }
 
 impl Index {
@@ -87,13 +80,13 @@ impl Index {
     /// # Errors
     /// When it can't be read, or a descriptor has another length.
     pub fn load(library: &Library) -> Result<Self, LibraryError> {
-        let mut index = Self::default();
-        library.each_descriptor(|id, whole, local, parts| {
+        let (mut index, mut words) = (Self::default(), Vec::new());
+        library.each_summary(|id, mut summary| {
             index.ids.push(id);
-            index.whole.push(std::array::from_fn(|i| whole[i]));
-            index.local.push(std::array::from_fn(|i| local[i]));
-            index.parts.extend_from_slice(parts.as_chunks().0);
+            words.push(std::mem::take(&mut summary.words));
+            index.summaries.push(summary);
         })?;
+        index.votes = Votes::of(&words);
         Ok(index)
     }
 
@@ -104,7 +97,7 @@ impl Index {
 
     /// Bytes of all descriptors.
     pub fn bytes(&self) -> usize {
-        self.ids.len() * (WHOLE_LENGTH + LOCAL_LENGTH + PARTS * PART_LENGTH)
+        self.ids.len() * (size_of::<OriginalId>() + size_of::<Summary>()) + self.votes.bytes()
     }
 
     /// Whether there are none.
@@ -164,8 +157,8 @@ impl Index {
         most: usize,
         job: &Job,
     ) -> Result<[Vec<(OriginalId, f64)>; 3], LibraryError> {
-        let whole = self.of_each(job, |i| difference(&self.whole[i], &query.whole))?;
-        let local = self.of_each(job, |i| difference(&self.local[i], &query.local))?;
+        let whole = self.of_each(job, |i| query.from_whole(&self.summaries[i]))?;
+        let local = self.of_each(job, |i| difference(&self.summaries[i].local, &query.local))?;
         let of = |differences: &[u32], length: usize| -> Vec<(OriginalId, f64)> {
             let nearest = nearest(differences, most).into_iter();
             nearest
@@ -174,45 +167,34 @@ impl Index {
         };
         Ok([
             of(&whole, WHOLE_LENGTH),
-            self.by_part(library, query, most, job)?,
+            self.by_surface(library, query, most, job)?,
             of(&local, LOCAL_LENGTH),
         ])
     }
 
-    /// The nearest by a part: first by those that were described, then with the plane fitted.
-    fn by_part(
+    /// Those on which most of the suspect lies.
+    fn by_surface(
         &self,
         library: &Library,
         query: &Query,
         most: usize,
         job: &Job,
     ) -> Result<Vec<(OriginalId, f64)>, LibraryError> {
-        let nearest_parts: Vec<NearestPart> = self.of_each(job, |i| {
-            nearest_part(&self.parts[i * PARTS..(i + 1) * PARTS], &query.part)
+        let votes = self.votes.most(&query.sizes, LAID.max(most), job)?;
+        let surfaces = votes.iter().map(|vote| library.surface(self.ids[vote.original]));
+        let surfaces: Vec<Vec<u8>> = surfaces.collect::<Result<_, _>>()?;
+        let surfaces = surfaces.iter().map(|bytes| Surface::of(bytes));
+        let surfaces: Vec<Surface> = surfaces.collect::<Result<_, _>>()?;
+        let mut laid = job.map(votes.len(), 1, |i| {
+            let Vote { original, size, .. } = votes[i];
+            (self.ids[original], 1.0 - laying::lying(&query.sizes[size], &surfaces[i]))
         })?;
-        let differences: Vec<u32> = nearest_parts.iter().map(|part| part.difference).collect();
-        let chosen = nearest(&differences, FITTED.max(most));
-        let samples = chosen.iter().map(|&i| library.samples(self.ids[i]));
-        let samples: Vec<Vec<u8>> = samples.collect::<Result<_, _>>()?;
-        let originals: Vec<Cuttable> = samples
-            .iter()
-            .map(|bytes| Cuttable::of(bytes))
-            .collect::<Result<_, _>>()?;
-        let rough = job.map(chosen.len(), 1, |k| {
-            originals[k].fit(&query.fitted, nearest_parts[chosen[k]].part)
-        })?;
-        let mut order: Vec<usize> = (0..chosen.len()).collect();
-        order.sort_by(|&a, &b| rough[a].distance.total_cmp(&rough[b].distance).then(a.cmp(&b)));
-        order.truncate(REFITTED.max(most));
-        let fitted = job.map(order.len(), 1, |i| {
-            let k = order[i];
-            let cut: Cut = originals[k].refit(&query.fitted, &rough[k]);
-            (self.ids[chosen[k]], cut.distance)
-        })?;
-        let mut fitted = fitted;
-        fitted.sort_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
-        fitted.truncate(most);
-        Ok(fitted)
+        if std::env::var("LIB_TELL").is_ok() {
+            TELL.lock().unwrap().push(votes.iter().zip(&laid).map(|(v, l)| (v.original, v.size, v.score, 1.0 - l.1)).collect());
+        }
+        laid.sort_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
+        laid.truncate(most);
+        Ok(laid)
     }
 
     /// Something of each original.
@@ -229,19 +211,8 @@ impl Index {
     }
 }
 
-fn nearest_part(parts: &[[u8; PART_LENGTH]], wanted: &[u8; PART_LENGTH]) -> NearestPart {
-    let mut nearest = NearestPart {
-        difference: u32::MAX,
-        part: 0,
-    };
-    for (i, part) in parts.iter().enumerate() {
-        let difference = difference(part, wanted);
-        if difference < nearest.difference {
-            nearest = NearestPart { difference, part: i };
-        }
-    }
-    nearest
-}
+#[doc(hidden)]
+pub static TELL: std::sync::Mutex<Vec<Vec<(usize, usize, f32, f64)>>> = std::sync::Mutex::new(Vec::new());
 
 /// The places of the least numbers, the least first.
 fn nearest(differences: &[u32], most: usize) -> Vec<usize> {
