@@ -4,7 +4,6 @@
 
 mod built;
 mod draw;
-mod experiment;
 mod models;
 mod page;
 mod suspects;
@@ -55,9 +54,6 @@ impl LibraryBench {
         let mut folders = vec![self.meshes.as_path()];
         folders.extend(self.assets.as_deref());
         let bases = models::bases(&folders, &job)?;
-        if std::env::var("LIB_EXP").is_ok() {
-            return experiment::run(&bases);
-        }
         let built = built::library(&bases, self.size, &job)?;
         println!("{}", serde_json::to_string(&built.figures)?);
         let found = trials::attacked(&bases, &built, self, &job)?;

@@ -30,7 +30,7 @@ pub(super) struct Found {
     /// The original was the first, among the first ten.
     pub(super) first: usize,
     pub(super) among_ten: usize,
-    /// It was among the first four by the whole, by a part, by small shapes.
+    /// It was among the first three by the whole, by the surface, by small shapes.
     pub(super) by: [usize; 3],
     /// The distances of originals that were among the ten, by what was nearest: the greatest.
     pub(super) farthest: [f64; 3],
@@ -95,13 +95,6 @@ pub(super) fn attacked(
             let begun = Instant::now();
             let lists = built.index.lists(&built.library, &query, FIRST, job)?;
             let candidates = Index::candidates(&lists, FIRST);
-            if let Some(told) = library::TELL.lock().unwrap().pop() {
-                let rank = told.iter().position(|t| t.0 == number);
-                let best = told.iter().filter(|t| t.0 != number).map(|t| t.3).fold(0.0, f64::max);
-                let own = rank.map(|r| told[r]);
-                let whole = lists[0].iter().position(|&(id, _)| id == wanted);
-                eprintln!("{} #{number} {}: rank {rank:?} own {own:.2?} best other {best:.3} top score {:.1} whole {whole:?} {:.2} {:.2}", attack.name, bases.get(number % bases.len()).map_or("", |b| &b.name), told[0].2, lists[0][0].1, lists[0][1].1);
-            }
             seconds.push(1e3 * begun.elapsed().as_secs_f64());
             found.suspects += 1;
             found.first += usize::from(

@@ -43,8 +43,7 @@
 //! *Integral invariants for robust geometry processing*, CAGD 2009 (what a ball sees of a surface). Osada, Funkhouser, Chazelle, Dobkin, *Shape distributions*, TOG 2002 (samples in place of
 //! triangles).
 
-#[doc(hidden)]
-pub mod descriptor;
+mod descriptor;
 mod error;
 mod geometry;
 mod index;
@@ -53,7 +52,7 @@ mod store;
 pub use descriptor::{Descriptor, Query};
 pub use error::LibraryError;
 pub use geometry::{MOST_GEOMETRY, pack_geometry, unpack_geometry};
-pub use index::{By, Candidate, Index, TELL};
+pub use index::{By, Candidate, Index};
 pub use store::{
     AddedAs, CertificateRecord, Entry, FileRecord, Library, OriginalId, OriginalRecord, SCHEMA_VERSION,
 };

@@ -61,7 +61,6 @@ impl Cloud {
         self
     }
 
-    pub(super) fn place_scale(&self) -> f64 { self.frame.scale / self.frame.unit }
     /// Where a point of the mesh lies.
     pub(super) fn place(&self, p: Vec3) -> Vec3 {
         (p * (1.0 / self.frame.unit) - self.frame.centre) * self.frame.scale

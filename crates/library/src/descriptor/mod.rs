@@ -4,7 +4,7 @@ mod cloud;
 mod grid;
 mod harmonics;
 mod local;
-pub mod places;
+mod places;
 mod smoothing;
 mod surface;
 

@@ -53,17 +53,17 @@ const SHELLS: [f64; 3] = [0.3, 0.6, 0.9];
 const INNER: f64 = 0.4;
 
 /// Numbers of a place.
-pub const NUMBERS: usize = 16;
+const NUMBERS: usize = 16;
 
 /// Samples of a suspect of which places are chosen, those that see least of a border, and how many are taken although they see some.
 const OFFERED: usize = 512;
-const BORDERED: usize = 40;
+const BORDERED: usize = 24;
 
 /// Samples of a suspect that are laid on originals.
 const LAID: usize = 192;
 
 /// A suspect may be what is left of an original: the root of the original's area is so many times the suspect's, from 1 on by this factor.
-const SIZES: usize = 12;
+const SIZES: usize = 14;
 const GROWTH: f64 = 1.08;
 
 /// Bytes of a place's code.
@@ -370,18 +370,3 @@ const LARGE: Axes = Axes {
     cells: [14, 9, 6, 5, 4, 3, 1, 1],
 };
 
-/// EXPERIMENT
-pub fn probe(level: usize, mesh: &TriMesh, root: Option<f64>, every: usize) -> (f64, Vec<([f64; NUMBERS], [f64; 3])>, f64) {
-    let cloud = Cloud::fine(mesh).unwrap().in_roots();
-    let own = cloud.place_scale().recip();
-    let growth = root.unwrap_or(own) / own;
-    let began = std::time::Instant::now();
-    let level = LEVELS[level];
-    let mut seer = Seer::new(&cloud, &level, growth);
-    let centre = cloud.place(Vec3::ZERO);
-    let all = (0..cloud.points.len()).step_by(if every == 0 { FINE / level.places } else { every }).map(|i| {
-        let (numbers, _) = seer.see(i);
-        (numbers, ((cloud.points[i] - centre) * own).0)
-    }).collect();
-    (level.radius * root.unwrap_or(own), all, began.elapsed().as_secs_f64())
-}

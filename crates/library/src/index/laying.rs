@@ -39,16 +39,28 @@ impl Pose {
     }
 }
 
-/// The share of a suspect that lies on an original, samples weighed by how near they come: from 0 to 1.
-pub(crate) fn lying(sought: &Sought, surface: &Surface) -> f64 {
-    let pairs = pairs(sought, surface);
-    let poses = poses(&pairs);
-    if poses.is_empty() {
-        return 0.0;
+/// How a suspect may lie on an original, by places that look alike.
+pub(super) struct Guess {
+    /// So many pairs of places agree with the first pose.
+    pub(super) agreeing: usize,
+    poses: Vec<Pose>,
+}
+
+impl Guess {
+    pub(super) fn of(sought: &Sought, surface: &Surface) -> Self {
+        let poses = poses(&pairs(sought, surface));
+        Self {
+            agreeing: poses.first().map_or(0, |(count, _)| *count),
+            poses: poses.into_iter().map(|(_, pose)| pose).collect(),
+        }
     }
-    let grid = Grid::new(surface.points.clone(), REACHES[0]);
-    let shares = poses.into_iter().map(|pose| refined(sought, surface, &grid, pose));
-    shares.fold(0.0, f64::max)
+
+    /// The share of the suspect that lies on the original, samples weighed by how near they come: from 0 to 1.
+    pub(super) fn share(&self, sought: &Sought, surface: &Surface) -> f64 {
+        let grid = Grid::new(surface.points.clone(), REACHES[0]);
+        let shares = self.poses.iter().map(|pose| refined(sought, surface, &grid, *pose));
+        shares.fold(0.0, f64::max)
+    }
 }
 
 /// Places that look alike, of the suspect and of the original.
@@ -76,7 +88,7 @@ fn pairs(sought: &Sought, surface: &Surface) -> Vec<Pair> {
 }
 
 /// The poses that most pairs agree with.
-fn poses(pairs: &[Pair]) -> Vec<Pose> {
+fn poses(pairs: &[Pair]) -> Vec<(usize, Pose)> {
     let mut found: Vec<(usize, Pose)> = Vec::new();
     for (i, first) in pairs.iter().enumerate() {
         for second in &pairs[i + 1..] {
@@ -91,15 +103,15 @@ fn poses(pairs: &[Pair]) -> Vec<Pose> {
         }
     }
     found.sort_by_key(|(count, _)| std::cmp::Reverse(*count));
-    let mut chosen: Vec<Pose> = Vec::new();
-    for (_, pose) in found {
+    let mut chosen: Vec<(usize, Pose)> = Vec::new();
+    for (count, pose) in found {
         let middle = pairs.first().map_or(Vec3::ZERO, |pair| pair.suspect.0);
-        let is_other = |other: &Pose| {
+        let is_other = |(_, other): &(usize, Pose)| {
             (other.apply(middle) - pose.apply(middle)).norm() > AGREEING
                 || (0..3).any(|k| other.columns[k].dot(pose.columns[k]) < 0.95)
         };
         if chosen.len() < POSES && chosen.iter().all(is_other) {
-            chosen.push(pose);
+            chosen.push((count, pose));
         }
     }
     chosen

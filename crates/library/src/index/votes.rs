@@ -11,6 +11,9 @@ use crate::descriptor::{Sought, WORDS};
 /// α.
 const SMOOTHING: f64 = 1.0;
 
+/// Sizes that are so many steps apart are told apart.
+const APART: usize = 3;
+
 /// Bits of how many of an original's places have a word.
 const COUNT_BITS: u32 = 8;
 
@@ -62,22 +65,28 @@ impl Votes {
         4 * (self.starts.len() + self.postings.len())
     }
 
-    /// The originals for which most speaks, each in its likeliest size.
+    /// The originals for which most speaks, each in its likeliest size and in the likeliest of those that are [`APART`] from it.
     pub(super) fn most(&self, sizes: &[Sought], most: usize, job: &Job) -> Result<Vec<Vote>, JobError> {
         let scores = job.map(sizes.len(), 1, |size| self.scores(&sizes[size]))?;
-        let mut votes: Vec<Vote> = (0..self.count)
-            .map(|original| {
-                let score = |size: usize| scores[size][original];
-                let size = (0..sizes.len()).max_by(|&a, &b| score(a).total_cmp(&score(b)).then(b.cmp(&a)));
-                let size = size.unwrap_or(0);
-                Vote {
-                    original,
-                    size,
-                    score: score(size),
-                }
-            })
-            .collect();
-        let by = |a: &Vote, b: &Vote| b.score.total_cmp(&a.score).then(a.original.cmp(&b.original));
+        let mut votes = Vec::new();
+        for original in 0..self.count {
+            let score = |size: usize| scores[size][original];
+            let likeliest = |is_asked: &dyn Fn(usize) -> bool| {
+                let asked = (0..sizes.len()).filter(|&size| is_asked(size));
+                asked.max_by(|&a, &b| score(a).total_cmp(&score(b)).then(b.cmp(&a)))
+            };
+            let Some(first) = likeliest(&|_| true) else { continue };
+            let second = likeliest(&|size| size.abs_diff(first) >= APART);
+            votes.extend([Some(first), second].into_iter().flatten().map(|size| Vote {
+                original,
+                size,
+                score: score(size),
+            }));
+        }
+        let by = |a: &Vote, b: &Vote| {
+            let order = b.score.total_cmp(&a.score);
+            order.then((a.original, a.size).cmp(&(b.original, b.size)))
+        };
         if most < votes.len() {
             votes.select_nth_unstable_by(most, by);
             votes.truncate(most);
