@@ -52,9 +52,9 @@ impl Cloud {
         Ok(cloud)
     }
 
-    /// The same in roots of its area.
+    /// The same in roots of its area; a needle has more of it.
     pub(super) fn in_roots(mut self) -> Self {
-        let scale = 1.0 / self.area.sqrt();
+        let scale = 1.0 / self.area.max(1e-6).sqrt();
         self.points.iter_mut().for_each(|p| *p = *p * scale);
         self.frame.scale *= scale;
         self.area = 1.0;
@@ -223,4 +223,3 @@ mod tests {
         assert!(Cloud::fine(&huge).is_ok());
     }
 }
-

@@ -30,5 +30,6 @@ pub(super) fn smoothed(mesh: &TriMesh) -> Option<TriMesh> {
             }
         }
     }
-    mesh.with_positions(points.into_iter().map(|p| p.0).collect()).ok()
+    mesh.with_positions(points.into_iter().map(|p| p.0).collect())
+        .ok()
 }

@@ -54,7 +54,7 @@ impl Surface {
     /// From its bytes.
     pub(crate) fn of(bytes: &[u8]) -> Result<Self, LibraryError> {
         let damaged = || LibraryError::Geometry {
-            problem: "samples of another length than they have, or none".into(),
+            problem: "a surface of another length than it has, or none".into(),
         };
         if bytes.len() != SURFACE_LENGTH {
             return Err(damaged());
@@ -71,7 +71,9 @@ impl Surface {
             least + p * (edge / 255.0)
         };
         let points: Vec<Vec3> = samples.chunks_exact(5).map(sample).collect();
-        let normals = samples.chunks_exact(5).map(|sample| direction([sample[3], sample[4]]));
+        let normals = samples
+            .chunks_exact(5)
+            .map(|sample| direction([sample[3], sample[4]]));
         let (small, large) = places.split_at(PLACE * LEVELS[0].places);
         let of_level = |bytes: &[u8]| -> Vec<Place> {
             let between = KEPT / (bytes.len() / PLACE);

@@ -58,7 +58,10 @@ impl Guess {
     /// The share of the suspect that lies on the original, samples weighed by how near they come: from 0 to 1.
     pub(super) fn share(&self, sought: &Sought, surface: &Surface) -> f64 {
         let grid = Grid::new(surface.points.clone(), REACHES[0]);
-        let shares = self.poses.iter().map(|pose| refined(sought, surface, &grid, *pose));
+        let shares = self
+            .poses
+            .iter()
+            .map(|pose| refined(sought, surface, &grid, *pose));
         shares.fold(0.0, f64::max)
     }
 }
@@ -130,7 +133,11 @@ fn pose(a: &Pair, b: &Pair) -> Option<Pose> {
         angles(p, a.suspect.1, b.suspect.1),
         angles(q, a.original.1, b.original.1),
     );
-    if of_suspect.iter().zip(of_original).any(|(x, y)| (x - y).abs() > 0.25) {
+    if of_suspect
+        .iter()
+        .zip(of_original)
+        .any(|(x, y)| (x - y).abs() > 0.25)
+    {
         return None;
     }
     let frame = |line: Vec3, normal: Vec3| {
@@ -139,7 +146,8 @@ fn pose(a: &Pair, b: &Pair) -> Option<Pose> {
     };
     let from = frame(p, a.suspect.1 + b.suspect.1)?;
     let onto = frame(q, a.original.1 + b.original.1)?;
-    let column = |axis: usize| onto[0] * from[0].0[axis] + onto[1] * from[1].0[axis] + onto[2] * from[2].0[axis];
+    let column =
+        |axis: usize| onto[0] * from[0].0[axis] + onto[1] * from[1].0[axis] + onto[2] * from[2].0[axis];
     let columns = [column(0), column(1), column(2)];
     let pose = Pose {
         columns,
@@ -156,7 +164,8 @@ fn refined(sought: &Sought, surface: &Surface, grid: &Grid, mut pose: Pose) -> f
     for reach in REACHES {
         let (mut matrix, mut right) = ([[0.0; 7]; 7], [0.0; 7]);
         let mut share = 0.0;
-        let centre = pose.apply(sought.samples.iter().map(|s| s.0).sum::<Vec3>() / sought.samples.len() as f64);
+        let centre =
+            pose.apply(sought.samples.iter().map(|s| s.0).sum::<Vec3>() / sought.samples.len() as f64);
         for &(point, normal) in &sought.samples {
             let (p, n) = (pose.apply(point), pose.turn(normal));
             let mut nearest = (reach * reach, None);
@@ -173,7 +182,15 @@ fn refined(sought: &Sought, surface: &Surface, grid: &Grid, mut pose: Pose) -> f
             share += weight;
             let arm = p - centre;
             let turning = arm.cross(m);
-            let row = [turning.0[0], turning.0[1], turning.0[2], m.0[0], m.0[1], m.0[2], m.dot(arm)];
+            let row = [
+                turning.0[0],
+                turning.0[1],
+                turning.0[2],
+                m.0[0],
+                m.0[1],
+                m.0[2],
+                m.dot(arm),
+            ];
             for i in 0..7 {
                 for j in 0..7 {
                     matrix[i][j] += weight * row[i] * row[j];

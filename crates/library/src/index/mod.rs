@@ -20,7 +20,7 @@ use votes::Votes;
 /// Originals, with sizes, for which it is guessed how the suspect lies: those for which its places speak most.
 const GUESSED: usize = 160;
 /// Of these, those on which it is laid: where most places agree.
-const LAID: usize = 40;
+const LAID: usize = 64;
 
 /// Originals that one thread compares at a time.
 const AT_A_TIME: usize = 256;
@@ -53,8 +53,10 @@ impl By {
     /// The distance at which nothing is said any more.
     pub fn farthest(self) -> f64 {
         match self {
-            // What was attacked as in Table 4 and simplified to a hundredth stays below 8, what was cropped below 8, what was posed below 13.
-            Self::Whole | Self::Local => 16.0,
+            // What was attacked as in Table 4 stays below 4, what was posed below 6.
+            Self::Whole => 8.0,
+            Self::Local => 10.0,
+            // Two fifths of the suspect lie on the original.
             Self::Surface => 0.6,
         }
     }
@@ -111,7 +113,7 @@ impl Index {
         self.ids.is_empty()
     }
 
-    /// The originals that a suspect resembles most, `most` of them, the nearest first: in turn those nearest by the whole, by a part, and by small shapes.
+    /// The originals that a suspect resembles most, `most` of them, the nearest first: in turn those nearest by the whole, by the surface, and by small shapes.
     ///
     /// # Errors
     /// When samples can't be read from the library, or the job is cancelled.

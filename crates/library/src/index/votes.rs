@@ -75,7 +75,9 @@ impl Votes {
                 let asked = (0..sizes.len()).filter(|&size| is_asked(size));
                 asked.max_by(|&a, &b| score(a).total_cmp(&score(b)).then(b.cmp(&a)))
             };
-            let Some(first) = likeliest(&|_| true) else { continue };
+            let Some(first) = likeliest(&|_| true) else {
+                continue;
+            };
             let second = likeliest(&|size| size.abs_diff(first) >= APART);
             votes.extend([Some(first), second].into_iter().flatten().map(|size| Vote {
                 original,

@@ -31,7 +31,7 @@ impl Library {
     /// Opens a library that is there.
     ///
     /// # Errors
-    /// [`LibraryError::Missing`], [`LibraryError::Foreign`], [`LibraryError::Newer`], [`LibraryError::Damaged`].
+    /// [`LibraryError::Missing`], [`LibraryError::Foreign`], [`LibraryError::Newer`], [`LibraryError::Older`], [`LibraryError::Damaged`].
     pub fn open(path: &Path) -> Result<Self, LibraryError> {
         Ok(Self {
             connection: opening::open(path)?,
@@ -245,10 +245,7 @@ impl Library {
     }
 
     /// Hands over what an index has of all originals, by numbers.
-    pub(crate) fn each_summary(
-        &self,
-        mut take: impl FnMut(OriginalId, Summary),
-    ) -> Result<(), LibraryError> {
+    pub(crate) fn each_summary(&self, mut take: impl FnMut(OriginalId, Summary)) -> Result<(), LibraryError> {
         let mut statement = self.read(
             self.connection
                 .prepare("SELECT original, whole, smooth, local, words FROM descriptor ORDER BY original"),

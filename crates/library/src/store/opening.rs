@@ -118,6 +118,11 @@ fn state(connection: &Connection, path: &Path) -> Result<State, LibraryError> {
             found,
             expected: SCHEMA_VERSION,
         }),
+        (APPLICATION, found, _) => Err(LibraryError::Older {
+            path: path.into(),
+            found,
+            expected: SCHEMA_VERSION,
+        }),
         (0, 0, 0) => Ok(State::Empty),
         _ => Err(LibraryError::Foreign {
             path: path.into(),
