@@ -110,7 +110,7 @@ fn share(part: usize, all: usize) -> f64 {
 }
 
 fn attacks(found: &[Found]) -> Table {
-    let header = "attack | suspects | first (%) | among ten (%) | asked (%) | by the whole (%) | by a part (%) | by small shapes (%) | search (ms) | worst of 100 (ms)";
+    let header = "attack | suspects | first (%) | among ten (%) | asked (%) | by the whole (%) | by the surface (%) | by small shapes (%) | search (ms) | worst of 100 (ms)";
     let mut table = Table::new("The right original", header.split(" | "))
         .note("*By*: it is among the first three by that alone.");
     for found in found {

@@ -30,7 +30,7 @@ pub(super) struct Found {
     /// The original was the first, among the first ten.
     pub(super) first: usize,
     pub(super) among_ten: usize,
-    /// It was among the first four by the whole, by a part, by small shapes.
+    /// It was among the first three by the whole, by the surface, by small shapes.
     pub(super) by: [usize; 3],
     /// The distances of originals that were among the ten, by what was nearest: the greatest.
     pub(super) farthest: [f64; 3],

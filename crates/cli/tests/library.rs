@@ -356,11 +356,18 @@ fn what_is_no_library_is_refused_with_the_reason_and_left_as_it_is() {
         &["half.sigmark", "damaged"],
     );
     let mut newer = whole.clone();
-    newer[60..64].copy_from_slice(&2_u32.to_be_bytes());
+    newer[60..64].copy_from_slice(&3_u32.to_be_bytes());
     folder.write("newer.sigmark", &newer);
     folder.refused(
         "library list --library newer.sigmark",
-        &["version 2", "newer sigmark"],
+        &["version 3", "newer sigmark"],
+    );
+    let mut older = whole.clone();
+    older[60..64].copy_from_slice(&1_u32.to_be_bytes());
+    folder.write("older.sigmark", &older);
+    folder.refused(
+        "library list --library older.sigmark",
+        &["version 1", "make it anew"],
     );
     let mut foreign = whole.clone();
     foreign[68..72].copy_from_slice(&7_u32.to_be_bytes());

@@ -30,6 +30,16 @@ pub enum LibraryError {
         /// [`SCHEMA_VERSION`](crate::SCHEMA_VERSION).
         expected: i64,
     },
+    /// An earlier version of the program wrote it, with other descriptors.
+    #[error("{}: is a library of version {found}, and this program reads {expected}: make it anew with `sigmark library add`", path.display())]
+    Older {
+        /// The file.
+        path: PathBuf,
+        /// Its version.
+        found: i64,
+        /// [`SCHEMA_VERSION`](crate::SCHEMA_VERSION).
+        expected: i64,
+    },
     /// What stands there can't have been written so.
     #[error("{}: is damaged ({problem}): take a copy of it that is whole, or make it anew with `sigmark library add`", path.display())]
     Damaged {

@@ -25,7 +25,7 @@
 //! Everything is computed from samples of the surface, so that neither vertices nor triangles matter, and in units of the samples themselves, so that place, size and position
 //! don't. Three things are known of each original, and each finds what the others lose:
 //! - *whole*: how mass lies about the centre, by spherical harmonics of six shells. It outlasts noise, smoothing, decimation, subdivision, re-meshing.
-//! - *parts*: the same, shorter, of what a plane leaves, for 64 directions and four shares. It finds what was cropped: of the nearest originals 4096 samples are cut by a plane that is fitted to the suspect.
+//! - *surface*: what balls around 1024 and 512 places see, of two radii, as words and as codes, and 2048 samples. It finds what was cropped: originals with the suspect's words come first, and on the likeliest of them the suspect is laid.
 //! - *local*: which small shapes a surface has, wherever they lie. It finds what was posed.
 //!
 //! # What is not here
@@ -36,11 +36,11 @@
 //! checked it. A database is a stranger's file: its tables are compared with what they have to be, lengths are checked before anything is allocated, geometry by its digest; nothing panics.
 //!
 //! # Costs
-//! 8.3 KiB of descriptors an original in memory, and 24 KiB in the file beside the geometry. `results/library.md` has the seconds, and how often the right original is found.
+//! Some 3 KiB an original in memory, and 30 KiB in the file beside the geometry. `results/library.md` has the seconds, and how often the right original is found.
 //!
 //! # Sources
 //! Kazhdan, Funkhouser, Rusinkiewicz, *Rotation invariant spherical harmonic representation of 3D shape descriptors*, SGP 2003 (energies by shell and degree). Pottmann, Wallner, Huang, Yang,
-//! *Integral invariants for robust geometry processing*, CAGD 2009 (what a ball sees of a surface). Osada, Funkhouser, Chazelle, Dobkin, *Shape distributions*, TOG 2002 (samples in place of
+//! *Integral invariants for robust geometry processing*, CAGD 2009 (what a ball sees of a surface). Sivic, Zisserman, *Video Google*, ICCV 2003 (words of places, and lists of who has them). Osada, Funkhouser, Chazelle, Dobkin, *Shape distributions*, TOG 2002 (samples in place of
 //! triangles).
 
 mod descriptor;

@@ -6,8 +6,8 @@ use super::grid::Grid;
 use crate::LibraryError;
 
 /// How many samples a surface has, and of how many of them the whole is described.
-const FINE: usize = 16_384;
-pub(super) const SAMPLES: usize = 4096;
+pub(super) const FINE: usize = 16_384;
+const SAMPLES: usize = 4096;
 
 /// The ball in which samples are counted, in units of the cloud's radius. Smaller ones see the noise.
 const DENSITY_RADIUS: f64 = 0.12;
@@ -21,16 +21,49 @@ pub(crate) struct Cloud {
     pub(super) normals: Vec<Vec3>,
     /// Their sum is 1.
     pub(super) weights: Vec<f64>,
-    /// The area of the surface as balls see it, in the square of the radius.
+    /// The area of the surface, in the square of the radius; once it is [evened](Self::evened), as balls see it.
     pub(super) area: f64,
+    frame: Frame,
+}
+
+/// Where a mesh's points are in a cloud: at (p / unit − centre) · scale.
+#[derive(Clone, Copy, Debug)]
+struct Frame {
+    unit: f64,
+    centre: Vec3,
+    scale: f64,
+}
+
+impl Default for Frame {
+    fn default() -> Self {
+        Self {
+            unit: 1.0,
+            centre: Vec3::ZERO,
+            scale: 1.0,
+        }
+    }
 }
 
 impl Cloud {
     /// Samples of a mesh, all of one weight.
     pub(super) fn fine(mesh: &TriMesh) -> Result<Self, LibraryError> {
         let mut cloud = sampled(mesh, FINE)?;
-        cloud.normalise();
+        cloud.area /= cloud.normalise().powi(2);
         Ok(cloud)
+    }
+
+    /// The same in roots of its area; a needle has more of it.
+    pub(super) fn in_roots(mut self) -> Self {
+        let scale = 1.0 / self.area.max(1e-6).sqrt();
+        self.points.iter_mut().for_each(|p| *p = *p * scale);
+        self.frame.scale *= scale;
+        self.area = 1.0;
+        self
+    }
+
+    /// Where a point of the mesh lies.
+    pub(super) fn place(&self, p: Vec3) -> Vec3 {
+        (p * (1.0 / self.frame.unit) - self.frame.centre) * self.frame.scale
     }
 
     /// Every fourth sample, with weights that even out how dense they lie.
@@ -49,11 +82,11 @@ impl Cloud {
                 .copied()
                 .collect(),
             weights: vec![1.0; SAMPLES],
-            area: 0.0,
+            ..Self::default()
         };
         cloud.normalise();
         let counts: Vec<f64> = {
-            let grid = Grid::new(&cloud.points, DENSITY_RADIUS);
+            let grid = Grid::new(cloud.points.clone(), DENSITY_RADIUS);
             let count = |p: &Vec3| {
                 let mut count = 0.0;
                 grid.near(*p, |_| count += 1.0);
@@ -68,18 +101,6 @@ impl Cloud {
         cloud
     }
 
-    /// Every `step`th sample.
-    pub(super) fn thinned(&self, step: usize) -> Self {
-        let mut thinned = Self {
-            points: self.points.iter().step_by(step).copied().collect(),
-            normals: self.normals.iter().step_by(step).copied().collect(),
-            weights: self.weights.iter().step_by(step).copied().collect(),
-            area: self.area,
-        };
-        thinned.area /= thinned.normalise().powi(2);
-        thinned
-    }
-
     /// Brings the weights' sum to 1, the centre to the origin and the radius to 1; the answer is what the radius was.
     pub(super) fn normalise(&mut self) -> f64 {
         let total: f64 = self.weights.iter().sum();
@@ -92,6 +113,8 @@ impl Cloud {
             false => 1.0,
         };
         self.points.iter_mut().for_each(|p| *p = (*p - centre) * scale);
+        self.frame.centre += centre * (1.0 / self.frame.scale);
+        self.frame.scale *= scale;
         self.weights.iter_mut().for_each(|w| *w /= total);
         radius
     }
@@ -131,6 +154,13 @@ fn sampled(mesh: &TriMesh, count: usize) -> Result<Cloud, LibraryError> {
     }
     let mut cloud = Cloud {
         weights: vec![1.0; count],
+        // Of triangles it is twice as much.
+        area: 0.5 * total,
+        frame: Frame {
+            unit,
+            centre,
+            scale: 1.0 / extent,
+        },
         ..Cloud::default()
     };
     let step = total / count as f64;

@@ -6,8 +6,9 @@ use mesh::Vec3;
 const BUCKETS: usize = 1 << 13;
 
 /// Points by cells as wide as the radius that is asked for.
-pub(super) struct Grid<'a> {
-    points: &'a [Vec3],
+#[derive(Debug)]
+pub(crate) struct Grid {
+    points: Vec<Vec3>,
     radius: f64,
     cells: Vec<[i32; 3]>,
     /// Where each bucket begins in `order`, and the end.
@@ -15,8 +16,8 @@ pub(super) struct Grid<'a> {
     order: Vec<u32>,
 }
 
-impl<'a> Grid<'a> {
-    pub(super) fn new(points: &'a [Vec3], radius: f64) -> Self {
+impl Grid {
+    pub(crate) fn new(points: Vec<Vec3>, radius: f64) -> Self {
         let cells: Vec<[i32; 3]> = points.iter().map(|&p| cell(p, radius)).collect();
         let mut starts = vec![0_u32; BUCKETS + 1];
         for &cell in &cells {
@@ -42,7 +43,7 @@ impl<'a> Grid<'a> {
     }
 
     /// Calls with every point within the radius, in an order that depends on the points alone.
-    pub(super) fn near(&self, p: Vec3, mut visit: impl FnMut(usize)) {
+    pub(crate) fn near(&self, p: Vec3, mut visit: impl FnMut(usize)) {
         let centre = cell(p, self.radius);
         let limit = self.radius * self.radius;
         for dx in -1..=1 {
@@ -87,7 +88,7 @@ mod tests {
         #[test]
         fn the_points_near_a_place_are_those_within_the_radius(points in prop::collection::vec(prop::array::uniform3(-2.0..2.0_f64), 1..200), radius in 0.05..1.0_f64) {
             let points: Vec<Vec3> = points.into_iter().map(Vec3).collect();
-            let grid = Grid::new(&points, radius);
+            let grid = Grid::new(points.clone(), radius);
             let mut near = Vec::new();
             grid.near(points[0], |i| near.push(i));
             near.sort_unstable();

@@ -29,20 +29,6 @@ pub(super) const WHOLE: Layout = Layout {
     between: 8,
 };
 
-/// Of a part, to be found quickly: 32 numbers.
-pub(super) const PART: Layout = Layout {
-    shells: &[0.4, 0.8, 1.15, 1.6],
-    degree: 5,
-    between: 2,
-};
-
-/// Of a part that is fitted: 61 numbers.
-pub(super) const FITTED: Layout = Layout {
-    shells: &[0.3, 0.65, 0.95, 1.25, 1.65],
-    degree: 6,
-    between: 6,
-};
-
 /// The largest degree.
 const MOST: usize = 8;
 /// Numbers of l = 0 … [`MOST`].
@@ -226,7 +212,7 @@ mod tests {
                 Vec3([if mirrored { -x } else { x }, y, z])
             }).collect();
             let weights = vec![1.0 / points.len() as f64; points.len()];
-            for layout in [WHOLE, PART, FITTED] {
+            for layout in [WHOLE] {
                 let (a, b) = (layout.describe(&points, &weights), layout.describe(&turned, &weights));
                 prop_assert_eq!(a.len(), layout.length());
                 for (a, b) in a.iter().zip(&b) {

@@ -40,7 +40,7 @@ pub(super) fn describe(cloud: &Cloud) -> [u8; LENGTH] {
         let radius = radius * root;
         let thinned: Vec<Vec3> = cloud.points.iter().step_by(SEEN[r]).copied().collect();
         let total: f64 = cloud.weights.iter().step_by(SEEN[r]).sum();
-        let grid = Grid::new(&thinned, radius);
+        let grid = Grid::new(thinned, radius);
         for (c, seen) in seen.iter_mut().enumerate() {
             seen[r] = look(cloud, &grid, SEEN[r], c * STEP, radius);
             seen[r].mass /= total;
@@ -99,7 +99,7 @@ pub(super) fn describe(cloud: &Cloud) -> [u8; LENGTH] {
 }
 
 /// What a ball around a sample sees.
-fn look(cloud: &Cloud, grid: &Grid<'_>, step: usize, centre: usize, radius: f64) -> Seen {
+fn look(cloud: &Cloud, grid: &Grid, step: usize, centre: usize, radius: f64) -> Seen {
     let p = cloud.points[centre];
     let (mut mass, mut mean, mut normal) = (0.0, Vec3([0.0; 3]), Vec3([0.0; 3]));
     // Of the second moments the trace and the trace of the square are enough.

@@ -4,14 +4,18 @@ mod cloud;
 mod grid;
 mod harmonics;
 mod local;
-mod parts;
+mod places;
+mod smoothing;
+mod surface;
 
-use mesh::TriMesh;
+use mesh::{Edges, TriMesh, Vec3};
 
 use crate::LibraryError;
 use cloud::Cloud;
+pub(crate) use grid::Grid;
 use harmonics::WHOLE;
-pub(crate) use parts::{Cut, Cuttable, KEPT_LENGTH, PART_LENGTH, PARTS};
+pub(crate) use places::{Sought, WORDS};
+pub(crate) use surface::{SURFACE_LENGTH, Surface};
 
 /// Bytes of the whole.
 pub(crate) const WHOLE_LENGTH: usize = WHOLE.length();
@@ -21,12 +25,20 @@ pub(crate) const LOCAL_LENGTH: usize = local::LENGTH;
 /// What is kept of an original, by which it is found.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Descriptor {
+    pub(crate) summary: Summary,
+    /// On which suspects are laid.
+    pub(crate) surface: Vec<u8>,
+}
+
+/// What an index has of an original.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Summary {
     pub(crate) whole: [u8; WHOLE_LENGTH],
+    /// Of what smoothing leaves.
+    pub(crate) smooth: [u8; WHOLE_LENGTH],
     pub(crate) local: [u8; LOCAL_LENGTH],
-    /// [`PART_LENGTH`] bytes each.
-    pub(crate) parts: Vec<u8>,
-    /// Samples, which planes cut.
-    pub(crate) samples: Vec<u8>,
+    /// Of its places, each once.
+    pub(crate) words: Vec<u16>,
 }
 
 /// What is asked of a suspect.
@@ -42,8 +54,7 @@ pub struct Descriptor {
 pub struct Query {
     pub(crate) whole: [u8; WHOLE_LENGTH],
     pub(crate) local: [u8; LOCAL_LENGTH],
-    pub(crate) part: [u8; PART_LENGTH],
-    pub(crate) fitted: Vec<f64>,
+    pub(crate) sizes: Vec<Sought>,
 }
 
 impl Descriptor {
@@ -52,12 +63,27 @@ impl Descriptor {
     /// # Errors
     /// [`LibraryError::NoArea`].
     pub fn of(mesh: &TriMesh) -> Result<Self, LibraryError> {
-        let cloud = Cloud::fine(mesh)?.evened();
+        let fine = Cloud::fine(mesh)?;
+        let cloud = fine.evened();
+        let fine = fine.in_roots();
+        let places = places::of_original(&fine);
+        let whole = WHOLE.bytes(&cloud.points, &cloud.weights);
+        let smooth = match smoothing::smoothed(mesh).map(|smooth| Cloud::fine(&smooth)) {
+            Some(Ok(smooth)) => {
+                let smooth = smooth.evened();
+                WHOLE.bytes(&smooth.points, &smooth.weights)
+            }
+            // It may have shrunk to nothing.
+            _ => whole,
+        };
         Ok(Self {
-            whole: WHOLE.bytes(&cloud.points, &cloud.weights),
-            local: local::describe(&cloud),
-            parts: parts::describe(&cloud),
-            samples: parts::kept(&cloud),
+            surface: surface::pack(&fine, &places),
+            summary: Summary {
+                whole,
+                smooth,
+                local: local::describe(&cloud),
+                words: places::words(&places),
+            },
         })
     }
 }
@@ -68,18 +94,26 @@ impl Query {
     /// # Errors
     /// [`LibraryError::NoArea`].
     pub fn of(mesh: &TriMesh) -> Result<Self, LibraryError> {
-        let cloud = Cloud::fine(mesh)?.evened();
+        let fine = Cloud::fine(mesh)?;
+        let cloud = fine.evened();
+        let fine = fine.in_roots();
         Ok(Self {
             whole: WHOLE.bytes(&cloud.points, &cloud.weights),
             local: local::describe(&cloud),
-            part: parts::as_part(&cloud),
-            fitted: parts::fitted(&cloud),
+            sizes: places::sought(&fine, &places::borders(mesh, &Edges::of(mesh), &fine)),
         })
     }
 
     /// How far the whole suspect is from an original: the mean absolute difference of their bytes.
     pub fn distance(&self, original: &Descriptor) -> f64 {
-        f64::from(difference(&self.whole, &original.whole)) / WHOLE_LENGTH as f64
+        f64::from(self.from_whole(&original.summary)) / WHOLE_LENGTH as f64
+    }
+}
+
+impl Query {
+    /// How far the whole is from an original, or from what smoothing leaves of it.
+    pub(crate) fn from_whole(&self, original: &Summary) -> u32 {
+        difference(&self.whole, &original.whole).min(difference(&self.whole, &original.smooth))
     }
 }
 
@@ -87,4 +121,19 @@ impl Query {
 #[inline]
 pub(crate) fn difference<const N: usize>(a: &[u8; N], b: &[u8; N]) -> u32 {
     a.iter().zip(b).map(|(&a, &b)| u32::from(a.abs_diff(b))).sum()
+}
+
+/// Two directions across a third, and each other.
+fn across(n: Vec3) -> [Vec3; 2] {
+    let least = (0..3).fold(0, |least, axis| {
+        if n.0[axis].abs() < n.0[least].abs() {
+            axis
+        } else {
+            least
+        }
+    });
+    let mut axis = Vec3::ZERO;
+    axis[least] = 1.0;
+    let a = n.cross(axis).unit();
+    [a, n.cross(a)]
 }

@@ -1,18 +1,26 @@
 //! All descriptors in memory, and the exact scan.
 
-use std::collections::HashMap;
+mod laying;
+mod votes;
+
+use std::{
+    cmp::Reverse,
+    collections::{HashMap, HashSet},
+};
 
 use job::{Job, JobError};
 
 use crate::{
     Library, LibraryError, OriginalId, Query,
-    descriptor::{Cut, Cuttable, LOCAL_LENGTH, PART_LENGTH, PARTS, WHOLE_LENGTH, difference},
+    descriptor::{LOCAL_LENGTH, Summary, Surface, WHOLE_LENGTH, difference},
 };
+use laying::Guess;
+use votes::Votes;
 
-/// Originals to whose parts planes are fitted: the nearest by what was described beforehand.
-const FITTED: usize = 96;
-/// Of these, the nearest to which they are fitted once more, with all samples.
-const REFITTED: usize = 20;
+/// Originals, with sizes, for which it is guessed how the suspect lies: those for which its places speak most.
+const GUESSED: usize = 160;
+/// Of these, those on which it is laid: where most places agree.
+const LAID: usize = 64;
 
 /// Originals that one thread compares at a time.
 const AT_A_TIME: usize = 256;
@@ -23,21 +31,21 @@ const AT_A_TIME: usize = 256;
 pub enum By {
     /// The whole shape.
     Whole,
-    /// What a plane leaves of it.
-    Part,
+    /// Its surface, on which the suspect lies.
+    Surface,
     /// Small shapes, wherever they lie.
     Local,
 }
 
 impl By {
     /// All of them.
-    pub const ALL: [Self; 3] = [Self::Whole, Self::Part, Self::Local];
+    pub const ALL: [Self; 3] = [Self::Whole, Self::Surface, Self::Local];
 
     /// The name in reports for programs.
     pub fn name(self) -> &'static str {
         match self {
             Self::Whole => "whole",
-            Self::Part => "part",
+            Self::Surface => "surface",
             Self::Local => "local",
         }
     }
@@ -45,9 +53,11 @@ impl By {
     /// The distance at which nothing is said any more.
     pub fn farthest(self) -> f64 {
         match self {
-            // What was attacked as in Table 4 and simplified to a hundredth stays below 8, what was cropped below 8, what was posed below 13.
-            Self::Whole | Self::Local => 16.0,
-            Self::Part => 10.0,
+            // What was attacked as in Table 4 stays below 4, what was posed below 6.
+            Self::Whole => 8.0,
+            Self::Local => 10.0,
+            // Two fifths of the suspect lie on the original.
+            Self::Surface => 0.6,
         }
     }
 }
@@ -64,21 +74,12 @@ pub struct Candidate {
     pub score: f64,
 }
 
-/// The descriptors of all originals of a library, at the time when it was loaded.
+/// What is known of all originals of a library, at the time when it was loaded.
 #[derive(Debug, Default)]
 pub struct Index {
     ids: Vec<OriginalId>,
-    whole: Vec<[u8; WHOLE_LENGTH]>,
-    local: Vec<[u8; LOCAL_LENGTH]>,
-    /// [`PARTS`] of each original.
-    parts: Vec<[u8; PART_LENGTH]>,
-}
-
-/// How far the nearest part of an original is, and which it is.
-#[derive(Clone, Copy)]
-struct NearestPart {
-    difference: u32,
-    part: usize,
+    summaries: Vec<Summary>,
+    votes: Votes,
 }
 
 impl Index {
@@ -87,13 +88,13 @@ impl Index {
     /// # Errors
     /// When it can't be read, or a descriptor has another length.
     pub fn load(library: &Library) -> Result<Self, LibraryError> {
-        let mut index = Self::default();
-        library.each_descriptor(|id, whole, local, parts| {
+        let (mut index, mut words) = (Self::default(), Vec::new());
+        library.each_summary(|id, mut summary| {
             index.ids.push(id);
-            index.whole.push(std::array::from_fn(|i| whole[i]));
-            index.local.push(std::array::from_fn(|i| local[i]));
-            index.parts.extend_from_slice(parts.as_chunks().0);
+            words.push(std::mem::take(&mut summary.words));
+            index.summaries.push(summary);
         })?;
+        index.votes = Votes::of(&words);
         Ok(index)
     }
 
@@ -104,7 +105,7 @@ impl Index {
 
     /// Bytes of all descriptors.
     pub fn bytes(&self) -> usize {
-        self.ids.len() * (WHOLE_LENGTH + LOCAL_LENGTH + PARTS * PART_LENGTH)
+        self.ids.len() * (size_of::<OriginalId>() + size_of::<Summary>()) + self.votes.bytes()
     }
 
     /// Whether there are none.
@@ -112,7 +113,7 @@ impl Index {
         self.ids.is_empty()
     }
 
-    /// The originals that a suspect resembles most, `most` of them, the nearest first: in turn those nearest by the whole, by a part, and by small shapes.
+    /// The originals that a suspect resembles most, `most` of them, the nearest first: in turn those nearest by the whole, by the surface, and by small shapes.
     ///
     /// # Errors
     /// When samples can't be read from the library, or the job is cancelled.
@@ -164,8 +165,8 @@ impl Index {
         most: usize,
         job: &Job,
     ) -> Result<[Vec<(OriginalId, f64)>; 3], LibraryError> {
-        let whole = self.of_each(job, |i| difference(&self.whole[i], &query.whole))?;
-        let local = self.of_each(job, |i| difference(&self.local[i], &query.local))?;
+        let whole = self.of_each(job, |i| query.from_whole(&self.summaries[i]))?;
+        let local = self.of_each(job, |i| difference(&self.summaries[i].local, &query.local))?;
         let of = |differences: &[u32], length: usize| -> Vec<(OriginalId, f64)> {
             let nearest = nearest(differences, most).into_iter();
             nearest
@@ -174,45 +175,41 @@ impl Index {
         };
         Ok([
             of(&whole, WHOLE_LENGTH),
-            self.by_part(library, query, most, job)?,
+            self.by_surface(library, query, most, job)?,
             of(&local, LOCAL_LENGTH),
         ])
     }
 
-    /// The nearest by a part: first by those that were described, then with the plane fitted.
-    fn by_part(
+    /// Those on which most of the suspect lies.
+    fn by_surface(
         &self,
         library: &Library,
         query: &Query,
         most: usize,
         job: &Job,
     ) -> Result<Vec<(OriginalId, f64)>, LibraryError> {
-        let nearest_parts: Vec<NearestPart> = self.of_each(job, |i| {
-            nearest_part(&self.parts[i * PARTS..(i + 1) * PARTS], &query.part)
+        let votes = self.votes.most(&query.sizes, GUESSED.max(most), job)?;
+        let surfaces = votes.iter().map(|vote| library.surface(self.ids[vote.original]));
+        let surfaces: Vec<Vec<u8>> = surfaces.collect::<Result<_, _>>()?;
+        let surfaces = surfaces.iter().map(|bytes| Surface::of(bytes));
+        let surfaces: Vec<Surface> = surfaces.collect::<Result<_, _>>()?;
+        let size = |vote: usize| &query.sizes[votes[vote].size];
+        let guesses = job.map(votes.len(), 1, |i| Guess::of(size(i), &surfaces[i]))?;
+        job.go_on()?;
+        let mut order: Vec<usize> = (0..votes.len()).collect();
+        order.sort_by_key(|&i| (Reverse(guesses[i].agreeing), i));
+        order.truncate(LAID.max(most));
+        let mut laid = job.map(order.len(), 1, |k| {
+            let i = order[k];
+            let share = guesses[i].share(size(i), &surfaces[i]);
+            (self.ids[votes[i].original], 1.0 - share)
         })?;
-        let differences: Vec<u32> = nearest_parts.iter().map(|part| part.difference).collect();
-        let chosen = nearest(&differences, FITTED.max(most));
-        let samples = chosen.iter().map(|&i| library.samples(self.ids[i]));
-        let samples: Vec<Vec<u8>> = samples.collect::<Result<_, _>>()?;
-        let originals: Vec<Cuttable> = samples
-            .iter()
-            .map(|bytes| Cuttable::of(bytes))
-            .collect::<Result<_, _>>()?;
-        let rough = job.map(chosen.len(), 1, |k| {
-            originals[k].fit(&query.fitted, nearest_parts[chosen[k]].part)
-        })?;
-        let mut order: Vec<usize> = (0..chosen.len()).collect();
-        order.sort_by(|&a, &b| rough[a].distance.total_cmp(&rough[b].distance).then(a.cmp(&b)));
-        order.truncate(REFITTED.max(most));
-        let fitted = job.map(order.len(), 1, |i| {
-            let k = order[i];
-            let cut: Cut = originals[k].refit(&query.fitted, &rough[k]);
-            (self.ids[chosen[k]], cut.distance)
-        })?;
-        let mut fitted = fitted;
-        fitted.sort_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
-        fitted.truncate(most);
-        Ok(fitted)
+        laid.sort_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
+        // An original may have been tried in two sizes.
+        let mut seen = HashSet::new();
+        laid.retain(|(original, _)| seen.insert(*original));
+        laid.truncate(most);
+        Ok(laid)
     }
 
     /// Something of each original.
@@ -227,20 +224,6 @@ impl Index {
         job.go_on()?;
         Ok(chunks.into_iter().flatten().collect())
     }
-}
-
-fn nearest_part(parts: &[[u8; PART_LENGTH]], wanted: &[u8; PART_LENGTH]) -> NearestPart {
-    let mut nearest = NearestPart {
-        difference: u32::MAX,
-        part: 0,
-    };
-    for (i, part) in parts.iter().enumerate() {
-        let difference = difference(part, wanted);
-        if difference < nearest.difference {
-            nearest = NearestPart { difference, part: i };
-        }
-    }
-    nearest
 }
 
 /// The places of the least numbers, the least first.

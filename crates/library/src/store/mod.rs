@@ -12,7 +12,7 @@ use sigmark::GeometryDigest;
 
 use crate::{
     LibraryError,
-    descriptor::{KEPT_LENGTH, LOCAL_LENGTH, PART_LENGTH, PARTS, WHOLE_LENGTH},
+    descriptor::{LOCAL_LENGTH, SURFACE_LENGTH, Summary, WORDS},
     geometry::unpack_geometry,
 };
 pub use opening::SCHEMA_VERSION;
@@ -31,7 +31,7 @@ impl Library {
     /// Opens a library that is there.
     ///
     /// # Errors
-    /// [`LibraryError::Missing`], [`LibraryError::Foreign`], [`LibraryError::Newer`], [`LibraryError::Damaged`].
+    /// [`LibraryError::Missing`], [`LibraryError::Foreign`], [`LibraryError::Newer`], [`LibraryError::Older`], [`LibraryError::Damaged`].
     pub fn open(path: &Path) -> Result<Self, LibraryError> {
         Ok(Self {
             connection: opening::open(path)?,
@@ -244,36 +244,44 @@ impl Library {
         self.read(rows())
     }
 
-    /// Hands over the descriptors of all originals, by numbers: whole, local, parts.
-    pub(crate) fn each_descriptor(
-        &self,
-        mut take: impl FnMut(OriginalId, &[u8], &[u8], &[u8]),
-    ) -> Result<(), LibraryError> {
+    /// Hands over what an index has of all originals, by numbers.
+    pub(crate) fn each_summary(&self, mut take: impl FnMut(OriginalId, Summary)) -> Result<(), LibraryError> {
         let mut statement = self.read(
             self.connection
-                .prepare("SELECT original, whole, local, parts FROM descriptor ORDER BY original"),
+                .prepare("SELECT original, whole, smooth, local, words FROM descriptor ORDER BY original"),
         )?;
         let mut rows = self.read(statement.query([]))?;
         while let Some(row) = self.read(rows.next())? {
             let id = self.read(row.get::<_, i64>(0))?;
-            let whole = self.bytes(row, 1, WHOLE_LENGTH)?;
-            let local = self.bytes(row, 2, LOCAL_LENGTH)?;
-            let parts = self.bytes(row, 3, PARTS * PART_LENGTH)?;
-            take(OriginalId(id), whole, local, parts);
+            let words = self.blob(row, 4)?.chunks(2).map(|word| match *word {
+                [low, high] => usize::from(u16::from_le_bytes([low, high])),
+                _ => WORDS,
+            });
+            let words: Vec<u16> = words
+                .map(|word| u16::try_from(word).ok().filter(|_| word < WORDS))
+                .collect::<Option<_>>()
+                .ok_or_else(|| self.damaged(format!("original {id} has a word that there is not")))?;
+            let summary = Summary {
+                whole: self.bytes(row, 1)?,
+                smooth: self.bytes(row, 2)?,
+                local: self.bytes::<LOCAL_LENGTH>(row, 3)?,
+                words,
+            };
+            take(OriginalId(id), summary);
         }
         Ok(())
     }
 
-    /// The samples of an original.
-    pub(crate) fn samples(&self, id: OriginalId) -> Result<Vec<u8>, LibraryError> {
-        let question = "SELECT bytes FROM samples WHERE original = ?1";
+    /// The surface of an original.
+    pub(crate) fn surface(&self, id: OriginalId) -> Result<Vec<u8>, LibraryError> {
+        let question = "SELECT bytes FROM surface WHERE original = ?1";
         let bytes = self
             .connection
             .query_row(question, [id.0], |row| row.get::<_, Vec<u8>>(0));
         let bytes = self.read(bytes)?;
-        match bytes.len() == KEPT_LENGTH {
+        match bytes.len() == SURFACE_LENGTH {
             true => Ok(bytes),
-            false => Err(self.damaged(format!("the samples of original {id} have another length"))),
+            false => Err(self.damaged(format!("the surface of original {id} has another length"))),
         }
     }
 
@@ -310,15 +318,14 @@ impl Library {
         self.read(rows())
     }
 
-    fn bytes<'r>(&self, row: &'r Row<'_>, column: usize, length: usize) -> Result<&'r [u8], LibraryError> {
+    fn bytes<const N: usize>(&self, row: &Row<'_>, column: usize) -> Result<[u8; N], LibraryError> {
         let bytes = self.blob(row, column)?;
-        match bytes.len() == length {
-            true => Ok(bytes),
-            false => Err(self.damaged(format!(
-                "a descriptor has {} bytes where it has to have {length}",
+        bytes.try_into().map_err(|_| {
+            self.damaged(format!(
+                "a descriptor has {} bytes where it has to have {N}",
                 bytes.len()
-            ))),
-        }
+            ))
+        })
     }
 
     fn blob<'r>(&self, row: &'r Row<'_>, column: usize) -> Result<&'r [u8], LibraryError> {
@@ -361,14 +368,15 @@ fn insert(transaction: &Transaction<'_>, digest: &str, entry: &Entry) -> rusqlit
         params![digest, entry.name, entry.vertices as i64, entry.triangles as i64],
     )?;
     let id = transaction.last_insert_rowid();
-    let descriptor = &entry.descriptor;
+    let summary = &entry.descriptor.summary;
+    let words: Vec<u8> = summary.words.iter().flat_map(|word| word.to_le_bytes()).collect();
     transaction.execute(
-        "INSERT INTO descriptor VALUES (?1, ?2, ?3, ?4)",
-        params![id, descriptor.whole, descriptor.local, descriptor.parts],
+        "INSERT INTO descriptor VALUES (?1, ?2, ?3, ?4, ?5)",
+        params![id, summary.whole, summary.smooth, summary.local, words],
     )?;
     transaction.execute(
-        "INSERT INTO samples VALUES (?1, ?2)",
-        params![id, descriptor.samples],
+        "INSERT INTO surface VALUES (?1, ?2)",
+        params![id, entry.descriptor.surface],
     )?;
     Ok(id)
 }

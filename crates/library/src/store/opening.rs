@@ -11,7 +11,7 @@ use rusqlite::{Connection, ErrorCode, OpenFlags, TransactionBehavior};
 use crate::LibraryError;
 
 /// The version of the tables that this library writes and reads: SQLite's `user_version`.
-pub const SCHEMA_VERSION: i64 = 1;
+pub const SCHEMA_VERSION: i64 = 2;
 
 /// SQLite's `application_id`: "sgmk".
 const APPLICATION: i64 = 0x7367_6d6b;
@@ -114,6 +114,11 @@ fn state(connection: &Connection, path: &Path) -> Result<State, LibraryError> {
     match (application, version, tables) {
         (APPLICATION, SCHEMA_VERSION, _) => Ok(State::Ours),
         (APPLICATION, found, _) if found > SCHEMA_VERSION => Err(LibraryError::Newer {
+            path: path.into(),
+            found,
+            expected: SCHEMA_VERSION,
+        }),
+        (APPLICATION, found, _) => Err(LibraryError::Older {
             path: path.into(),
             found,
             expected: SCHEMA_VERSION,

@@ -8,10 +8,11 @@ CREATE TABLE original (
 CREATE TABLE descriptor (
     original INTEGER PRIMARY KEY REFERENCES original (id) ON DELETE CASCADE,
     whole BLOB NOT NULL,
+    smooth BLOB NOT NULL,
     local BLOB NOT NULL,
-    parts BLOB NOT NULL
+    words BLOB NOT NULL
 ) STRICT;
-CREATE TABLE samples (
+CREATE TABLE surface (
     original INTEGER PRIMARY KEY REFERENCES original (id) ON DELETE CASCADE,
     bytes BLOB NOT NULL
 ) STRICT;

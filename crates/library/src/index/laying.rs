@@ -1,0 +1,249 @@
+//! Lays a suspect onto an original: by places that look alike, and then by the surfaces.
+//!
+//! Two places of each, whose codes, distance and normals agree, say where the suspect would lie; the poses that most other pairs of places agree with are refined by the distances of samples from the planes of the
+//! nearest samples (Chen and Medioni 1991), with the size as a seventh unknown.
+
+use mesh::Vec3;
+
+use crate::descriptor::{Grid, Sought, Surface, difference};
+
+/// Pairs of places, the likest of each size, of which poses are made.
+const PAIRS: usize = 40;
+/// How much farther or nearer two places may lie than those on the original, as a logarithm.
+const STRETCH: f64 = 0.1;
+/// The least distance of two places that say how a suspect lies.
+const LEAST_BASE: f64 = 0.08;
+/// Pairs agree with a pose that lie so near.
+const AGREEING: f64 = 0.06;
+/// Poses that are refined.
+const POSES: usize = 2;
+/// Samples are looked for within these distances, from step to step.
+const REACHES: [f64; 6] = [0.06, 0.06, 0.05, 0.04, 0.03, 0.03];
+/// A sample that lies so far off counts half.
+const HALF: f64 = 0.004;
+
+/// x ↦ R x s + t.
+#[derive(Clone, Copy, Debug)]
+struct Pose {
+    columns: [Vec3; 3],
+    shift: Vec3,
+}
+
+impl Pose {
+    fn turn(&self, v: Vec3) -> Vec3 {
+        self.columns[0] * v.0[0] + self.columns[1] * v.0[1] + self.columns[2] * v.0[2]
+    }
+
+    fn apply(&self, p: Vec3) -> Vec3 {
+        self.turn(p) + self.shift
+    }
+}
+
+/// How a suspect may lie on an original, by places that look alike.
+pub(super) struct Guess {
+    /// So many pairs of places agree with the first pose.
+    pub(super) agreeing: usize,
+    poses: Vec<Pose>,
+}
+
+impl Guess {
+    pub(super) fn of(sought: &Sought, surface: &Surface) -> Self {
+        let poses = poses(&pairs(sought, surface));
+        Self {
+            agreeing: poses.first().map_or(0, |(count, _)| *count),
+            poses: poses.into_iter().map(|(_, pose)| pose).collect(),
+        }
+    }
+
+    /// The share of the suspect that lies on the original, samples weighed by how near they come: from 0 to 1.
+    pub(super) fn share(&self, sought: &Sought, surface: &Surface) -> f64 {
+        let grid = Grid::new(surface.points.clone(), REACHES[0]);
+        let shares = self
+            .poses
+            .iter()
+            .map(|pose| refined(sought, surface, &grid, *pose));
+        shares.fold(0.0, f64::max)
+    }
+}
+
+/// Places that look alike, of the suspect and of the original.
+struct Pair {
+    suspect: (Vec3, Vec3),
+    original: (Vec3, Vec3),
+}
+
+/// To every place of the suspect the likest of the original; of these, for either size of balls, the likest.
+fn pairs(sought: &Sought, surface: &Surface) -> Vec<Pair> {
+    let mut pairs = Vec::new();
+    for (suspect, original) in sought.places.iter().zip(&surface.places) {
+        let mut likest: Vec<(u32, usize, usize)> = Vec::new();
+        for (i, place) in suspect.iter().enumerate() {
+            let to = |j: usize| difference(&place.code, &original[j].code);
+            likest.extend((0..original.len()).map(|j| (to(j), i, j)).min());
+        }
+        likest.sort_unstable();
+        pairs.extend(likest.iter().take(PAIRS).map(|&(_, i, j)| Pair {
+            suspect: (suspect[i].point, suspect[i].normal),
+            original: (original[j].point, original[j].normal),
+        }));
+    }
+    pairs
+}
+
+/// The poses that most pairs agree with.
+fn poses(pairs: &[Pair]) -> Vec<(usize, Pose)> {
+    let mut found: Vec<(usize, Pose)> = Vec::new();
+    for (i, first) in pairs.iter().enumerate() {
+        for second in &pairs[i + 1..] {
+            if let Some(pose) = pose(first, second) {
+                let agrees = |pair: &&Pair| {
+                    let (point, normal) = pair.suspect;
+                    (pose.apply(point) - pair.original.0).squared() < AGREEING * AGREEING
+                        && pose.turn(normal).dot(pair.original.1) > 0.8
+                };
+                found.push((pairs.iter().filter(agrees).count(), pose));
+            }
+        }
+    }
+    found.sort_by_key(|(count, _)| std::cmp::Reverse(*count));
+    let mut chosen: Vec<(usize, Pose)> = Vec::new();
+    for (count, pose) in found {
+        let middle = pairs.first().map_or(Vec3::ZERO, |pair| pair.suspect.0);
+        let is_other = |(_, other): &(usize, Pose)| {
+            (other.apply(middle) - pose.apply(middle)).norm() > AGREEING
+                || (0..3).any(|k| other.columns[k].dot(pose.columns[k]) < 0.95)
+        };
+        if chosen.len() < POSES && chosen.iter().all(is_other) {
+            chosen.push((count, pose));
+        }
+    }
+    chosen
+}
+
+/// The pose of two pairs, if their distances and normals agree.
+fn pose(a: &Pair, b: &Pair) -> Option<Pose> {
+    let (p, q) = (b.suspect.0 - a.suspect.0, b.original.0 - a.original.0);
+    let (length, other) = (p.norm(), q.norm());
+    if length < LEAST_BASE || other < LEAST_BASE || (length / other).ln().abs() > STRETCH {
+        return None;
+    }
+    let (p, q) = (p / length, q / other);
+    let angles = |line: Vec3, m: Vec3, n: Vec3| [line.dot(m), line.dot(n), m.dot(n)];
+    let (of_suspect, of_original) = (
+        angles(p, a.suspect.1, b.suspect.1),
+        angles(q, a.original.1, b.original.1),
+    );
+    if of_suspect
+        .iter()
+        .zip(of_original)
+        .any(|(x, y)| (x - y).abs() > 0.25)
+    {
+        return None;
+    }
+    let frame = |line: Vec3, normal: Vec3| {
+        let across = line.cross(normal);
+        (across.norm() > 0.2).then(|| [line, across.unit(), line.cross(across.unit())])
+    };
+    let from = frame(p, a.suspect.1 + b.suspect.1)?;
+    let onto = frame(q, a.original.1 + b.original.1)?;
+    let column =
+        |axis: usize| onto[0] * from[0].0[axis] + onto[1] * from[1].0[axis] + onto[2] * from[2].0[axis];
+    let columns = [column(0), column(1), column(2)];
+    let pose = Pose {
+        columns,
+        shift: Vec3::ZERO,
+    };
+    let middle = (a.suspect.0 + b.suspect.0) * 0.5;
+    let shift = (a.original.0 + b.original.0) * 0.5 - pose.apply(middle);
+    Some(Pose { shift, ..pose })
+}
+
+/// The share that lies there once the pose is refined.
+fn refined(sought: &Sought, surface: &Surface, grid: &Grid, mut pose: Pose) -> f64 {
+    let mut best = 0.0;
+    for reach in REACHES {
+        let (mut matrix, mut right) = ([[0.0; 7]; 7], [0.0; 7]);
+        let mut share = 0.0;
+        let centre =
+            pose.apply(sought.samples.iter().map(|s| s.0).sum::<Vec3>() / sought.samples.len() as f64);
+        for &(point, normal) in &sought.samples {
+            let (p, n) = (pose.apply(point), pose.turn(normal));
+            let mut nearest = (reach * reach, None);
+            grid.near(p, |i| {
+                let square = (surface.points[i] - p).squared();
+                if square < nearest.0 && surface.normals[i].dot(n) > 0.3 {
+                    nearest = (square, Some(i));
+                }
+            });
+            let (_, Some(i)) = nearest else { continue };
+            let m = surface.normals[i];
+            let off = m.dot(surface.points[i] - p);
+            let weight = 1.0 / (1.0 + (off / HALF).powi(2));
+            share += weight;
+            let arm = p - centre;
+            let turning = arm.cross(m);
+            let row = [
+                turning.0[0],
+                turning.0[1],
+                turning.0[2],
+                m.0[0],
+                m.0[1],
+                m.0[2],
+                m.dot(arm),
+            ];
+            for i in 0..7 {
+                for j in 0..7 {
+                    matrix[i][j] += weight * row[i] * row[j];
+                }
+                right[i] += weight * row[i] * off;
+            }
+        }
+        best = f64::max(best, share / sought.samples.len() as f64);
+        let trace: f64 = (0..7).map(|i| matrix[i][i]).sum();
+        for (i, row) in matrix.iter_mut().enumerate() {
+            row[i] += 1e-6 * trace + 1e-12;
+        }
+        let step = solved(matrix, right);
+        pose = moved(&pose, step, centre);
+    }
+    best
+}
+
+/// The pose turned, shifted and stretched about a centre by small steps.
+fn moved(pose: &Pose, step: [f64; 7], centre: Vec3) -> Pose {
+    let turn = Vec3([step[0], step[1], step[2]]);
+    let angle = turn.norm();
+    let axis = turn.unit();
+    let stretch = step[6].clamp(-0.1, 0.1).exp();
+    let turned = |v: Vec3| {
+        let (sine, cosine) = angle.sin_cos();
+        (v * cosine + axis.cross(v) * sine + axis * (axis.dot(v) * (1.0 - cosine))) * stretch
+    };
+    let shift = turned(pose.shift - centre) + centre + Vec3([step[3], step[4], step[5]]);
+    Pose {
+        columns: pose.columns.map(turned),
+        shift,
+    }
+}
+
+/// A x = b by Cholesky's factors; A is positive definite.
+fn solved(mut a: [[f64; 7]; 7], mut b: [f64; 7]) -> [f64; 7] {
+    for i in 0..7 {
+        for j in 0..=i {
+            let sum: f64 = (0..j).map(|k| a[i][k] * a[j][k]).sum();
+            a[i][j] = match i == j {
+                true => (a[i][i] - sum).max(1e-18).sqrt(),
+                false => (a[i][j] - sum) / a[j][j],
+            };
+        }
+    }
+    for i in 0..7 {
+        let sum: f64 = (0..i).map(|k| a[i][k] * b[k]).sum();
+        b[i] = (b[i] - sum) / a[i][i];
+    }
+    for i in (0..7).rev() {
+        let sum: f64 = (i + 1..7).map(|k| a[k][i] * b[k]).sum();
+        b[i] = (b[i] - sum) / a[i][i];
+    }
+    b
+}
