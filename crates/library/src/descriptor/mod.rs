@@ -106,13 +106,13 @@ impl Query {
 
     /// How far the whole suspect is from an original: the mean absolute difference of their bytes.
     pub fn distance(&self, original: &Descriptor) -> f64 {
-        f64::from(self.from_whole(&original.summary)) / WHOLE_LENGTH as f64
+        f64::from(self.distance_from_whole(&original.summary)) / WHOLE_LENGTH as f64
     }
 }
 
 impl Query {
     /// How far the whole is from an original, or from what smoothing leaves of it.
-    pub(crate) fn from_whole(&self, original: &Summary) -> u32 {
+    pub(crate) fn distance_from_whole(&self, original: &Summary) -> u32 {
         difference(&self.whole, &original.whole).min(difference(&self.whole, &original.smooth))
     }
 }

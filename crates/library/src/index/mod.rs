@@ -165,7 +165,7 @@ impl Index {
         most: usize,
         job: &Job,
     ) -> Result<[Vec<(OriginalId, f64)>; 3], LibraryError> {
-        let whole = self.of_each(job, |i| query.from_whole(&self.summaries[i]))?;
+        let whole = self.of_each(job, |i| query.distance_from_whole(&self.summaries[i]))?;
         let local = self.of_each(job, |i| difference(&self.summaries[i].local, &query.local))?;
         let of = |differences: &[u32], length: usize| -> Vec<(OriginalId, f64)> {
             let nearest = nearest(differences, most).into_iter();
