@@ -8,15 +8,21 @@ use mesh::Vec3;
 use crate::descriptor::{Grid, Sought, Surface, difference};
 
 /// Pairs of places, the likest of each size, of which poses are made.
-const PAIRS: usize = 40;
+const PAIRS: usize = 64;
+/// Places so far apart are not each other's neighbours.
+const ELSEWHERE: f64 = 0.1;
 /// How much farther or nearer two places may lie than those on the original, as a logarithm.
 const STRETCH: f64 = 0.1;
 /// The least distance of two places that say how a suspect lies.
 const LEAST_BASE: f64 = 0.08;
 /// Pairs agree with a pose that lie so near.
 const AGREEING: f64 = 0.06;
-/// Poses that are refined.
+/// Poses that are compared by the surfaces, and how many of these are refined.
+const COMPARED: usize = 16;
 const POSES: usize = 2;
+/// They are compared by every so many samples, of which those count that lie so near.
+const EVERY: usize = 4;
+const NEAR: f64 = 0.03;
 /// Samples are looked for within these distances, from step to step.
 const REACHES: [f64; 6] = [0.06, 0.06, 0.05, 0.04, 0.03, 0.03];
 /// A sample that lies so far off counts half.
@@ -41,16 +47,30 @@ impl Pose {
 
 /// How a suspect may lie on an original, by places that look alike.
 pub(super) struct Guess {
-    /// So many pairs of places agree with the first pose.
-    pub(super) agreeing: usize,
+    /// So many samples lie near the original in the first pose.
+    pub(super) near: usize,
     poses: Vec<Pose>,
 }
 
 impl Guess {
     pub(super) fn of(sought: &Sought, surface: &Surface) -> Self {
-        let poses = poses(&pairs(sought, surface));
+        let mut poses = poses(&pairs(sought, surface));
+        let grid = Grid::new(surface.points.clone(), NEAR);
+        let near = |pose: &Pose| {
+            let samples = sought.samples.iter().step_by(EVERY);
+            let is_near = |&&(point, normal): &&(Vec3, Vec3)| {
+                let (p, n) = (pose.apply(point), pose.turn(normal));
+                let mut is_near = false;
+                grid.near(p, |i| is_near |= surface.normals[i].dot(n) > 0.7);
+                is_near
+            };
+            samples.filter(is_near).count()
+        };
+        poses.iter_mut().for_each(|(count, pose)| *count = near(pose));
+        poses.sort_by_key(|(count, _)| std::cmp::Reverse(*count));
+        poses.truncate(POSES);
         Self {
-            agreeing: poses.first().map_or(0, |(count, _)| *count),
+            near: poses.first().map_or(0, |(count, _)| *count),
             poses: poses.into_iter().map(|(_, pose)| pose).collect(),
         }
     }
@@ -72,16 +92,28 @@ struct Pair {
     original: (Vec3, Vec3),
 }
 
-/// To every place of the suspect the likest of the original; of these, for either size of balls, the likest.
+/// To every place of the suspect the likest of the original; of these, for either size of balls, those that stand out most from others of the original: flat places are like all flat places.
 fn pairs(sought: &Sought, surface: &Surface) -> Vec<Pair> {
     let mut pairs = Vec::new();
     for (suspect, original) in sought.places.iter().zip(&surface.places) {
-        let mut likest: Vec<(u32, usize, usize)> = Vec::new();
+        let mut likest: Vec<(f64, usize, usize)> = Vec::new();
+        let mut differences = vec![0; original.len()];
         for (i, place) in suspect.iter().enumerate() {
-            let to = |j: usize| difference(&place.code, &original[j].code);
-            likest.extend((0..original.len()).map(|j| (to(j), i, j)).min());
+            for (to, other) in differences.iter_mut().zip(original) {
+                *to = difference(&place.code, &other.code);
+            }
+            let best = (0..original.len()).min_by_key(|&j| (differences[j], j));
+            let Some(best) = best else { continue };
+            let is_elsewhere =
+                |j: &usize| (original[*j].point - original[best].point).squared() > ELSEWHERE * ELSEWHERE;
+            let other = (0..original.len())
+                .filter(is_elsewhere)
+                .map(|j| differences[j])
+                .min();
+            let ratio = f64::from(differences[best] + 1) / f64::from(other.unwrap_or(u32::MAX - 1) + 1);
+            likest.push((ratio, i, best));
         }
-        likest.sort_unstable();
+        likest.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
         pairs.extend(likest.iter().take(PAIRS).map(|&(_, i, j)| Pair {
             suspect: (suspect[i].point, suspect[i].normal),
             original: (original[j].point, original[j].normal),
@@ -113,7 +145,7 @@ fn poses(pairs: &[Pair]) -> Vec<(usize, Pose)> {
             (other.apply(middle) - pose.apply(middle)).norm() > AGREEING
                 || (0..3).any(|k| other.columns[k].dot(pose.columns[k]) < 0.95)
         };
-        if chosen.len() < POSES && chosen.iter().all(is_other) {
+        if chosen.len() < COMPARED && chosen.iter().all(is_other) {
             chosen.push((count, pose));
         }
     }

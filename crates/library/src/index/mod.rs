@@ -19,8 +19,8 @@ use votes::Votes;
 
 /// Originals, with sizes, for which it is guessed how the suspect lies: those for which its places speak most.
 const GUESSED: usize = 160;
-/// Of these, those on which it is laid: where most places agree.
-const LAID: usize = 64;
+/// Of these, those on which it is laid: where most samples lie near.
+const LAID: usize = 40;
 
 /// Originals that one thread compares at a time.
 const AT_A_TIME: usize = 256;
@@ -197,7 +197,7 @@ impl Index {
         let guesses = job.map(votes.len(), 1, |i| Guess::of(size(i), &surfaces[i]))?;
         job.go_on()?;
         let mut order: Vec<usize> = (0..votes.len()).collect();
-        order.sort_by_key(|&i| (Reverse(guesses[i].agreeing), i));
+        order.sort_by_key(|&i| (Reverse(guesses[i].near), i));
         order.truncate(LAID.max(most));
         let mut laid = job.map(order.len(), 1, |k| {
             let i = order[k];
