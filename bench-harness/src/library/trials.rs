@@ -94,7 +94,9 @@ pub(super) fn attacked(
             let wanted = built.ids[number];
             let begun = Instant::now();
             let lists = built.index.lists(&built.library, &query, FIRST, job)?;
-            let candidates = Index::candidates(&lists, FIRST);
+            // `sigmark library search` looks at no others.
+            let mut candidates = Index::candidates(&lists, FIRST);
+            candidates.retain(|candidate| candidate.score > 0.0);
             seconds.push(1e3 * begun.elapsed().as_secs_f64());
             found.suspects += 1;
             found.first += usize::from(

@@ -56,8 +56,8 @@ impl By {
             // What was attacked as in Table 4 stays below 4, what was posed below 6.
             Self::Whole => 8.0,
             Self::Local => 10.0,
-            // Two fifths of the suspect lie on the original.
-            Self::Surface => 0.6,
+            // A quarter of the suspect lies on the original.
+            Self::Surface => 0.75,
         }
     }
 }
