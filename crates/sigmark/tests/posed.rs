@@ -1,4 +1,4 @@
-//! Models that their own joints and morph targets posed: read as they were before, as evidence where what posed them was signed.
+//! Models that their own joints and morph targets posed: read as they were before, by what was signed with them.
 
 #![allow(clippy::unwrap_used)] // in the helpers of tests, too
 
