@@ -157,8 +157,7 @@ impl MarkLayout {
         patches.map(of_patch).sum::<f64>().sqrt()
     }
 
-    /// Moves the corners of slivers alike where the mark would turn these by more than 15 degrees, which a shader would show. A patch in which that would
-    /// change half of the mark's root mean square stays as it is.
+    /// Takes the mark back around slivers that it would turn by more than 15 degrees, which a shader would show. A patch in which that would change half of the mark's root mean square stays as it is.
     pub fn level_slivers(&self, written: &mut Written) -> Levelled {
         let exact = written.displacement.clone();
         let mut takes_little = true;
