@@ -155,7 +155,7 @@ impl<'a> Marked<'a> {
             written = mark.write(&bits, &job())?;
         }
         if matches!(layout.kind, Kind::Pooled | Kind::Windowed) {
-            mark.level_slivers(&mut written);
+            mark.level_slivers(&mut written, Strength::Level(layout.strength));
         }
         let positions = written.positions(mark.original());
         Ok(Self {

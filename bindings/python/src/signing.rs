@@ -233,7 +233,7 @@ impl Signed {
             }
         };
         Ok(Self {
-            figures: figures(prepared, laplacian),
+            figures: figures(prepared, signed.prediction(), laplacian),
             signed,
             mesh,
             asset,
@@ -242,8 +242,8 @@ impl Signed {
 }
 
 /// What `sigmark embed --json` prints of a mark.
-fn figures(prepared: &sigmark::Prepared, laplacian: &str) -> Value {
-    Value::Object(of_mark(prepared, laplacian))
+fn figures(prepared: &sigmark::Prepared, prediction: &sigmark::Prediction, laplacian: &str) -> Value {
+    Value::Object(of_mark(prepared, prediction, laplacian))
 }
 
 #[pymethods]
@@ -368,7 +368,7 @@ impl Prepared {
 
     /// What `sigmark embed --json` prints of the marks.
     fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        plain(py, &figures(&self.prepared, self.laplacian))
+        plain(py, &figures(&self.prepared, &self.prepared.prediction(), self.laplacian))
     }
 
     fn __repr__(&self) -> String {

@@ -17,6 +17,9 @@ use crate::{
     report::{self, Lines},
 };
 
+/// Models of so few vertices are signed to see what is left where triangles would turn too far: large ones have next to none.
+const TRIED: usize = 20_000;
+
 /// What `embed` would do by default.
 pub(crate) struct Capacity(Result<(Arc<Original>, Prediction), SigmarkError>);
 
@@ -26,7 +29,10 @@ impl Capacity {
         let embedder = Embedder::new(&SigningKey::generate(Curve::P256, &mut UnwrapErr(SysRng)));
         let of = || {
             let original = Arc::new(embedder.cut(mesh, &Job::default())?);
-            let prediction = embedder.predict(&original)?;
+            let prediction = match mesh.vertex_count() <= TRIED {
+                true => *embedder.embed_in(&original, &Job::default())?.prediction(),
+                false => embedder.predict(&original)?,
+            };
             Ok((original, prediction))
         };
         Self(of())

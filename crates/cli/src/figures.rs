@@ -1,11 +1,11 @@
 //! What `--json` prints of marks, verdicts and traces, but for the names of files, the remarks and the time: the same for the command and for the Python package.
 
 use serde_json::{Map, Value, json};
-use sigmark::{Compared, Prepared, Statement, Verdict, claim::Trace};
+use sigmark::{Compared, Prediction, Prepared, Statement, Verdict, claim::Trace};
 
-/// What `embed` says of a mark.
-pub fn of_mark(prepared: &Prepared, laplacian: &str) -> Map<String, Value> {
-    let (layout, original, prediction) = (prepared.layout(), prepared.original(), prepared.prediction());
+/// What `embed` says of a mark, which is foretold, or as it was made.
+pub fn of_mark(prepared: &Prepared, prediction: &Prediction, laplacian: &str) -> Map<String, Value> {
+    let (layout, original) = (prepared.layout(), prepared.original());
     members(json!({
         "scheme": prepared.statement_for("").scheme,
         "payload": prediction.payload.name(),

@@ -125,15 +125,15 @@ does one whose list has grown: copies that are there already, and would be the s
 Reads and writes GLB, glTF, OBJ, PLY, STL and OFF, also gzipped, 3MF, and the one mesh of a zip archive, where a glTF has its buffers and textures in it, too. Only positions change (and what glTF \
 says of their bounds): materials, textures, skins, animations, morph targets, unknown extensions stay byte for byte, and so do stored normals and tangents, \
 which keep the look. A scene of many parts is one work; what it places several times is marked once. What a file refers to by name is copied beside \
-the output, and never over what is read, another output, or another model's copy that is not the same: that is refused before anything is signed. Where the file's own precision is too coarse for the standard strength, strong is taken; where even that is lost, nothing is written. A locked key's passphrase is asked for, or taken from the \
+the output, and never over what is read, another output, or another model's copy that is not the same: that is refused before anything is signed. No triangle turns by more than 15 degrees before the file rounds positions, unless the strength is given in figures and turns more than one in fifty: around others the mark is held back. Where the file's own precision is too coarse for the standard strength, strong is taken; where even that is lost, nothing is written. A locked key's passphrase is asked for, or taken from the \
 environment variable SIGMARK_PASSPHRASE.
 
 --json prints: output, certificate (file names), scheme, payload (signature, tag or plain-signature: what the shape holds), bits (of the payload), code_bits (what they become: the bits that stand in the shape), chips (places for those in all), laplacian, functions (manifold harmonics of each patch), \
-patches, unmarked_vertices, alpha, distortion_rms (fraction of the diagonal), margin_predicted (T0 under noise of 0.1 %), margin_read (T0 at which the payload is read), noise_read, noise_evidence, \
+patches, unmarked_vertices, alpha, distortion_rms (fraction of the diagonal), margin_predicted (T0 under noise of 0.1 %, of the mark as it is written), margin_read (T0 at which the payload is read), noise_read, noise_evidence, \
 noise_detected (up to which noise, as a share of the bounding box, the payload is read, the mark is evidence, is detected), facet_turn (median, p99, max: by how many degrees triangles \
 turned), flipped (triangles that look the other way), manifest_dropped (whether the model had a C2PA manifest), seconds (of each stage). Of several models an object a model, each in a line, with \
-model (file name); of one that failed model and error alone. With --recipients one object, whose output is the folder, certificate null, and facet_turn and flipped those of the new copy that turned \
-most (null if none is new), with index (file name), made, skipped (how many copies are new, and how many were there) and copies (recipient, output, certificate, made of each).")]
+model (file name); of one that failed model and error alone. With --recipients one object, whose output is the folder, certificate null, and facet_turn, flipped, margin_predicted and noise_... those of the new copies for which they are worst \
+(facet_turn and flipped null if none is new), with index (file name), made, skipped (how many copies are new, and how many were there) and copies (recipient, output, certificate, made of each).")]
 pub(crate) struct Embed {
     /// The mesh to sign; several, or folders of them, are signed one after the other
     #[arg(required = true, value_name = "MODEL")]

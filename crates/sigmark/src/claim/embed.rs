@@ -12,7 +12,7 @@ use super::{
 };
 use crate::{
     mark::{
-        ChipLayout, CoefficientDetector, Detector, MarkError, MarkLayout, Original, PatchCount, Pool,
+        ChipLayout, CoefficientDetector, Detector, Levelled, MarkError, MarkLayout, Original, PatchCount, Pool,
         Registered, Strength, extraction_rate,
     },
     payload::{Curve, GeometryDigest, PayloadKind, RigDigest, Scheme},
@@ -209,6 +209,16 @@ impl Embedder {
         Prediction::of(layout, self.scheme, payload)
     }
 
+    pub(super) fn predict_levelled(
+        &self,
+        layout: &MarkLayout,
+        payload: PayloadKind,
+        levelled: &Levelled,
+    ) -> Prediction {
+        let margin_at = |noise| layout.margin_levelled(noise, levelled);
+        Prediction::by_margin(layout, self.scheme, payload, margin_at)
+    }
+
     fn check_payload(&self) -> Result<(), SigmarkError> {
         let scheme = self.scheme;
         match self.payload {
@@ -316,6 +326,7 @@ pub struct Signed {
     pub(super) layout: Arc<MarkLayout>,
     /// Whether slivers surely took less than half of any chip.
     pub(super) is_whole: bool,
+    pub(super) prediction: Prediction,
 }
 
 impl Signed {
@@ -342,6 +353,11 @@ impl Signed {
     /// The original with its patches and bases.
     pub fn original(&self) -> &Arc<Original> {
         self.layout.original()
+    }
+
+    /// How strong the mark is, and what it survives: as [foretold](Prepared::prediction), or less where [slivers](MarkLayout::level_slivers) took a part of it.
+    pub fn prediction(&self) -> &Prediction {
+        &self.prediction
     }
 
     /// What is read from positions in the original's frame, such as the marked ones rounded to a file's precision.

@@ -57,24 +57,51 @@ pub struct Prediction {
 impl Prediction {
     /// For a mark of a layout with such a payload, whatever its bits.
     pub fn of(layout: &MarkLayout, scheme: Scheme, payload: PayloadKind) -> Self {
-        let (bits, margin) = (layout.bits() as f64, layout.margin(QUOTED_NOISE));
+        Self::by_margin(layout, scheme, payload, |noise| layout.margin(noise))
+    }
+
+    /// The same where T₀ depends on the noise by a rule of its own: it falls as the noise grows.
+    pub(super) fn by_margin(
+        layout: &MarkLayout,
+        scheme: Scheme,
+        payload: PayloadKind,
+        margin_at: impl Fn(f64) -> f64,
+    ) -> Self {
+        let bits = layout.bits() as f64;
         let margin_read = match payload {
             PayloadKind::PlainSignature => margin_for_all(bits),
             _ => margin_for_code(payload.bits(scheme) as f64, layout.chip_count() as f64),
         };
-        let noise_at = |needed: f64| (QUOTED_NOISE * margin / needed).min(RECOGNISED);
+        let noise_at = |needed: f64| most_noise(&margin_at, needed);
         Self {
             payload,
             payload_bits: payload.bits(scheme),
             chips: layout.chip_count(),
             distortion_rms: layout.distortion_rms(),
-            margin,
+            margin: margin_at(QUOTED_NOISE),
             margin_read,
             noise_read: noise_at(margin_read),
             noise_evidence: noise_at(margin_for(EVIDENCE, bits)),
             noise_detected: noise_at(margin_for(DETECTED, bits)),
         }
     }
+}
+
+/// The most noise under which so much is left; none where even without noise there isn't.
+fn most_noise(margin_at: impl Fn(f64) -> f64, needed: f64) -> f64 {
+    let (mut low, mut high) = (0.0, RECOGNISED);
+    if margin_at(high) >= needed {
+        return high;
+    }
+    for _ in 0..50 {
+        let middle = 0.5 * (low + high);
+        if margin_at(middle) >= needed {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    low
 }
 
 /// The fewest bits a coordinate to which rounding is no worse than a noise, as a share of the box's edges; as many as a float has at most.

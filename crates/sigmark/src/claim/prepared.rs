@@ -86,7 +86,10 @@ impl Prepared {
         let bits = statement.coded(hash)?.bits(&signature);
         let (mut written, sketch) = self.write(&layout, &bits, job)?;
         job.begin(MarkStage::Embedding)?;
-        let is_whole = !statement.binds_original() || layout.level_slivers(&mut written).takes_little;
+        let levelled = statement
+            .binds_original()
+            .then(|| layout.level_slivers(&mut written, self.embedder.strength));
+        let payload = statement.payload;
         let marked = original.mesh().with_positions(written.positions(original));
         let contents = Contents {
             statement,
@@ -96,11 +99,16 @@ impl Prepared {
             sketch,
         };
         let certificate = Certificate::issue(key, contents)?;
+        let prediction = match &levelled {
+            Some(levelled) => self.embedder.predict_levelled(&layout, payload, levelled),
+            None => self.embedder.predict_of(&layout, payload),
+        };
         Ok(Signed {
             marked: marked.map_err(MarkError::from)?,
             certificate,
             layout: Arc::new(layout),
-            is_whole,
+            is_whole: levelled.is_none_or(|levelled| levelled.takes_little),
+            prediction,
         })
     }
 

@@ -5,7 +5,7 @@ use mesh::Vec3;
 
 use super::{
     Chip, ChipPlan, MarkError, Original, Patch, PatchBasis, PatchRotation, Rotation, Strength,
-    slivers::level, strength::distortion,
+    slivers::{level, turns_many}, strength::distortion,
 };
 
 /// Where a mark lies in an original, in which order, and how strong it is in each patch, whatever its bits are.
@@ -143,13 +143,26 @@ impl MarkLayout {
     /// T₀, the signal-to-noise ratio of the whole mark, if every vertex is found again and each of its coordinates is off by a uniform amount of up to
     /// so many of the bounding box's edges: T₀² = Σ n (α φ)² / σ² over the chips, of patches with n vertices.
     pub fn margin(&self, noise: f64) -> f64 {
+        self.margin_of(noise, |_| [Kept::ALL; 3])
+    }
+
+    /// The same of a mark that was [levelled](Self::level_slivers): of what is left, with what is missing as noise.
+    pub fn margin_levelled(&self, noise: f64, levelled: &Levelled) -> f64 {
+        self.margin_of(noise, |patch| levelled.kept[patch])
+    }
+
+    fn margin_of(&self, noise: f64, kept: impl Fn(usize) -> [Kept; 3]) -> f64 {
         let edges = self.original.mesh().bounding_box().size();
         let of_patch = |(index, patch): (usize, &Patch)| -> f64 {
-            let amplitude = self.amplitude(index);
+            let (amplitude, kept) = (self.amplitude(index), kept(index));
             let chips = self.chips[index].iter();
             let signal: f64 = chips
                 .filter(|chip| edges[chip.axis] > 0.0)
-                .map(|chip| 3.0 * (amplitude[chip.axis] / (noise * edges[chip.axis])).powi(2))
+                .map(|chip| {
+                    let Kept { share, square } = kept[chip.axis];
+                    let variance = (noise * edges[chip.axis]).powi(2) / 3.0 + square;
+                    (share * amplitude[chip.axis]).powi(2) / variance
+                })
                 .sum();
             signal * patch.vertices().len() as f64
         };
@@ -157,34 +170,38 @@ impl MarkLayout {
         patches.map(of_patch).sum::<f64>().sqrt()
     }
 
-    /// Takes the mark back around slivers that it would turn by more than 15 degrees, which a shader would show. A patch in which that would change half of the mark's root mean square stays as it is.
-    pub fn level_slivers(&self, written: &mut Written) -> Levelled {
+    /// Takes the mark back around triangles that it would turn by more than 15 degrees, which a shader would show. Where somebody chose a [strength](Strength) in figures and it turns more
+    /// than one in fifty that far, it is left as it is.
+    pub fn level_slivers(&self, written: &mut Written, strength: Strength) -> Levelled {
         let exact = written.displacement.clone();
-        let mut takes_little = true;
-        if level(self.original.mesh(), &mut written.displacement) == 0 {
-            return Levelled {
-                vertices: 0,
-                takes_little,
-            };
-        }
-        for (index, patch) in self.original.patches().iter().enumerate() {
-            let vertices = patch.vertices().iter().map(|&v| v as usize);
-            let off = vertices
-                .clone()
-                .map(|v| Vec3(written.displacement[v]) - Vec3(exact[v]));
-            let change = root_mean_square(patch, &off.collect::<Vec<_>>());
-            let whole = vertices.clone().map(|v| Vec3(exact[v])).collect::<Vec<_>>();
-            let amplitude = self.amplitude(index);
-            if Vec3(change).norm() > 0.5 * Vec3(root_mean_square(patch, &whole)).norm() {
-                vertices.for_each(|v| written.displacement[v] = exact[v]);
-            } else if (0..3).any(|axis| change[axis] > 0.5 * amplitude[axis]) {
-                takes_little = false;
-            }
+        let mesh = self.original.mesh();
+        if matches!(strength, Strength::Level(_)) || !turns_many(mesh, &exact) {
+            level(mesh, &mut written.displacement);
         }
         let pairs = written.displacement.iter().zip(&exact);
+        let vertices = pairs.filter(|(now, before)| now != before).count();
+        let mut takes_little = true;
+        let mut kept = vec![[Kept::ALL; 3]; self.alphas.len()];
+        let patches = self.original.patches().iter().enumerate();
+        for (index, patch) in patches.filter(|_| vertices > 0) {
+            let field = |of: &[[f64; 3]]| patch.gather(of).into_iter().map(Vec3).collect::<Vec<_>>();
+            let (whole, left) = (field(&exact), field(&written.displacement));
+            let taken: Vec<Vec3> = whole.iter().zip(&left).map(|(&whole, &left)| whole - left).collect();
+            let squares = mean_products(patch, &taken, &taken);
+            let amplitude = self.amplitude(index);
+            takes_little &= (0..3).all(|axis| squares[axis].sqrt() <= 0.5 * amplitude[axis]);
+            let (all, both) = (mean_products(patch, &whole, &whole), mean_products(patch, &whole, &left));
+            let remaining = mean_products(patch, &left, &left);
+            for axis in (0..3).filter(|&axis| all[axis] > 0.0) {
+                let share = both[axis] / all[axis];
+                let square = (remaining[axis] - share * both[axis]).max(0.0);
+                kept[index][axis] = Kept { share, square };
+            }
+        }
         Levelled {
-            vertices: pairs.filter(|(now, before)| now != before).count(),
+            vertices,
             takes_little,
+            kept,
         }
     }
 
@@ -253,23 +270,23 @@ impl MarkLayout {
     }
 }
 
-/// Of a field over a patch, along each axis, a vertex standing for a third of the triangles around it.
-fn root_mean_square(patch: &Patch, field: &[Vec3]) -> [f64; 3] {
+/// The mean product of two fields over a patch, along each axis, a vertex standing for a third of the triangles around it.
+fn mean_products(patch: &Patch, one: &[Vec3], other: &[Vec3]) -> [f64; 3] {
     let mesh = patch.mesh();
-    let mut squares = [0.0; 3];
+    let mut sums = [0.0; 3];
     for (t, triangle) in mesh.triangles().iter().enumerate() {
         let third = mesh.triangle_area(t) / 3.0;
-        for &v in triangle {
-            for (axis, square) in squares.iter_mut().enumerate() {
-                *square += third * field[v as usize][axis].powi(2);
+        for v in triangle.map(|v| v as usize) {
+            for (axis, sum) in sums.iter_mut().enumerate() {
+                *sum += third * one[v][axis] * other[v][axis];
             }
         }
     }
-    squares.map(|square| (square / mesh.area()).sqrt())
+    sums.map(|sum| sum / mesh.area())
 }
 
 /// What [levelling slivers](MarkLayout::level_slivers) changed.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Levelled {
     /// How many vertices are not where the mark alone would have them.
@@ -277,6 +294,22 @@ pub struct Levelled {
     /// Whether it took less than half of any chip, for certain: what is read of a chip changes by no more than the root mean square of what moved. Where it may have taken
     /// more, which chips it took is only known by reading; what moves at few vertices spreads over all frequencies, of which chips have the fewest.
     pub takes_little: bool,
+    /// Of each patch, along each axis.
+    kept: Vec<[Kept; 3]>,
+}
+
+/// A levelled mark as a share of the whole one and what can't be told from noise: its projection onto it, and the mean square of the rest.
+#[derive(Clone, Copy, Debug)]
+struct Kept {
+    share: f64,
+    square: f64,
+}
+
+impl Kept {
+    const ALL: Self = Self {
+        share: 1.0,
+        square: 0.0,
+    };
 }
 
 /// A mark as it was written.

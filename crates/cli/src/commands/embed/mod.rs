@@ -14,7 +14,7 @@ use job::Job;
 use mesh_io::Asset;
 use quality::FacetTurn;
 use serde_json::{Value, json};
-use sigmark::{Curve, Embedder, Prepared, ReadBack, Scheme, Signed, SigningKey, Strength};
+use sigmark::{Curve, Embedder, Prediction, Prepared, ReadBack, Scheme, Signed, SigningKey, Strength};
 
 use crate::{
     Answer,
@@ -100,11 +100,14 @@ impl Task {
             announced(&prepared, true)?;
             attempt = Attempt::make(&prepared, recipient, &asset, &job).with_context(model)?;
         }
-        progress.begin("writing", "writing");
         let signed = &attempt.signed;
+        if announce && is_held_back(&prepared, signed) {
+            progress.tell(&words::held_back(&self.model, signed))?;
+        }
+        progress.begin("writing", "writing");
         let turn = self.write(&asset, &attempt, arguments.force)?;
         let seconds = progress.finish();
-        let mut object = object(arguments, &prepared, &seconds);
+        let mut object = object(arguments, &prepared, signed.prediction(), &seconds);
         object["output"] = json!(self.output);
         object["certificate"] = json!(self.certificate);
         object["facet_turn"] = json!(turn.summary());
@@ -195,8 +198,8 @@ impl Task {
 }
 
 /// What `--json` prints of every mark.
-fn object(arguments: &Embed, prepared: &Prepared, seconds: &Seconds) -> Value {
-    let mut object = figures::of_mark(prepared, arguments.laplacian.name());
+fn object(arguments: &Embed, prepared: &Prepared, prediction: &Prediction, seconds: &Seconds) -> Value {
+    let mut object = figures::of_mark(prepared, prediction, arguments.laplacian.name());
     object.insert("seconds".into(), report::seconds_json(seconds));
     Value::Object(object)
 }
@@ -210,6 +213,11 @@ fn check_manifest(asset: &Asset, model: &Path, manifest: Manifest) -> Result<()>
         );
     }
     Ok(())
+}
+
+/// Whether triangles that would have turned too far took more of what was foretold than a draw of bits does.
+fn is_held_back(prepared: &Prepared, signed: &Signed) -> bool {
+    signed.prediction().margin < 0.97 * prepared.prediction().margin
 }
 
 /// Refuses a file whose precision is too coarse for the mark.

@@ -44,6 +44,16 @@ pub(super) fn planned(model: &Path, prepared: &Prepared, is_raised: bool) -> Lin
     lines
 }
 
+/// That the mark is weaker than was planned, and what it is good for all the same.
+pub(super) fn held_back(model: &Path, signed: &Signed) -> Lines {
+    let mut lines = Lines::new(format!(
+        "Held back in {}, where it would turn triangles by more than 15°",
+        model.display()
+    ));
+    survival(&mut lines, signed.prediction());
+    lines
+}
+
 /// What a mark survives, in words.
 pub(crate) fn survival(lines: &mut Lines, prediction: &Prediction) {
     let withstands = |noise: f64| match noise.is_finite() && noise > 0.0 {

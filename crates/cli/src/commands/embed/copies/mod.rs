@@ -21,7 +21,7 @@ use job::Job;
 use mesh_io::Asset;
 use quality::{FacetTurn, TurnSummary};
 use serde_json::json;
-use sigmark::{Embedder, Prepared, Strength};
+use sigmark::{Embedder, Prediction, Prepared, Strength};
 
 use self::{
     copy::{Copy, Rules, There},
@@ -37,11 +37,25 @@ const ROOM: u64 = 4 << 30;
 /// What one takes for a vertex of the mesh, beside the bytes of its file a few times over.
 const BYTES_A_VERTEX: u64 = 512;
 
-/// By how much the facets of a copy turned.
+/// By how much the facets of a copy turned, and what its mark is good for.
 #[derive(Clone, Copy)]
 struct Turn {
     summary: TurnSummary,
     flipped: usize,
+    prediction: Prediction,
+}
+
+impl Turn {
+    /// The worst of two copies in each respect.
+    fn worse(self, other: Self) -> Self {
+        let facets = |turn: &Self| (turn.flipped, turn.summary.max);
+        let turned = if facets(&other) > facets(&self) { other } else { self };
+        let weaker = other.prediction.margin < self.prediction.margin;
+        Self {
+            prediction: if weaker { other.prediction } else { self.prediction },
+            ..turned
+        }
+    }
 }
 
 /// What was done.
@@ -218,7 +232,7 @@ impl Run<'_> {
         }
     }
 
-    /// Makes what is missing, and says of each copy whether it is new, and how far facets turned in the one that turned most.
+    /// Makes what is missing, and says of each copy whether it is new, and the worst of the new ones.
     fn make(&self, prepared: &Prepared, copies: &[Copy]) -> Result<(Vec<bool>, Option<Turn>)> {
         let is_new: Vec<bool> = copies.iter().map(|copy| !copy.is_complete(prepared)).collect();
         let missing = || {
@@ -234,12 +248,7 @@ impl Run<'_> {
         let mut turns = self.make_all(prepared, &missing().filter(is_begun).collect::<Vec<_>>())?;
         let rest: Vec<&Copy> = missing().filter(|copy| !is_begun(copy)).collect();
         turns.extend(self.make_all(prepared, &rest)?);
-        let turn = turns.into_iter().max_by(|a, b| {
-            a.flipped
-                .cmp(&b.flipped)
-                .then(a.summary.max.total_cmp(&b.summary.max))
-        });
-        Ok((is_new, turn))
+        Ok((is_new, turns.into_iter().reduce(Turn::worse)))
     }
 
     /// Makes copies side by side. After a failure none is begun.
@@ -280,6 +289,7 @@ impl Run<'_> {
         Ok(Turn {
             summary: turn.summary(),
             flipped: turn.flipped(),
+            prediction: *attempt.signed.prediction(),
         })
     }
 
@@ -293,7 +303,9 @@ impl Run<'_> {
 
     fn report(&self, made: &Made<'_>, turn: Option<Turn>) -> Result<()> {
         let seconds = self.progress.finish();
-        let mut object = object(self.arguments, made.prepared, &seconds);
+        let planned = made.prepared.prediction();
+        let prediction = turn.map_or(planned, |turn| turn.prediction);
+        let mut object = object(self.arguments, made.prepared, &prediction, &seconds);
         let copies = made.copies.iter().zip(&made.is_new).map(|(copy, is_new)| {
             json!({
                 "recipient": copy.recipient,
