@@ -9,6 +9,7 @@ use anyhow::{Context, Result, ensure};
 use decimation::{Decimator, decimate};
 use evaluation::inputs::{mesh_files, name_of};
 use job::Job;
+use library::{Descriptor, Query};
 use mesh::{TriMesh, Vec3, Welded, shapes};
 use mesh_io::Asset;
 
@@ -27,6 +28,8 @@ pub(super) struct Base {
     pub(super) whole: Option<TriMesh>,
     /// With few triangles, about the origin, its diagonal 1.
     pub(super) small: TriMesh,
+    /// Whether thresholds were chosen by models made of it.
+    pub(super) tunes: bool,
 }
 
 /// An original of the library.
@@ -50,6 +53,7 @@ pub(super) fn bases(folders: &[&Path], job: &Job) -> Result<Vec<Base>> {
             name: name_of(path),
             small,
             whole: Some(whole),
+            tunes: false,
         })
     };
     let real = job.map(paths.len(), 1, read)?;
@@ -66,9 +70,28 @@ pub(super) fn bases(folders: &[&Path], job: &Job) -> Result<Vec<Base>> {
             name: format!("formula {number}"),
             whole: None,
             small: unit(&formula(&mut Draw::new(11, number as u64))),
+            tunes: false,
         });
     }
+    for (base, tunes) in tuning(&bases, job)?.into_iter().enumerate() {
+        bases[base].tunes = tunes;
+    }
     Ok(bases)
+}
+
+/// Two bases with descriptors so near are one thing: two scans or two resolutions of it.
+const ONE_THING: f64 = 6.0;
+
+/// Every second base tunes, and what is the same thing as one that does.
+fn tuning(bases: &[Base], job: &Job) -> Result<Vec<bool>> {
+    let described = job.map(bases.len(), 1, |base| {
+        let mesh = &bases[base].small;
+        Ok((Query::of(mesh)?, Descriptor::of(mesh)?))
+    })?;
+    let described: Vec<(Query, Descriptor)> = described.into_iter().collect::<Result<_>>()?;
+    let is_one_thing = |a: usize, b: usize| described[a].0.distance(&described[b].1) < ONE_THING;
+    let tunes = |base: usize| (0..bases.len()).step_by(2).any(|even| base == even || is_one_thing(base, even));
+    Ok((0..bases.len()).map(tunes).collect())
 }
 
 fn small(mesh: &TriMesh, job: &Job) -> Result<TriMesh> {

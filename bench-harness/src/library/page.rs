@@ -8,7 +8,7 @@ use super::{
     built::Figures,
     models::Base,
     suspects::Group,
-    trials::{Found, Speed, Strangers, is_tested},
+    trials::{Found, Speed, Strangers},
 };
 use crate::results;
 
@@ -52,7 +52,7 @@ fn how_made(bases: &[Base], library: &Figures) -> String {
         .map(|base| base.name.as_str())
         .collect();
     let formulae = bases.len() - real.len();
-    let tested = (0..bases.len()).filter(|&base| is_tested(base, false)).count();
+    let tested = bases.iter().filter(|base| !base.tunes).count();
     format!(
         "The library has {} originals: {} real meshes and assets as they came ({}), and variations of these, decimated to 8000 triangles, and of {formulae} shapes by Gielis's formula. A variation is another model: stretched along each axis by a factor of e^0.25 (standard \
          deviation), tapered, in half of the cases bent and in half twisted by up to 60 to 70°, and displaced by a random smooth field of 1.5 to 4 % of the diagonal (root mean square, wave lengths from a quarter of the diagonal); every fifth has a second model stuck on, every tenth a piece cut off, every \
@@ -110,12 +110,12 @@ fn share(part: usize, all: usize) -> f64 {
 }
 
 fn attacks(found: &[Found]) -> Table {
-    let header = "attack | suspects | first (%) | among ten (%) | asked (%) | by the whole (%) | by the surface (%) | by small shapes (%) | search (ms) | worst of 100 (ms)";
+    let header = "attack | suspects | first (%) | among ten (%) | asked (%) | by the whole (%) | by the surface (%) | by small shapes (%) | by vertices (%) | search (ms) | worst of 100 (ms)";
     let mut table = Table::new("The right original", header.split(" | "))
         .note("*By*: it is among the first three by that alone.");
     for found in found {
         let percent = |count: usize| format!("{:.1}", 100.0 * share(count, found.suspects));
-        let [whole, part, local] = found.by.map(percent);
+        let [whole, part, local, vertices] = found.by.map(percent);
         table.row([
             found.attack.to_string(),
             found.suspects.to_string(),
@@ -128,6 +128,7 @@ fn attacks(found: &[Found]) -> Table {
             whole,
             part,
             local,
+            vertices,
             format!("{:.0}", found.milliseconds[0]),
             format!("{:.0}", found.milliseconds[1]),
         ]);

@@ -43,7 +43,7 @@ pub(super) struct Attack {
 }
 
 /// All of them.
-pub(super) const ATTACKS: [Attack; 19] = [
+pub(super) const ATTACKS: [Attack; 21] = [
     Attack {
         name: "similarity",
         group: Group::Table4,
@@ -118,6 +118,16 @@ pub(super) const ATTACKS: [Attack; 19] = [
         name: "crop to 50 %, simplified to 10 %",
         group: Group::Beyond,
         does: |mesh, draw| simplified(&cropped(mesh, 0.5, draw), 0.1),
+    },
+    Attack {
+        name: "crop to 50 %, re-meshed",
+        group: Group::Beyond,
+        does: |mesh, draw| clustered(&cropped(mesh, 0.5, draw)),
+    },
+    Attack {
+        name: "crop to 25 %, re-meshed",
+        group: Group::Beyond,
+        does: |mesh, draw| clustered(&cropped(mesh, 0.25, draw)),
     },
     Attack {
         name: "one joint, 60°",

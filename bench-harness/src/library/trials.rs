@@ -31,22 +31,17 @@ pub(super) struct Found {
     pub(super) first: usize,
     pub(super) among_ten: usize,
     /// It was among the first three by the whole, by the surface, by small shapes.
-    pub(super) by: [usize; 3],
+    pub(super) by: [usize; 4],
     /// The distances of originals that were among the ten, by what was nearest: the greatest.
-    pub(super) farthest: [f64; 3],
+    pub(super) farthest: [f64; 4],
     /// Of the nearest other.
-    pub(super) nearest_other: [f64; 3],
+    pub(super) nearest_other: [f64; 4],
     /// Milliseconds of a search, wall time: median and the worst of a hundred.
     pub(super) milliseconds: [f64; 2],
     /// To describe a suspect.
     pub(super) describing: f64,
     /// Those that were missed: numbers of originals.
     pub(super) missed: Vec<usize>,
-}
-
-/// Whether suspects are made of a base: half of them are there to choose thresholds by.
-pub(super) fn is_tested(base: usize, tunes: bool) -> bool {
-    base.is_multiple_of(2) == tunes
 }
 
 /// Attacks originals of the library and looks for them.
@@ -80,9 +75,9 @@ pub(super) fn attacked(
             suspects: 0,
             first: 0,
             among_ten: 0,
-            by: [0; 3],
-            farthest: [0.0; 3],
-            nearest_other: [f64::INFINITY; 3],
+            by: [0; 4],
+            farthest: [0.0; 4],
+            nearest_other: [f64::INFINITY; 4],
             milliseconds: [0.0; 2],
             describing: 0.0,
             missed: Vec::new(),
@@ -136,11 +131,11 @@ fn chosen(bases: &[Base], options: &LibraryBench) -> Vec<usize> {
     let real = bases.iter().filter(|base| base.whole.is_some()).count();
     let mut draw = Draw::new(31, u64::from(options.tune));
     let mut chosen: Vec<usize> = (0..real.min(options.size))
-        .filter(|&b| is_tested(b, options.tune))
+        .filter(|&b| bases[b].tunes == options.tune)
         .collect();
     while chosen.len() < options.suspects && options.size > real {
         let number = real + draw.one_of(options.size - real);
-        if is_tested(number % bases.len(), options.tune) {
+        if bases[number % bases.len()].tunes == options.tune {
             chosen.push(number);
         }
     }

@@ -6,6 +6,7 @@ mod harmonics;
 mod local;
 mod places;
 mod smoothing;
+mod stars;
 mod surface;
 
 use mesh::{Edges, TriMesh, Vec3};
@@ -15,6 +16,7 @@ use cloud::Cloud;
 pub(crate) use grid::Grid;
 use harmonics::WHOLE;
 pub(crate) use places::{Sought, WORDS};
+pub(crate) use stars::{STAR, STARS, Star};
 pub(crate) use surface::{SURFACE_LENGTH, Surface};
 
 /// Bytes of the whole.
@@ -39,6 +41,8 @@ pub(crate) struct Summary {
     pub(crate) local: [u8; LOCAL_LENGTH],
     /// Of its places, each once.
     pub(crate) words: Vec<u16>,
+    /// Vertices of its file.
+    pub(crate) stars: Vec<Star>,
 }
 
 /// What is asked of a suspect.
@@ -55,6 +59,7 @@ pub struct Query {
     pub(crate) whole: [u8; WHOLE_LENGTH],
     pub(crate) local: [u8; LOCAL_LENGTH],
     pub(crate) sizes: Vec<Sought>,
+    pub(crate) stars: Vec<Star>,
 }
 
 impl Descriptor {
@@ -83,6 +88,7 @@ impl Descriptor {
                 smooth,
                 local: local::describe(&cloud),
                 words: places::words(&places),
+                stars: stars::of_original(mesh),
             },
         })
     }
@@ -101,6 +107,7 @@ impl Query {
             whole: WHOLE.bytes(&cloud.points, &cloud.weights),
             local: local::describe(&cloud),
             sizes: places::sought(&fine, &places::borders(mesh, &Edges::of(mesh), &fine)),
+            stars: stars::of_suspect(mesh),
         })
     }
 

@@ -1,6 +1,7 @@
 //! All descriptors in memory, and the exact scan.
 
 mod laying;
+mod tessellation;
 mod votes;
 
 use std::{
@@ -15,6 +16,7 @@ use crate::{
     descriptor::{LOCAL_LENGTH, Summary, Surface, WHOLE_LENGTH, difference},
 };
 use laying::Guess;
+use tessellation::Tessellations;
 use votes::Votes;
 
 /// Originals, with sizes, for which it is guessed how the suspect lies: those for which its places speak most.
@@ -35,11 +37,13 @@ pub enum By {
     Surface,
     /// Small shapes, wherever they lie.
     Local,
+    /// Vertices that the files have in common.
+    Tessellation,
 }
 
 impl By {
     /// All of them.
-    pub const ALL: [Self; 3] = [Self::Whole, Self::Surface, Self::Local];
+    pub const ALL: [Self; 4] = [Self::Whole, Self::Surface, Self::Local, Self::Tessellation];
 
     /// The name in reports for programs.
     pub fn name(self) -> &'static str {
@@ -47,6 +51,7 @@ impl By {
             Self::Whole => "whole",
             Self::Surface => "surface",
             Self::Local => "local",
+            Self::Tessellation => "tessellation",
         }
     }
 
@@ -58,6 +63,7 @@ impl By {
             Self::Local => 10.0,
             // A quarter of the suspect lies on the original.
             Self::Surface => 0.75,
+            Self::Tessellation => 0.9,
         }
     }
 }
@@ -80,6 +86,7 @@ pub struct Index {
     ids: Vec<OriginalId>,
     summaries: Vec<Summary>,
     votes: Votes,
+    tessellations: Tessellations,
 }
 
 impl Index {
@@ -88,13 +95,15 @@ impl Index {
     /// # Errors
     /// When it can't be read, or a descriptor has another length.
     pub fn load(library: &Library) -> Result<Self, LibraryError> {
-        let (mut index, mut words) = (Self::default(), Vec::new());
+        let (mut index, mut words, mut stars) = (Self::default(), Vec::new(), Vec::new());
         library.each_summary(|id, mut summary| {
             index.ids.push(id);
             words.push(std::mem::take(&mut summary.words));
+            stars.push(std::mem::take(&mut summary.stars));
             index.summaries.push(summary);
         })?;
         index.votes = Votes::of(&words);
+        index.tessellations = Tessellations::of(&stars);
         Ok(index)
     }
 
@@ -105,7 +114,7 @@ impl Index {
 
     /// Bytes of all descriptors.
     pub fn bytes(&self) -> usize {
-        self.ids.len() * (size_of::<OriginalId>() + size_of::<Summary>()) + self.votes.bytes()
+        self.ids.len() * (size_of::<OriginalId>() + size_of::<Summary>()) + self.votes.bytes() + self.tessellations.bytes()
     }
 
     /// Whether there are none.
@@ -128,7 +137,7 @@ impl Index {
     }
 
     /// The candidates that [lists](Self::lists) make: in turn from each.
-    pub fn candidates(lists: &[Vec<(OriginalId, f64)>; 3], most: usize) -> Vec<Candidate> {
+    pub fn candidates(lists: &[Vec<(OriginalId, f64)>; 4], most: usize) -> Vec<Candidate> {
         let mut best: HashMap<OriginalId, Candidate> = HashMap::new();
         for (by, list) in By::ALL.into_iter().zip(lists) {
             for &(original, distance) in list {
@@ -164,7 +173,7 @@ impl Index {
         query: &Query,
         most: usize,
         job: &Job,
-    ) -> Result<[Vec<(OriginalId, f64)>; 3], LibraryError> {
+    ) -> Result<[Vec<(OriginalId, f64)>; 4], LibraryError> {
         let whole = self.of_each(job, |i| query.distance_from_whole(&self.summaries[i]))?;
         let local = self.of_each(job, |i| difference(&self.summaries[i].local, &query.local))?;
         let of = |differences: &[u32], length: usize| -> Vec<(OriginalId, f64)> {
@@ -177,7 +186,17 @@ impl Index {
             of(&whole, WHOLE_LENGTH),
             self.by_surface(library, query, most, job)?,
             of(&local, LOCAL_LENGTH),
+            self.by_tessellation(query, most),
         ])
+    }
+
+    /// Those that have vertices in common with the suspect.
+    fn by_tessellation(&self, query: &Query, most: usize) -> Vec<(OriginalId, f64)> {
+        let shared = self.tessellations.shared(&query.stars);
+        let mut with: Vec<usize> = (0..shared.len()).filter(|&i| shared[i].alike > 0.0).collect();
+        with.sort_by(|&a, &b| shared[b].alike.total_cmp(&shared[a].alike).then(a.cmp(&b)));
+        with.truncate(most);
+        with.into_iter().map(|i| (self.ids[i], 1.0 - shared[i].score())).collect()
     }
 
     /// Those on which most of the suspect lies.

@@ -12,7 +12,7 @@ use sigmark::GeometryDigest;
 
 use crate::{
     LibraryError,
-    descriptor::{LOCAL_LENGTH, SURFACE_LENGTH, Summary, WORDS},
+    descriptor::{LOCAL_LENGTH, STAR, STARS, SURFACE_LENGTH, Star, Summary, WORDS},
     geometry::unpack_geometry,
 };
 pub use opening::SCHEMA_VERSION;
@@ -248,7 +248,7 @@ impl Library {
     pub(crate) fn each_summary(&self, mut take: impl FnMut(OriginalId, Summary)) -> Result<(), LibraryError> {
         let mut statement = self.read(
             self.connection
-                .prepare("SELECT original, whole, smooth, local, words FROM descriptor ORDER BY original"),
+                .prepare("SELECT original, whole, smooth, local, words, stars FROM descriptor ORDER BY original"),
         )?;
         let mut rows = self.read(statement.query([]))?;
         while let Some(row) = self.read(rows.next())? {
@@ -266,6 +266,7 @@ impl Library {
                 smooth: self.bytes(row, 2)?,
                 local: self.bytes::<LOCAL_LENGTH>(row, 3)?,
                 words,
+                stars: self.stars(row, 5)?,
             };
             take(OriginalId(id), summary);
         }
@@ -328,6 +329,15 @@ impl Library {
         })
     }
 
+    fn stars(&self, row: &Row<'_>, column: usize) -> Result<Vec<Star>, LibraryError> {
+        let bytes = self.blob(row, column)?;
+        let (stars, rest) = bytes.as_chunks::<STAR>();
+        match rest.is_empty() && stars.len() <= STARS {
+            true => Ok(stars.iter().map(Star::of).collect()),
+            false => Err(self.damaged(format!("a descriptor has {} bytes of stars", bytes.len()))),
+        }
+    }
+
     fn blob<'r>(&self, row: &'r Row<'_>, column: usize) -> Result<&'r [u8], LibraryError> {
         let bytes = self.read(row.get_ref(column))?.as_blob();
         bytes.map_err(|error| self.damaged(error.to_string()))
@@ -370,9 +380,10 @@ fn insert(transaction: &Transaction<'_>, digest: &str, entry: &Entry) -> rusqlit
     let id = transaction.last_insert_rowid();
     let summary = &entry.descriptor.summary;
     let words: Vec<u8> = summary.words.iter().flat_map(|word| word.to_le_bytes()).collect();
+    let stars: Vec<u8> = summary.stars.iter().flat_map(Star::bytes).collect();
     transaction.execute(
-        "INSERT INTO descriptor VALUES (?1, ?2, ?3, ?4, ?5)",
-        params![id, summary.whole, summary.smooth, summary.local, words],
+        "INSERT INTO descriptor VALUES (?1, ?2, ?3, ?4, ?5, ?6)",
+        params![id, summary.whole, summary.smooth, summary.local, words, stars],
     )?;
     transaction.execute(
         "INSERT INTO surface VALUES (?1, ?2)",

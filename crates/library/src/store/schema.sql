@@ -10,7 +10,8 @@ CREATE TABLE descriptor (
     whole BLOB NOT NULL,
     smooth BLOB NOT NULL,
     local BLOB NOT NULL,
-    words BLOB NOT NULL
+    words BLOB NOT NULL,
+    stars BLOB NOT NULL
 ) STRICT;
 CREATE TABLE surface (
     original INTEGER PRIMARY KEY REFERENCES original (id) ON DELETE CASCADE,

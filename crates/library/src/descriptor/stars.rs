@@ -1,0 +1,223 @@
+//! Which vertices a file has: what is left of a tessellation where a model was cut, posed or put into a scene.
+//!
+//! Away from a cut a crop has the very vertices and triangles of its original. A vertex's *word* is the hash of how triangles hang together around it, by the refinement of Weisfeiler and Leman:
+//! h₀(v) is the number of its triangles, and hₜ₊₁(v) hashes hₜ(v) with the sum of the hashes hₜ of its triangles' other corners. It depends on triangles t steps away at most, and on no coordinate: neither noise nor
+//! rounding nor a pose changes it. Models that were made of one another have it in common; so of a vertex its *shape* is kept, too: how lengths and areas around it compare, free of scale.
+//!
+//! An original keeps those of its vertices that have the least words (Broder's sketch by the smallest hashes), so that a crop, of which all words are known, has those that lie in it.
+
+use mesh::{TriMesh, Vec3};
+
+/// Vertices that an original keeps.
+pub(crate) const STARS: usize = 128;
+/// How far around a vertex one looks: farther where triangles are so regular that there are too few words.
+const STEPS: [usize; 3] = [2, 3, 4];
+/// Words that more of an original's vertices have tell it little.
+const ALIKE: usize = 2;
+/// A suspect may be a scene with much beside an original: so many of its vertices are looked up, for each of [`STEPS`].
+const ASKED: usize = 8192;
+/// Numbers of a shape.
+pub(crate) const SHAPE: usize = 8;
+/// Bytes of a star in a library.
+pub(crate) const STAR: usize = 4 + SHAPE;
+
+/// A vertex with what is around it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Star {
+    pub(crate) word: u32,
+    pub(crate) shape: [u8; SHAPE],
+}
+
+impl Star {
+    pub(crate) fn bytes(&self) -> impl Iterator<Item = u8> {
+        self.word.to_le_bytes().into_iter().chain(self.shape)
+    }
+
+    pub(crate) fn of(bytes: &[u8; STAR]) -> Self {
+        Self {
+            word: u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]),
+            shape: std::array::from_fn(|i| bytes[4 + i]),
+        }
+    }
+}
+
+/// The stars that an original keeps, sorted.
+pub(super) fn of_original(mesh: &TriMesh) -> Vec<Star> {
+    let mut kept = Vec::new();
+    refined(mesh, |words| {
+        for alike in words.chunk_by(|a, b| a.0 == b.0) {
+            if alike.len() <= ALIKE && kept.len() + alike.len() <= STARS {
+                kept.extend_from_slice(alike);
+            }
+        }
+        kept.len() + ALIKE <= STARS
+    });
+    stars(mesh, &kept)
+}
+
+/// The stars of a suspect that are looked up, sorted.
+pub(super) fn of_suspect(mesh: &TriMesh) -> Vec<Star> {
+    let mut asked = Vec::new();
+    refined(mesh, |words| {
+        asked.extend_from_slice(words);
+        true
+    });
+    stars(mesh, &asked)
+}
+
+/// Hands over the least words of a mesh with their vertices, sorted, for one of [`STEPS`] after the other while more are asked for.
+fn refined(mesh: &TriMesh, mut take: impl FnMut(&[(u32, u32)]) -> bool) {
+    let count = mesh.vertex_count();
+    let mut hashes = vec![0_u64; count];
+    let used = mesh.used_vertices();
+    mesh.triangles().iter().flatten().for_each(|&v| hashes[v as usize] += 1);
+    for step in 1..=STEPS[STEPS.len() - 1] {
+        let others: Vec<u64> = hashes.iter().map(|&hash| mixed(hash)).collect();
+        for &[a, b, c] in mesh.triangles() {
+            let [a, b, c] = [a, b, c].map(|v| v as usize);
+            for (v, w, x) in [(a, b, c), (b, c, a), (c, a, b)] {
+                hashes[v] = hashes[v].wrapping_add(others[w]).wrapping_add(others[x]);
+            }
+        }
+        hashes.iter_mut().for_each(|hash| *hash = mixed(*hash ^ step as u64));
+        if STEPS.contains(&step) {
+            let mut words: Vec<(u32, u32)> = (0..count)
+                .filter(|&v| used[v])
+                .map(|v| ((hashes[v] >> 32) as u32, v as u32))
+                .collect();
+            if words.len() > ASKED {
+                words.select_nth_unstable(ASKED);
+                words.truncate(ASKED);
+            }
+            words.sort_unstable();
+            if !take(&words) {
+                return;
+            }
+        }
+    }
+}
+
+/// The finaliser of Steele, Lea and Flood's SplitMix64.
+fn mixed(mut x: u64) -> u64 {
+    x = x.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    x ^ (x >> 31)
+}
+
+/// Sums over a vertex's triangles.
+#[derive(Clone, Copy, Default)]
+struct Fan {
+    triangles: f64,
+    /// Of the edges to it, and their squares: each is in two triangles.
+    lengths: f64,
+    squares: f64,
+    /// Of the edges across.
+    rim: f64,
+    areas: f64,
+    /// Of the other corners from it.
+    mean: Vec3,
+}
+
+/// A fan free of scale.
+#[derive(Clone, Copy, Default)]
+struct Shape {
+    /// The mean edge, and the mean area.
+    edge: f64,
+    area: f64,
+    /// In mean edges: their spread, the edges across, how far the vertex lies from the mean of its neighbours.
+    spread: f64,
+    rim: f64,
+    off: f64,
+}
+
+impl Fan {
+    fn shape(&self) -> Shape {
+        let n = self.triangles.max(1.0);
+        let edge = self.lengths / (2.0 * n);
+        let unit = edge.max(f64::MIN_POSITIVE);
+        Shape {
+            edge,
+            area: self.areas / n,
+            spread: (self.squares / (2.0 * n) - edge * edge).max(0.0).sqrt() / unit,
+            rim: self.rim / n / unit,
+            off: self.mean.norm() / (2.0 * n) / unit,
+        }
+    }
+}
+
+/// The shapes of some vertices with their words, sorted.
+fn stars(mesh: &TriMesh, chosen: &[(u32, u32)]) -> Vec<Star> {
+    // Any finite coordinates are legal, and squares of large ones are not finite.
+    let bounds = mesh.bounding_box();
+    let extent = (0..3).fold(0.0_f64, |most, axis| most.max(bounds.max[axis] / 2.0 - bounds.min[axis] / 2.0));
+    let scale = if extent > 0.0 { 1.0 / extent } else { 1.0 };
+    let mut is_chosen = vec![false; mesh.vertex_count()];
+    chosen.iter().for_each(|&(_, v)| is_chosen[v as usize] = true);
+    let touches = |is: &[bool], corners: &[u32; 3]| corners.iter().any(|&v| is[v as usize]);
+    let mut is_near = vec![false; mesh.vertex_count()];
+    for corners in mesh.triangles().iter().filter(|corners| touches(&is_chosen, corners)) {
+        corners.iter().for_each(|&v| is_near[v as usize] = true);
+    }
+    let mut fans = vec![Fan::default(); mesh.vertex_count()];
+    for corners in mesh.triangles().iter().filter(|corners| touches(&is_near, corners)) {
+        let points = corners.map(|v| Vec3(mesh.point(v as usize).0.map(|x| x * scale)));
+        let edge = |i: usize| points[(i + 1) % 3] - points[i % 3];
+        let lengths: [f64; 3] = std::array::from_fn(|i| edge(i).norm());
+        let area = edge(0).cross(edge(1)).norm();
+        for i in 0..3 {
+            let fan = &mut fans[corners[i] as usize];
+            let (out, back) = (lengths[i], lengths[(i + 2) % 3]);
+            fan.triangles += 1.0;
+            fan.lengths += out + back;
+            fan.squares += out * out + back * back;
+            fan.rim += lengths[(i + 1) % 3];
+            fan.areas += area;
+            fan.mean += edge(i) - edge(i + 2);
+        }
+    }
+    let mut rings = vec![(0.0, Shape::default()); mesh.vertex_count()];
+    for corners in mesh.triangles().iter().filter(|corners| touches(&is_chosen, corners)) {
+        for i in 0..3 {
+            let (count, ring) = &mut rings[corners[i] as usize];
+            for other in [corners[(i + 1) % 3], corners[(i + 2) % 3]] {
+                let shape = fans[other as usize].shape();
+                *count += 1.0;
+                ring.edge += shape.edge;
+                ring.area += shape.area;
+                ring.spread += shape.spread;
+                ring.off += shape.off;
+            }
+        }
+    }
+    let star = |&(word, v): &(u32, u32)| {
+        let own = fans[v as usize].shape();
+        let (count, ring) = rings[v as usize];
+        let quotient = |a: f64, b: f64| {
+            let quotient = (a.max(f64::MIN_POSITIVE) / (b / f64::max(count, 1.0)).max(f64::MIN_POSITIVE)).ln();
+            1.0 + quotient
+        };
+        let mean = |sum: f64| sum / f64::max(count, 1.0);
+        let square = (own.edge * own.edge).max(f64::MIN_POSITIVE);
+        let numbers = [
+            quotient(own.edge, ring.edge),
+            quotient(own.area, ring.area),
+            own.spread,
+            own.rim - 0.5,
+            2.0 * own.off,
+            own.area / square,
+            mean(ring.spread),
+            2.0 * mean(ring.off),
+        ];
+        Star {
+            word,
+            shape: numbers.map(|x| (UNITS * x).round().clamp(0.0, 255.0) as u8),
+        }
+    };
+    let mut stars: Vec<Star> = chosen.iter().map(star).collect();
+    stars.sort_unstable();
+    stars
+}
+
+/// Steps of a byte in 1.
+const UNITS: f64 = 128.0;
