@@ -48,8 +48,17 @@ pub enum MatchedBy {
     Parts,
     /// Its vertices, after the joints of the original's rig had moved them.
     Rig,
+    /// Its surface, after the joints of the original's rig had moved it.
+    RigSurface,
     /// Its vertices, each seen from its own surroundings, after something had bent or posed them.
     LocalFrames,
+}
+
+impl MatchedBy {
+    /// Whether the pose was undone in which the joints of the original's rig had put the suspect.
+    pub fn is_by_rig(self) -> bool {
+        matches!(self, Self::Rig | Self::RigSurface)
+    }
 }
 
 /// Where the suspect belongs, and how well it fits there.

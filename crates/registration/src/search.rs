@@ -322,7 +322,11 @@ impl Search<'_> {
     pub(crate) fn judged(&self, transform: Similarity, matched_by: MatchedBy) -> Result<Alignment, JobError> {
         let overlap = self.overlap(&transform, SAMPLES)?;
         let free_directions = match matched_by {
-            MatchedBy::Connectivity | MatchedBy::Surroundings | MatchedBy::Rig | MatchedBy::LocalFrames => 0,
+            MatchedBy::Connectivity
+            | MatchedBy::Surroundings
+            | MatchedBy::Rig
+            | MatchedBy::RigSurface
+            | MatchedBy::LocalFrames => 0,
             MatchedBy::Surface | MatchedBy::Points | MatchedBy::Parts => self.free_directions(&transform)?,
         };
         Ok(Alignment {

@@ -48,7 +48,7 @@ pub(super) fn sentences(verdict: &Verdict, arguments: &Verify, claim: &Claim) ->
              this informs the owner, and a claim needs that file.",
             what_was_read(verdict, all)
         ),
-        Outcome::Verified if verdict.matched_by == MatchedBy::Rig => format!(
+        Outcome::Verified if verdict.matched_by.is_by_rig() => format!(
             "The suspect carries the signature that was written into the original: {} read back from the suspect\u{2019}s shape, after its pose had been undone by the \
              original\u{2019}s joints and morph targets. The signature is valid, by the key named below, over this very original, with all that poses it, mark and message.",
             what_was_read(verdict, all)
@@ -164,6 +164,7 @@ pub(super) fn registration(verdict: &Verdict) -> String {
         MatchedBy::Rig => {
             "by its vertices, after its pose had been undone by the original\u{2019}s joints and morph targets"
         }
+        MatchedBy::RigSurface => "by its surface, after its pose had been undone by the original\u{2019}s joints",
         MatchedBy::LocalFrames => {
             "by its vertices, each seen from its own surroundings: something had bent, dragged or posed it"
         }

@@ -2,11 +2,12 @@
 //!
 //! With linear blend skinning a posed vertex is y = Σⱼ wⱼ Aⱼ (x + Σₖ cₖ dₖ), linear in the joints' affine maps Aⱼ (3 × 4), and for given maps in how far each morph target is taken, cₖ: robust least squares over all vertices
 //! finds both (`linear.rs`). Mostly joints turn and move and do no more, which takes six numbers each in place of twelve; programs that preserve volume blend such motions as dual quaternions. Both are found from there
-//! (`rigid.rs`). Whichever explains the suspect with the fewest unknowns is undone, vertex by vertex.
+//! (`rigid.rs`). A suspect of other vertices is laid on the original joint by joint, by the surfaces (`surface/`). Whichever explains the suspect with the fewest unknowns is undone, vertex by vertex.
 //! A few numbers a joint and one a target are few beside the vertices that they move, so a mark stays; nothing is assumed smooth.
 
 mod linear;
 mod rigid;
+mod surface;
 
 use std::collections::HashMap;
 
@@ -16,6 +17,8 @@ use mesh::{Rig, TriMesh, Vec3};
 use crate::Correspondence;
 use linear::Linear;
 use rigid::{Blending, Rigid};
+
+pub use surface::{UnposedSurface, unpose_surface};
 
 /// A suspect brought back into the original's pose.
 #[derive(Clone, Debug)]

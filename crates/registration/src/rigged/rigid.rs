@@ -33,7 +33,7 @@ type Quaternion = [f64; 4];
 
 /// A rigid motion: q of unit length, and ½ t q.
 #[derive(Clone, Copy)]
-struct Motion {
+pub(super) struct Motion {
     real: Quaternion,
     dual: Quaternion,
 }
@@ -48,16 +48,39 @@ pub(super) enum Blending {
 }
 
 /// A rigid motion for each joint, and one scale; of mirrored suspects after z was turned round.
+#[derive(Clone)]
 pub(super) struct Rigid {
-    blending: Blending,
-    joints: Vec<Motion>,
+    pub(super) blending: Blending,
+    pub(super) joints: Vec<Motion>,
     /// How far each morph target is taken.
     shape: Vec<f64>,
-    scale: f64,
-    mirrors: bool,
+    pub(super) scale: f64,
+    pub(super) mirrors: bool,
 }
 
 impl Rigid {
+    /// Joints that move in a given way, no morph target taken.
+    pub(super) fn of_joints(joints: Vec<Motion>, scale: f64, mirrors: bool) -> Self {
+        Self {
+            blending: Blending::Linear,
+            joints,
+            shape: Vec::new(),
+            scale,
+            mirrors,
+        }
+    }
+
+    /// Where a row's vertex is taken, before z is turned round, with how that changes with each unknown.
+    pub(super) fn columns(&self, row: &Row<'_>, columns: &mut Vec<(usize, Vec3)>) -> Vec3 {
+        columns.clear();
+        let place = match self.blending {
+            Blending::Linear => self.linear_columns(row, columns),
+            Blending::DualQuaternions => self.dual_columns(row, columns),
+        };
+        columns.push((self.unknowns() - 1, place));
+        place
+    }
+
     /// Gauss–Newton from a linear pose, with robust weights; none where the joints are too many.
     pub(super) fn fit(
         pairs: &Pairs<'_>,
@@ -187,12 +210,7 @@ impl Rigid {
         let (mut normal, mut right) = (Mat::zeros(count, count), Mat::zeros(count, 1));
         let mut columns: Vec<(usize, Vec3)> = Vec::new();
         for (row, weight) in rows.iter().zip(weights) {
-            columns.clear();
-            let place = match self.blending {
-                Blending::Linear => self.linear_columns(row, &mut columns),
-                Blending::DualQuaternions => self.dual_columns(row, &mut columns),
-            };
-            columns.push((count - 1, place));
+            let place = self.columns(row, &mut columns);
             let rest = turned_round(row.y, self.mirrors) - place;
             for &(i, column) in &columns {
                 right[(i, 0)] += weight * column.dot(rest);
@@ -265,7 +283,7 @@ impl Rigid {
         sum
     }
 
-    fn stepped(&self, step: &Mat<f64>) -> Self {
+    pub(super) fn stepped(&self, step: &Mat<f64>) -> Self {
         let number = |i: usize| step[(i, 0)];
         let joints = self.joints.iter().enumerate().map(|(joint, motion)| {
             let [turn, shift] =
@@ -342,13 +360,13 @@ impl Pose for Rigid {
 }
 
 impl Motion {
-    fn of(rotation: Mat3, offset: Vec3) -> Self {
+    pub(super) fn of(rotation: Mat3, offset: Vec3) -> Self {
         let real = quaternion(rotation);
         Self { real, dual: [0.0; 4] }.shifted(offset)
     }
 
     /// This motion, and then a turn by a vector's length about it.
-    fn turned(self, turn: Vec3) -> Self {
+    pub(super) fn turned(self, turn: Vec3) -> Self {
         let angle = turn.norm();
         let half = 0.5 * angle;
         let factor = if angle > 1e-12 { half.sin() / angle } else { 0.5 };
@@ -363,7 +381,7 @@ impl Motion {
     }
 
     /// This motion, and then a shift.
-    fn shifted(self, Vec3([x, y, z]): Vec3) -> Self {
+    pub(super) fn shifted(self, Vec3([x, y, z]): Vec3) -> Self {
         let change = product([0.0, 0.5 * x, 0.5 * y, 0.5 * z], self.real);
         Self {
             real: self.real,
@@ -380,12 +398,12 @@ impl Motion {
         (w, v, (dual * w - v * dual_w + v.cross(dual)) * 2.0)
     }
 
-    fn apply(&self, x: Vec3) -> Vec3 {
+    pub(super) fn apply(&self, x: Vec3) -> Vec3 {
         let (w, v, t) = self.parts();
         x + v.cross(v.cross(x) + x * w) * 2.0 + t
     }
 
-    fn undo(&self, y: Vec3) -> Vec3 {
+    pub(super) fn undo(&self, y: Vec3) -> Vec3 {
         let (w, v, t) = self.parts();
         let (v, x) = (-v, y - t);
         x + v.cross(v.cross(x) + x * w) * 2.0
@@ -445,6 +463,6 @@ fn quaternion(rotation: Mat3) -> Quaternion {
     rows[largest].map(|x| x / length)
 }
 
-fn turned_round(Vec3([x, y, z]): Vec3, mirrors: bool) -> Vec3 {
+pub(super) fn turned_round(Vec3([x, y, z]): Vec3, mirrors: bool) -> Vec3 {
     Vec3([x, y, if mirrors { -z } else { z }])
 }

@@ -222,6 +222,7 @@ fn registered(verdict: &Verdict) -> String {
         MatchedBy::Rig => {
             "by its vertices, brought back from its pose by the original's joints and morph targets"
         }
+        MatchedBy::RigSurface => "by its surface, brought back from its pose by the original's joints",
         MatchedBy::LocalFrames => {
             "by its vertices, each seen from its own surroundings: it was bent or posed"
         }

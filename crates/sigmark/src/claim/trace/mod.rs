@@ -39,7 +39,7 @@ use std::{borrow::Cow, sync::Arc};
 
 use job::Job;
 use mesh::{Rig, TriMesh, components};
-use registration::{MatchedBy, PreparedMesh};
+use registration::PreparedMesh;
 
 use super::{
     Certificate, Issued, SigmarkError, Statement,
@@ -314,7 +314,7 @@ impl Tracer {
             return Ok(traced);
         }
         for lot in &self.lots {
-            if found.matched_by() == MatchedBy::Rig && !self.binds_rig(lot) {
+            if found.matched_by().is_by_rig() && !self.binds_rig(lot) {
                 traced.residues.push(Vec::new());
                 continue;
             }

@@ -24,10 +24,10 @@ pub use wanted::Wanted;
 use std::fmt;
 
 use job::Job;
-use mesh::Rig;
+use mesh::{Rig, Similarity};
 use registration::{
     AlignOptions, Aligner, Alignment, Correspondence, MatchedBy, Placement, PreparedMesh, RegistrationStage,
-    unpose_any,
+    unpose_any, unpose_surface,
 };
 
 use super::{MarkError, MarkLayout, MarkStage};
@@ -140,6 +140,9 @@ pub struct Found {
     brought_back: BroughtBack,
 }
 
+/// A suspect of which more of the surface lies on the reference was not posed.
+const NOT_POSED: f64 = 0.99;
+
 /// What was undone before a suspect is read.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum BroughtBack {
@@ -171,8 +174,9 @@ impl Found {
     /// # Errors
     /// [`MarkError::Job`].
     pub fn unposed(&self, rig: &Rig, job: &Job) -> Result<Option<Self>, MarkError> {
-        let Placement::ByVertices(maps) = &self.placement else {
-            return Ok(None);
+        let maps = match &self.placement {
+            Placement::ByVertices(maps) => maps,
+            Placement::BySurface(alignment) => return self.surface_unposed(alignment, rig, job),
         };
         let (original, suspect) = (self.reference.mesh(), self.suspect.mesh());
         let Some(best) = unpose_any(original, rig, suspect, maps, job)? else {
@@ -182,6 +186,29 @@ impl Found {
             reference: self.reference.clone(),
             suspect: self.suspect.mesh().with_positions(best.positions)?.into(),
             placement: Placement::ByVertices(vec![best.map]),
+            brought_back: BroughtBack::ByRig,
+        }))
+    }
+
+    /// As [`unposed`](Self::unposed), by its surface; none where that lies on the reference as it is.
+    fn surface_unposed(
+        &self,
+        alignment: &Alignment,
+        rig: &Rig,
+        job: &Job,
+    ) -> Result<Option<Self>, MarkError> {
+        if alignment.overlap > NOT_POSED {
+            return Ok(None);
+        }
+        let aligned: Vec<Similarity> = std::iter::once(&alignment.transform)
+            .chain(&alignment.alternatives)
+            .copied()
+            .collect();
+        let found = unpose_surface(&self.reference, rig, &self.suspect, &aligned, job)?;
+        Ok(found.map(|found| Self {
+            reference: self.reference.clone(),
+            suspect: found.mesh,
+            placement: Placement::BySurface(found.alignment),
             brought_back: BroughtBack::ByRig,
         }))
     }
@@ -205,8 +232,8 @@ impl Found {
     /// What of it was found again.
     pub fn matched_by(&self) -> MatchedBy {
         match &self.placement {
-            _ if self.brought_back == BroughtBack::ByRig => MatchedBy::Rig,
             _ if self.brought_back == BroughtBack::InFrames => MatchedBy::LocalFrames,
+            Placement::ByVertices(_) if self.brought_back == BroughtBack::ByRig => MatchedBy::Rig,
             Placement::ByVertices(maps) => {
                 let all = |map: &Correspondence| map.matched() == map.suspect_of.len();
                 match maps.iter().all(all) {
