@@ -49,8 +49,7 @@ pub(crate) fn all_rotations(original: &Sampled, suspect: &Sampled, count: usize)
     hypotheses
 }
 
-/// The i-th of so many quaternions, w first or last, spread evenly over all rotations.
-pub(crate) fn spiral(i: usize, count: usize) -> [f64; 4] {
+fn spiral(i: usize, count: usize) -> [f64; 4] {
     const PHI: f64 = std::f64::consts::SQRT_2;
     const PSI: f64 = 1.533_751_168_755_204_3;
     let s = i as f64 + 0.5;

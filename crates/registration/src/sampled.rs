@@ -64,6 +64,11 @@ impl Sampled {
         self.triangle_normal(self.triangles[point])
     }
 
+    /// The triangle of one of the points.
+    pub(crate) fn triangle(&self, point: usize) -> usize {
+        self.triangles[point] as usize
+    }
+
     /// The unit normal of a triangle.
     pub(crate) fn triangle_normal(&self, triangle: u32) -> Vec3 {
         Vec3(self.normals[triangle as usize])

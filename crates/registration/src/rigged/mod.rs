@@ -2,12 +2,14 @@
 //!
 //! With linear blend skinning a posed vertex is y = Σⱼ wⱼ Aⱼ (x + Σₖ cₖ dₖ), linear in the joints' affine maps Aⱼ (3 × 4), and for given maps in how far each morph target is taken, cₖ: robust least squares over all vertices
 //! finds both (`linear.rs`). Mostly joints turn and move and do no more, which takes six numbers each in place of twelve; programs that preserve volume blend such motions as dual quaternions. Both are found from there
-//! (`rigid.rs`). A suspect of other vertices is laid on the original joint by joint, by the surfaces (`surface/`). Whichever explains the suspect with the fewest unknowns is undone, vertex by vertex.
+//! (`rigid.rs`). Whichever explains the suspect with the fewest unknowns is undone, vertex by vertex.
 //! A few numbers a joint and one a target are few beside the vertices that they move, so a mark stays; nothing is assumed smooth.
 
 mod linear;
 mod rigid;
 mod surface;
+
+pub use surface::{UnposedSurface, unpose_surface};
 
 use std::collections::HashMap;
 
@@ -17,8 +19,6 @@ use mesh::{Rig, TriMesh, Vec3};
 use crate::Correspondence;
 use linear::Linear;
 use rigid::{Blending, Rigid};
-
-pub use surface::{UnposedSurface, unpose_surface};
 
 /// A suspect brought back into the original's pose.
 #[derive(Clone, Debug)]
@@ -183,6 +183,17 @@ impl Row<'_> {
     /// Where the vertex is before joints move it, with the targets taken so far.
     fn place(&self, shape: &[f64]) -> Vec3 {
         self.x + self.offset(shape)
+    }
+
+    /// A place beside the vertex that moves as it does.
+    fn shifted(&self, by: Vec3) -> Row<'_> {
+        Row {
+            vertex: self.vertex,
+            x: self.x + by,
+            y: self.y,
+            weights: self.weights,
+            offsets: self.offsets.clone(),
+        }
     }
 
     fn offset(&self, shape: &[f64]) -> Vec3 {

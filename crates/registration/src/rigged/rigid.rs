@@ -50,35 +50,42 @@ pub(super) enum Blending {
 /// A rigid motion for each joint, and one scale; of mirrored suspects after z was turned round.
 #[derive(Clone)]
 pub(super) struct Rigid {
-    pub(super) blending: Blending,
-    pub(super) joints: Vec<Motion>,
+    blending: Blending,
+    joints: Vec<Motion>,
     /// How far each morph target is taken.
     shape: Vec<f64>,
-    pub(super) scale: f64,
-    pub(super) mirrors: bool,
+    scale: f64,
+    mirrors: bool,
 }
 
 impl Rigid {
-    /// Joints that move in a given way, no morph target taken.
-    pub(super) fn of_joints(joints: Vec<Motion>, scale: f64, mirrors: bool) -> Self {
+    /// Joints that move so, of a rig without morph targets.
+    pub(super) fn of_joints(blending: Blending, joints: Vec<Motion>, scale: f64) -> Self {
         Self {
-            blending: Blending::Linear,
+            blending,
             joints,
             shape: Vec::new(),
             scale,
-            mirrors,
+            mirrors: false,
         }
     }
 
-    /// Where a row's vertex is taken, before z is turned round, with how that changes with each unknown.
-    pub(super) fn columns(&self, row: &Row<'_>, columns: &mut Vec<(usize, Vec3)>) -> Vec3 {
-        columns.clear();
-        let place = match self.blending {
-            Blending::Linear => self.linear_columns(row, columns),
-            Blending::DualQuaternions => self.dual_columns(row, columns),
-        };
-        columns.push((self.unknowns() - 1, place));
-        place
+    /// The motion of each joint.
+    pub(super) fn joints(&self) -> &[Motion] {
+        &self.joints
+    }
+
+    /// Moves one joint otherwise.
+    pub(super) fn set_joint(&mut self, joint: usize, motion: Motion) {
+        self.joints[joint] = motion;
+    }
+
+    /// The same joints, blended otherwise.
+    pub(super) fn blended(&self, blending: Blending) -> Self {
+        Self {
+            blending,
+            ..self.clone()
+        }
     }
 
     /// Gauss–Newton from a linear pose, with robust weights; none where the joints are too many.
@@ -210,6 +217,7 @@ impl Rigid {
         let (mut normal, mut right) = (Mat::zeros(count, count), Mat::zeros(count, 1));
         let mut columns: Vec<(usize, Vec3)> = Vec::new();
         for (row, weight) in rows.iter().zip(weights) {
+            columns.clear();
             let place = self.columns(row, &mut columns);
             let rest = turned_round(row.y, self.mirrors) - place;
             for &(i, column) in &columns {
@@ -220,6 +228,16 @@ impl Rigid {
             }
         }
         (normal, right)
+    }
+
+    /// How a vertex's place changes with each of the unknowns; with that place, z not turned round.
+    pub(super) fn columns(&self, row: &Row<'_>, columns: &mut Vec<(usize, Vec3)>) -> Vec3 {
+        let place = match self.blending {
+            Blending::Linear => self.linear_columns(row, columns),
+            Blending::DualQuaternions => self.dual_columns(row, columns),
+        };
+        columns.push((self.unknowns() - 1, place));
+        place
     }
 
     /// How a vertex's place changes with joints and targets; with that place.
@@ -283,6 +301,7 @@ impl Rigid {
         sum
     }
 
+    /// After a step of the unknowns.
     pub(super) fn stepped(&self, step: &Mat<f64>) -> Self {
         let number = |i: usize| step[(i, 0)];
         let joints = self.joints.iter().enumerate().map(|(joint, motion)| {
@@ -403,7 +422,7 @@ impl Motion {
         x + v.cross(v.cross(x) + x * w) * 2.0 + t
     }
 
-    pub(super) fn undo(&self, y: Vec3) -> Vec3 {
+    fn undo(&self, y: Vec3) -> Vec3 {
         let (w, v, t) = self.parts();
         let (v, x) = (-v, y - t);
         x + v.cross(v.cross(x) + x * w) * 2.0
@@ -463,6 +482,6 @@ fn quaternion(rotation: Mat3) -> Quaternion {
     rows[largest].map(|x| x / length)
 }
 
-pub(super) fn turned_round(Vec3([x, y, z]): Vec3, mirrors: bool) -> Vec3 {
+fn turned_round(Vec3([x, y, z]): Vec3, mirrors: bool) -> Vec3 {
     Vec3([x, y, if mirrors { -z } else { z }])
 }

@@ -252,7 +252,7 @@ impl Verifier {
             }
             None => {
                 let in_place = reading.in_place;
-                (verdict.overlap, verdict.coverage) = (in_place, in_place);
+                (verdict.overlap, verdict.coverage) = (in_place, in_place * (1.0 - reading.missing));
                 let least = AlignOptions::default().least_overlap;
                 if in_place < least {
                     // A mark can be copied onto any mesh with these triangles: that does not make it this model.

@@ -1,316 +1,232 @@
-//! The pose of a suspect that kept no vertices, by the surfaces.
+//! The pose of a model by its own rig, where the suspect has none of its vertices: decimated, divided, re-meshed, cropped.
 //!
-//! From one joint, whose vertices a similarity lays onto the suspect, a pose grows over the rig: each next joint turns about the middle of what
-//! it shares with one that was placed, and of all turns the one is refined that lays most of its vertices on the suspect (`growing.rs`). All joints are then
-//! fitted together, points to planes, with robust weights (`settling.rs`). What is best is what explains most of the suspect's area.
+//! Joints are found one after the other along the rig (`growth.rs`): the first lies where the surfaces, or one joint's part of them, were aligned; each other
+//! begins where its neighbour takes it, and is turned about the place between both until its part of the surface lies on the suspect. Then all move together, point to plane
+//! (`fit.rs`). Of several beginnings the one counts by which the surfaces lie on each other best. Nothing is asked of a mark.
+//!
+//! What was found is undone point by point: what lies over a point of the posed original is put over the same point of the original as it was.
 
-mod growing;
-mod settling;
+mod fit;
+mod growth;
+mod skeleton;
 
-use job::{Job, JobError};
+use job::Job;
 use mesh::{Rig, Similarity, Surface, TriMesh, Vec3};
 
 use super::{
     MOST_JOINTS, Pose, Row,
-    rigid::{Blending, Motion, Rigid, turned_round},
+    rigid::{Blending, Motion, Rigid},
 };
-use crate::{
-    AlignOptions, Alignment, MatchedBy, PreparedMesh, RegistrationError,
-    overlap::Overlap,
-    sampled::{GRAIN, SAMPLES, Sampled},
-};
-use growing::Growing;
-use settling::Rows;
+use crate::{AlignOptions, Aligner, Placement, PreparedMesh, RegistrationError, sampled::GRAIN};
+use fit::Fit;
+use skeleton::Skeleton;
 
-/// A suspect of other vertices, brought back into the original's pose.
-#[derive(Clone)]
+/// A suspect whose surface was brought back into the original's pose.
+#[derive(Clone, Debug)]
 pub struct UnposedSurface {
-    /// The suspect, its vertices in the original's frame; without triangles that lay across a fold.
-    pub mesh: PreparedMesh,
-    /// How it lies on the original now: where it should.
-    pub alignment: Alignment,
+    /// Where the suspect's vertices were before it was posed (#V of the suspect), in the original's frame.
+    pub positions: Vec<[f64; 3]>,
+    /// Share of the suspect's surface that lies on the posed original, 0 to 1.
+    pub overlap: f64,
+    /// Share of the original's surface that lies on the suspect, 0 to 1.
+    pub coverage: f64,
+    /// Root mean square distance of what does, in diagonals of the original.
+    pub residual: f64,
 }
 
-/// A pose that explains so much of the suspect's area is not sought any further; nor is one used that explains less than the other.
-const ENOUGH: f64 = 0.9;
-const LEAST: f64 = 0.5;
+/// With so much of both on each other, no other beginning is tried.
+const GOOD: f64 = 0.95;
 
-/// Points of the suspect that say how much of it is explained, and how near they have to be, in diagonals.
-const JUDGES: usize = 3000;
-const NEAR: f64 = 0.005;
+/// Parts of so many joints, the largest, are aligned each by itself.
+const PARTS: usize = 3;
 
-/// Least cosine between normals that belong together.
-pub(super) const FACING: f64 = 0.3;
+/// A pose, and how well it lays the original on the suspect.
+struct Found {
+    pose: Rigid,
+    /// Shares of the suspect and of the original.
+    shares: [f64; 2],
+    residual: f64,
+}
 
-/// So much longer or shorter than before, an edge lies across a fold.
-const TORN: f64 = 3.0;
+impl Found {
+    fn score(&self) -> f64 {
+        self.shares[0] + 0.25 * self.shares[1]
+    }
+}
 
-/// Brings a suspect back into the original's pose by the surfaces and the joints of the original's rig; none where that explains too little of it. `aligned` are
-/// similarities that take the suspect to the original as well as one can: a pose is sought from these first.
+/// Brings the surface of a suspect back from the pose in which the joints of a rig had put the original; none where the rig has too many joints, or does not say where each vertex belongs. `seeds` are transforms that may take the suspect, or a part of it, to the original.
 ///
-/// Morph targets are left as they are. Blind to what a mark says.
+/// Morph targets stay as they are, and mirrored suspects are not brought back. Blind to what a mark says: only surfaces and weights are looked at.
 ///
 /// # Errors
-/// When a mesh has no area; when the job was cancelled.
+/// When a mesh has no area; [`RegistrationError::Job`].
 pub fn unpose_surface(
     original: &PreparedMesh,
     rig: &Rig,
     suspect: &PreparedMesh,
-    aligned: &[Similarity],
+    seeds: &[Similarity],
     job: &Job,
 ) -> Result<Option<UnposedSurface>, RegistrationError> {
-    if rig.vertices() != original.mesh().vertex_count() || !(1..=MOST_JOINTS / 4).contains(&rig.joints()) {
+    let fits =
+        rig.vertices() == original.mesh().vertex_count() && (1..=MOST_JOINTS).contains(&rig.joints());
+    if !fits {
         return Ok(None);
     }
-    let scene = Scene::of(original, rig, suspect)?;
-    if scene.rows.len() < super::FEWEST_VERTICES {
-        return Ok(None);
-    }
-    let growing = Growing::of(&scene);
-    let mut best: Option<(f64, Rigid)> = None;
-    for seed in growing.seeds(aligned) {
-        let Some(start) = growing.start(&seed, job)? else {
-            continue;
+    let skeleton = Skeleton::of(original, rig)?;
+    let fit = Fit::new(&skeleton, suspect)?;
+    let mut best: Option<Found> = None;
+    let mut try_seed = |seed: &Similarity, joint: Option<usize>| -> Result<bool, RegistrationError> {
+        let is_good = |best: &Option<Found>| {
+            best.as_ref()
+                .is_some_and(|best| best.shares.into_iter().fold(1.0, f64::min) > GOOD)
         };
-        let pose = growing.grown(start, job)?;
-        let pose = scene.settled(pose, &growing, job)?;
-        let explained = scene.explained(&pose, job)?;
-        if std::env::var("DBG").is_ok() { eprintln!("seed {seed:?} explained {explained}"); }
-        if best.as_ref().is_none_or(|(most, _)| explained > *most) {
-            best = Some((explained, pose));
+        if is_good(&best) || seed.mirrors() {
+            return Ok(is_good(&best));
         }
-        if explained >= ENOUGH {
-            break;
+        if let Some(pose) = fit.grown(seed, joint, job)? {
+            let found = judged(original, rig, suspect, &skeleton, &fit, pose, job)?;
+            if best.as_ref().is_none_or(|best| found.score() > best.score()) {
+                best = Some(found);
+            }
+        }
+        Ok(is_good(&best))
+    };
+    let mut is_good = false;
+    for seed in seeds {
+        is_good = is_good || try_seed(seed, None)?;
+    }
+    if !is_good {
+        let aligner = Aligner::new(suspect, &AlignOptions::default())?;
+        for joint in skeleton.largest(PARTS) {
+            let Some(part) = skeleton.part(original.mesh(), joint) else {
+                continue;
+            };
+            if let Placement::BySurface(alignment) = aligner.find(part, &job.quiet())? {
+                let poses = [alignment.transform].into_iter().chain(alignment.alternatives);
+                for pose in poses.take(2) {
+                    try_seed(&pose.inverse(), Some(joint))?;
+                }
+            }
         }
     }
-    let Some((_, pose)) = best.filter(|(explained, _)| *explained >= LEAST) else {
+    let Some(best) = best else {
         return Ok(None);
     };
-    let pose = scene.finished(pose, job)?;
-    let Some(mesh) = scene.undone(&pose, job)? else {
-        return Ok(None);
-    };
-    let mesh = PreparedMesh::from(mesh);
+    let positions = undone(original, rig, suspect, &skeleton, &fit, &best.pose, job)?;
     Ok(Some(UnposedSurface {
-        alignment: alignment(original, &mesh, job)?,
-        mesh,
+        positions,
+        overlap: best.shares[0],
+        coverage: best.shares[1],
+        residual: best.residual,
     }))
 }
 
-/// How a suspect lies on the original, that is there already.
-fn alignment(
+/// The original where a pose takes it, in the suspect's frame; joints move vertices that have none as they move the rest.
+fn posed(
     original: &PreparedMesh,
-    suspect: &PreparedMesh,
+    rig: &Rig,
+    skeleton: &Skeleton<'_>,
+    fit: &Fit<'_>,
+    pose: &Rigid,
     job: &Job,
-) -> Result<Alignment, RegistrationError> {
-    let AlignOptions {
-        tolerance,
-        least_overlap,
-    } = AlignOptions::default();
-    let (original, suspect) = (original.sampled("original")?, suspect.sampled("suspect")?);
-    let there = Similarity::IDENTITY;
-    let overlap = Overlap::measure(original, suspect, &there, tolerance, SAMPLES, job)?;
-    Ok(Alignment {
-        transform: there,
-        matched_by: MatchedBy::RigSurface,
-        overlap: overlap.of_suspect,
-        coverage: overlap.of_original,
-        residual: overlap.residual,
-        aligned: overlap.of_suspect >= least_overlap,
-        correspondence: None,
-        alternatives: Vec::new(),
-        free_directions: 0,
+) -> Result<TriMesh, RegistrationError> {
+    let mesh = original.mesh();
+    let place = |v: usize| -> [f64; 3] {
+        let row = skeleton.row(mesh.point(v), rig.weights_of(v));
+        (pose.moved(&row) + fit.centre()).into()
+    };
+    let positions = job.quiet().map(mesh.vertex_count(), GRAIN, place)?;
+    Ok(mesh
+        .with_positions(positions)
+        .map_err(|_| RegistrationError::NoSurface { mesh: "original" })?)
+}
+
+/// How well a pose lays the surfaces on each other, both ways.
+fn judged(
+    original: &PreparedMesh,
+    rig: &Rig,
+    suspect: &PreparedMesh,
+    skeleton: &Skeleton<'_>,
+    fit: &Fit<'_>,
+    pose: Rigid,
+    job: &Job,
+) -> Result<Found, RegistrationError> {
+    let posed = PreparedMesh::from(posed(original, rig, skeleton, fit, &pose, job)?);
+    let limit = AlignOptions::default().tolerance
+        * posed.mesh().bounding_box().diagonal().min(pose.scale()).min(
+            // A suspect that is a small piece is not near everything.
+            suspect.mesh().bounding_box().diagonal(),
+        );
+    let share = |from: &PreparedMesh, onto: &PreparedMesh, role| -> Result<_, RegistrationError> {
+        let sampled = from.sampled(role)?;
+        let picked: Vec<usize> = sampled.some(JUDGED).collect();
+        let near = job.quiet().map(picked.len(), GRAIN, |i| {
+            onto.surface().nearest_within(sampled.points[picked[i]].0, limit)
+        })?;
+        let near: Vec<f64> = near.into_iter().flatten().map(|near| near.distance).collect();
+        Ok((near.len() as f64 / picked.len().max(1) as f64, near))
+    };
+    let (of_suspect, near) = share(suspect, &posed, "suspect")?;
+    let (of_original, _) = share(&posed, suspect, "original")?;
+    let squares: f64 = near.iter().map(|distance| distance * distance).sum();
+    Ok(Found {
+        residual: (squares / near.len().max(1) as f64).sqrt() / pose.scale(),
+        shares: [of_suspect, of_original],
+        pose,
     })
 }
 
-/// An original with its rig, and a suspect, both in diagonals of their own from their own centres.
-struct Scene<'a> {
-    original: &'a PreparedMesh,
-    suspect: &'a PreparedMesh,
-    sampled: &'a Sampled,
-    joints: usize,
-    /// The original's vertices that joints move.
-    rows: Vec<Row<'a>>,
-    /// Their normals.
-    normals: Vec<Vec3>,
-    centre: Vec3,
-    diagonal: f64,
+/// Samples of each surface by which a pose is judged.
+const JUDGED: usize = 4000;
+
+/// Each vertex of the suspect over the point of the original over which it lies in the pose.
+fn undone(
+    original: &PreparedMesh,
+    rig: &Rig,
+    suspect: &PreparedMesh,
+    skeleton: &Skeleton<'_>,
+    fit: &Fit<'_>,
+    pose: &Rigid,
+    job: &Job,
+) -> Result<Vec<[f64; 3]>, RegistrationError> {
+    let posed = posed(original, rig, skeleton, fit, pose, job)?;
+    let surface = Surface::new(&posed);
+    let mesh = original.mesh();
+    let place = |v: usize| -> [f64; 3] {
+        let y = suspect.mesh().point(v);
+        let near = surface.nearest(y.0);
+        let (t, foot) = (near.triangle as usize, Vec3(near.point));
+        let shares = barycentric(posed.corners(t), foot);
+        let corners = mesh.triangles()[t];
+        let before: Vec3 = (0..3).map(|i| mesh.point(corners[i] as usize) * shares[i]).sum();
+        // What the suspect has over the foot is turned back with the corner that is nearest.
+        let nearest = (0..3).max_by(|&i, &j| shares[i].total_cmp(&shares[j])).unwrap_or(0);
+        let corner = corners[nearest] as usize;
+        let at = |y: Vec3| Row {
+            y: y - fit.centre(),
+            ..skeleton.row(mesh.point(corner), rig.weights_of(corner))
+        };
+        let steps = [y, foot].map(|y| pose.undone(&at(y)));
+        let over = match steps {
+            [Some(to), Some(from)] => (to - from) * skeleton.diagonal(),
+            _ => Vec3::ZERO,
+        };
+        (before + over).into()
+    };
+    Ok(job.quiet().map(suspect.mesh().vertex_count(), GRAIN, place)?)
 }
 
-impl<'a> Scene<'a> {
-    fn of(
-        original: &'a PreparedMesh,
-        rig: &'a Rig,
-        suspect: &'a PreparedMesh,
-    ) -> Result<Self, RegistrationError> {
-        let (of_original, sampled) = (original.sampled("original")?, suspect.sampled("suspect")?);
-        let (centre, diagonal) = (of_original.centroid, of_original.diagonal);
-        let mesh = original.mesh();
-        let moved = (0..mesh.vertex_count()).filter(|&v| !rig.weights_of(v).is_empty());
-        let row = |vertex: usize| Row {
-            vertex,
-            x: (mesh.point(vertex) - centre) * (1.0 / diagonal),
-            y: Vec3::ZERO,
-            weights: rig.weights_of(vertex),
-            offsets: Vec::new(),
-        };
-        let rows: Vec<Row<'a>> = moved.map(row).collect();
-        let normals = original.vertex_normals();
-        Ok(Self {
-            normals: rows.iter().map(|row| Vec3(normals[row.vertex])).collect(),
-            original,
-            suspect,
-            sampled,
-            joints: rig.joints(),
-            rows,
-            centre,
-            diagonal,
-        })
-    }
-
-    /// A place in the suspect's own coordinates.
-    fn there(&self, y: Vec3) -> Vec3 {
-        y * self.sampled.diagonal + self.sampled.centroid
-    }
-
-    fn back(&self, p: Vec3) -> Vec3 {
-        (p - self.sampled.centroid) * (1.0 / self.sampled.diagonal)
-    }
-
-    /// The original in a pose, in the suspect's coordinates: its vertices, and the triangles that joints move.
-    fn posed(&self, pose: &Rigid) -> Option<TriMesh> {
-        let mesh = self.original.mesh();
-        let mut places = vec![None; mesh.vertex_count()];
-        for row in &self.rows {
-            places[row.vertex] = Some(self.there(pose.moved(row)).into());
-        }
-        let is_moved = |corners: &&[u32; 3]| corners.iter().all(|&v| places[v as usize].is_some());
-        let triangles = mesh.triangles().iter().filter(is_moved).copied().collect();
-        let somewhere: [f64; 3] = self.sampled.centroid.into();
-        let places = places.iter().map(|place| place.unwrap_or(somewhere)).collect();
-        TriMesh::new(places, triangles).ok()
-    }
-
-    /// The share of the suspect's area that lies on the posed original, facing as that does.
-    fn explained(&self, pose: &Rigid, job: &Job) -> Result<f64, JobError> {
-        let Some(posed) = self.posed(pose) else {
-            return Ok(0.0);
-        };
-        let (surface, normals) = (Surface::new(&posed), posed.triangle_normals());
-        let judges: Vec<usize> = self.sampled.some(JUDGES).collect();
-        let facing = job.map(judges.len(), GRAIN, |i| {
-            let point = self.sampled.points[judges[i]];
-            let found = surface.nearest_within(point.0, NEAR * self.sampled.diagonal)?;
-            let cosine = Vec3(normals[found.triangle as usize]).dot(self.sampled.normal(judges[i]));
-            (cosine.abs() > FACING).then_some(cosine > 0.0)
-        })?;
-        let count = |side: bool| facing.iter().filter(|facing| **facing == Some(side)).count();
-        Ok(count(true).max(count(false)) as f64 / judges.len().max(1) as f64)
-    }
-
-    /// The pose with all its joints fitted together.
-    fn settled(&self, mut pose: Rigid, growing: &Growing<'_>, job: &Job) -> Result<Rigid, JobError> {
-        let rows = Rows::some(self, settling::A_FEW);
-        for gate in [0.05, 0.04, 0.03, 0.03, 0.02, 0.02, 0.015, 0.015, 0.01, 0.01] {
-            let ties = growing.ties(&pose, gate);
-            settling::step(self, &mut pose, &rows, gate, &ties, job)?;
-        }
-        Ok(pose)
-    }
-
-    /// The last digits, joints blended in the way that leaves less.
-    fn finished(&self, pose: Rigid, job: &Job) -> Result<Rigid, JobError> {
-        let rows = Rows::some(self, settling::MANY);
-        let mut best: Option<(Rigid, f64)> = None;
-        for blending in [Blending::Linear, Blending::DualQuaternions] {
-            let mut tried = pose.clone();
-            tried.blending = blending;
-            let mut residual = f64::INFINITY;
-            for _round in 0..settling::LAST_ROUNDS {
-                let Some(step) = settling::step(self, &mut tried, &rows, settling::NARROW, &[], job)? else {
-                    break;
-                };
-                residual = step.residual;
-                if step.size < settling::SETTLED {
-                    break;
-                }
-            }
-            if std::env::var("DBG").is_ok() { eprintln!("{blending:?} residual {residual:e} scale {}", tried.scale); }
-            if best.as_ref().is_none_or(|(_, least)| residual < *least) {
-                best = Some((tried, residual));
-            }
-        }
-        Ok(best.map_or(pose, |(best, _)| best))
-    }
-
-    /// The suspect as it was before. A point that lies beside a triangle of the posed original lies likewise beside that of the original.
-    fn undone(&self, pose: &Rigid, job: &Job) -> Result<Option<TriMesh>, JobError> {
-        let Some(posed) = self.posed(pose) else {
-            return Ok(None);
-        };
-        let suspect = self.suspect.mesh();
-        let nearest = Surface::new(&posed).nearest_of(suspect.positions(), job)?;
-        let rows = self.rows_of_vertices();
-        let mesh = self.original.mesh();
-        let positions = job.map(suspect.vertex_count(), GRAIN, |v| {
-            let found = &nearest[v];
-            let corners = posed.triangles()[found.triangle as usize].map(|v| v as usize);
-            let share = barycentric(corners.map(|v| posed.point(v)), Vec3(found.point));
-            let on: Vec3 = (0..3).map(|i| mesh.point(corners[i]) * share[i]).sum();
-            let beside = suspect.point(v) - Vec3(found.point);
-            let heaviest = (0..3).max_by(|&i, &k| share[i].total_cmp(&share[k])).unwrap_or(0);
-            let row = rows[corners[heaviest]].map(|row| &self.rows[row]);
-            let motion = row.map(|row| pose.joints[heaviest_of(row.weights)]);
-            let turned = motion.map_or(Vec3::ZERO, |motion| {
-                let beside = turned_round(beside, pose.mirrors);
-                motion.undo(beside) - motion.undo(Vec3::ZERO)
-            });
-            let unit = self.diagonal / (pose.scale * self.sampled.diagonal);
-            <[f64; 3]>::from(on + turned * unit)
-        })?;
-        let unit = pose.scale * self.sampled.diagonal / self.diagonal;
-        let place = |v: u32| Vec3(positions[v as usize]);
-        let is_whole = |corners: &&[u32; 3]| {
-            (0..3).all(|i| {
-                let [a, b] = [corners[i], corners[(i + 1) % 3]];
-                let before = (place(a) - place(b)).norm() * unit;
-                let after = (suspect.point(a as usize) - suspect.point(b as usize)).norm();
-                before <= TORN * after && after <= TORN * before
-            })
-        };
-        let triangles = suspect.triangles().iter().filter(is_whole).copied().collect();
-        Ok(TriMesh::new(positions, triangles).ok())
-    }
-
-    /// The row of each vertex of the original.
-    fn rows_of_vertices(&self) -> Vec<Option<usize>> {
-        let mut rows = vec![None; self.original.mesh().vertex_count()];
-        for (number, row) in self.rows.iter().enumerate() {
-            rows[row.vertex] = Some(number);
-        }
-        rows
-    }
-}
-
-/// The joint that moves a vertex most.
-fn heaviest_of(weights: &[(u32, f64)]) -> usize {
-    let heaviest = weights.iter().max_by(|a, b| a.1.total_cmp(&b.1));
-    heaviest.map_or(0, |&(joint, _)| joint as usize)
-}
-
-/// A normal after a motion. Where z is turned round, triangles face the other way than their corners' order says.
-fn facing(motion: &Motion, normal: Vec3, mirrors: bool) -> Vec3 {
-    let turned = motion.apply(normal) - motion.apply(Vec3::ZERO);
-    turned_round(turned, mirrors) * if mirrors { -1.0 } else { 1.0 }
-}
-
-/// The shares of a triangle's corners in a point of its plane; a third each where it has no area.
+/// The weights of a triangle's corners at a point in its plane; a third each where it has no area.
 fn barycentric([a, b, c]: [Vec3; 3], p: Vec3) -> [f64; 3] {
     let normal = (b - a).cross(c - a);
-    let square = normal.squared();
-    if square == 0.0 {
+    let doubled = normal.squared();
+    if doubled <= 0.0 {
         return [1.0 / 3.0; 3];
     }
-    let of = |from: Vec3, to: Vec3| (to - from).cross(p - from).dot(normal) / square;
-    [of(b, c), of(c, a), of(a, b)]
+    let of = |u: Vec3, v: Vec3| (u - p).cross(v - p).dot(normal) / doubled;
+    let (first, second) = (of(b, c), of(c, a));
+    [first, second, 1.0 - first - second]
 }
+
+/// Both ways in which joints are blended.
+const BLENDINGS: [Blending; 2] = [Blending::Linear, Blending::DualQuaternions];

@@ -1,0 +1,244 @@
+//! Joints that all move together: robust least squares of distances from tangent planes.
+
+use faer::{Mat, Side, linalg::solvers::Solve};
+use job::{Job, JobError};
+use mesh::Vec3;
+
+use super::{Motion, Pose, Rigid, skeleton::Skeleton};
+use crate::{PreparedMesh, RegistrationError, sampled::GRAIN};
+
+/// Rounds at each tolerance, in diagonals, and how many samples are looked at.
+pub(super) const TOGETHER: [(f64, usize, usize); 4] = [
+    (0.01, 4, 3000),
+    (0.006, 4, 3000),
+    (0.004, 6, 20_000),
+    (0.002, 8, 20_000),
+];
+
+/// Normals that are farther apart belong to different sides.
+const SAME_SIDE: f64 = 0.4;
+
+/// What of a sample two joints count that move the place between them to the same place: joints are not dislocated, but where exactly they are, weights hardly tell.
+const HELD: f64 = 3e-4;
+
+/// Damping at first, beside the normal equations' diagonal, and what it is multiplied by after a step that helped, and one that did not.
+const DAMPING: f64 = 1e-3;
+const MORE: f64 = 0.2;
+const LESS: f64 = 8.0;
+const TRIES: usize = 4;
+
+/// What nothing is told of is damped as if it was told this share of the mean.
+const LEAST_DAMPED: f64 = 0.01;
+
+/// A suspect on which joints are laid.
+pub(super) struct Fit<'a> {
+    pub(super) skeleton: &'a Skeleton<'a>,
+    suspect: &'a PreparedMesh,
+    normals: &'a [[f64; 3]],
+    centre: Vec3,
+}
+
+/// A sample, the unit normal where the suspect is nearest to it, how far that is along the normal, and in all.
+pub(super) struct Match {
+    sample: usize,
+    normal: Vec3,
+    rest: f64,
+    pub(super) distance: f64,
+}
+
+impl<'a> Fit<'a> {
+    pub(super) fn new(
+        skeleton: &'a Skeleton<'a>,
+        suspect: &'a PreparedMesh,
+    ) -> Result<Self, RegistrationError> {
+        Ok(Self {
+            skeleton,
+            centre: suspect.sampled("suspect")?.centroid,
+            normals: suspect.triangle_normals(),
+            suspect,
+        })
+    }
+
+    /// The middle of the suspect, from which poses count.
+    pub(super) fn centre(&self) -> Vec3 {
+        self.centre
+    }
+
+    /// Where the suspect is nearest to a place, in its own frame from its middle, on the same side: a unit normal, the way there along it, and the distance.
+    pub(super) fn near(&self, place: Vec3, normal: Vec3, limit: f64) -> Option<(Vec3, f64, f64)> {
+        let near = self
+            .suspect
+            .surface()
+            .nearest_within((place + self.centre).0, limit)?;
+        let own = Vec3(self.normals[near.triangle as usize]);
+        let rest = own.dot(Vec3(near.point) - self.centre - place);
+        (own.dot(normal) > SAME_SIDE).then_some((own, rest, near.distance))
+    }
+
+    /// Samples that lie on the suspect within a tolerance, in diagonals of the original.
+    pub(super) fn matches(
+        &self,
+        pose: &Rigid,
+        samples: &[usize],
+        tolerance: f64,
+        job: &Job,
+    ) -> Result<Vec<Match>, JobError> {
+        const STEP: f64 = 1e-4;
+        let limit = tolerance * pose.scale();
+        let found = job.quiet().map(samples.len(), GRAIN, |i| {
+            let sample = &self.skeleton.samples[samples[i]];
+            let place = pose.moved(&sample.row);
+            let ahead = pose.moved(&sample.row.shifted(sample.normal * STEP));
+            let (normal, rest, distance) = self.near(place, (ahead - place).unit(), limit)?;
+            Some(Match {
+                sample: samples[i],
+                normal,
+                rest,
+                distance,
+            })
+        })?;
+        Ok(found.into_iter().flatten().collect())
+    }
+
+    /// Rounds in which what is near pulls all joints, damped so that each leaves less (Levenberg and Marquardt).
+    pub(super) fn descend(
+        &self,
+        mut pose: Rigid,
+        samples: &[usize],
+        tolerance: f64,
+        rounds: usize,
+        job: &Job,
+    ) -> Result<Rigid, JobError> {
+        let mut damping = DAMPING;
+        let mut matches = self.matches(&pose, samples, tolerance, job)?;
+        for _round in 0..rounds {
+            job.go_on()?;
+            if matches.is_empty() {
+                break;
+            }
+            let (normal, right) = self.equations(&pose, &matches);
+            let before = self.left(&pose, &matches, samples.len(), tolerance);
+            let mut is_better = false;
+            for _try in 0..TRIES {
+                let Some(tried) = stepped(&pose, &normal, &right, damping) else {
+                    damping *= LESS;
+                    continue;
+                };
+                let again = self.matches(&tried, samples, tolerance, job)?;
+                if self.left(&tried, &again, samples.len(), tolerance) < before {
+                    (pose, matches, is_better) = (tried, again, true);
+                    damping *= MORE;
+                    break;
+                }
+                damping *= LESS;
+            }
+            if !is_better {
+                break;
+            }
+        }
+        Ok(pose)
+    }
+
+    /// What a pose leaves of samples, in squares of the tolerance: those that are not near count one each.
+    fn left(&self, pose: &Rigid, matches: &[Match], samples: usize, tolerance: f64) -> f64 {
+        let limit = tolerance * pose.scale();
+        let near: f64 = matches.iter().map(|found| (found.distance / limit).powi(2)).sum();
+        near + (samples - matches.len()) as f64
+    }
+
+    fn equations(&self, pose: &Rigid, matches: &[Match]) -> (Mat<f64>, Mat<f64>) {
+        let mut off: Vec<f64> = matches.iter().map(|found| found.rest.abs()).collect();
+        let middle = off.len() / 2;
+        let median = *off.select_nth_unstable_by(middle, f64::total_cmp).1;
+        let width = 3.0 * median.max(1e-9 * pose.scale());
+        let count = pose.unknowns();
+        let (mut normal, mut right) = (Mat::<f64>::zeros(count, count), Mat::<f64>::zeros(count, 1));
+        let mut columns = Vec::new();
+        let mut numbers: Vec<(usize, f64)> = Vec::new();
+        for found in matches {
+            columns.clear();
+            pose.columns(&self.skeleton.samples[found.sample].row, &mut columns);
+            numbers.clear();
+            numbers.extend(columns.iter().map(|&(i, column)| (i, column.dot(found.normal))));
+            let weight = (-0.5 * (found.rest / width).powi(2)).exp();
+            add(&mut normal, &mut right, &numbers, found.rest, weight);
+        }
+        self.hold(pose, matches.len(), &mut normal, &mut right);
+        (normal, right)
+    }
+
+    /// Neighbours keep the place between them together.
+    fn hold(&self, pose: &Rigid, matches: usize, normal: &mut Mat<f64>, right: &mut Mat<f64>) {
+        let scale = pose.scale();
+        let weight = HELD * matches as f64 / self.skeleton.links.len().max(1) as f64;
+        for link in &self.skeleton.links {
+            let [a, b] = link.joints;
+            let [there, here] = [a, b].map(|joint| pose.joints()[joint].apply(link.pivot));
+            for axis in 0..3 {
+                let unit = Vec3(std::array::from_fn(|i| if i == axis { 1.0 } else { 0.0 }));
+                let mut numbers = Vec::with_capacity(12);
+                for (joint, place, sign) in [(a, there, 1.0), (b, here, -1.0)] {
+                    for turn in 0..3 {
+                        let about = Vec3(std::array::from_fn(|i| if i == turn { 1.0 } else { 0.0 }));
+                        numbers.push((6 * joint + turn, sign * scale * about.cross(place).dot(unit)));
+                        numbers.push((6 * joint + 3 + turn, sign * scale * about.dot(unit)));
+                    }
+                }
+                let rest = scale * (here - there).dot(unit);
+                add(normal, right, &numbers, rest, weight);
+            }
+        }
+    }
+
+    /// The first rounds, from coarse to less coarse.
+    pub(super) fn coarse(&self, pose: Rigid, job: &Job) -> Result<Rigid, JobError> {
+        let all = self.skeleton.samples.len();
+        let mut pose = pose;
+        for (tolerance, rounds, most) in [(0.03, 6, 2000), (0.015, 10, 2000), (0.006, 10, 3000)] {
+            let samples: Vec<usize> = (0..all).step_by((all / most).max(1)).collect();
+            pose = self.descend(pose, &samples, tolerance, rounds, job)?;
+        }
+        Ok(pose)
+    }
+
+    /// All rounds, from coarse to fine.
+    pub(super) fn together(&self, pose: Rigid, job: &Job) -> Result<Rigid, JobError> {
+        let all = self.skeleton.samples.len();
+        let mut pose = pose;
+        for (tolerance, rounds, most) in TOGETHER {
+            let samples: Vec<usize> = (0..all).step_by((all / most).max(1)).collect();
+            pose = self.descend(pose, &samples, tolerance, rounds, job)?;
+        }
+        Ok(pose)
+    }
+}
+
+/// After a damped step; none where the equations say nothing.
+fn stepped(pose: &Rigid, normal: &Mat<f64>, right: &Mat<f64>, damping: f64) -> Option<Rigid> {
+    let count = normal.nrows();
+    let mean = (0..count).map(|i| normal[(i, i)]).sum::<f64>() / count as f64;
+    let mut damped = normal.clone();
+    for i in 0..count {
+        damped[(i, i)] += damping * (normal[(i, i)] + LEAST_DAMPED * mean) + f64::MIN_POSITIVE;
+    }
+    let step = damped.llt(Side::Lower).ok()?.solve(right);
+    let is_finite = (0..count).all(|i| step[(i, 0)].is_finite());
+    is_finite.then(|| pose.stepped(&step))
+}
+
+/// Adds an equation Σ number × unknown = rest.
+fn add(normal: &mut Mat<f64>, right: &mut Mat<f64>, numbers: &[(usize, f64)], rest: f64, weight: f64) {
+    for &(i, a) in numbers {
+        right[(i, 0)] += weight * a * rest;
+        for &(k, b) in numbers {
+            normal[(i, k)] += weight * a * b;
+        }
+    }
+}
+
+/// A joint that moves as another, turned about a place of the original.
+pub(super) fn turned_about(motion: &Motion, pivot: Vec3, turn: Vec3) -> Motion {
+    let there = motion.apply(pivot);
+    let turned = motion.turned(turn);
+    turned.shifted(there - turned.apply(pivot))
+}

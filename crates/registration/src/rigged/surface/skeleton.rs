@@ -1,0 +1,168 @@
+//! A rig as a tree of joints, and points of the surface that say where each is.
+
+use mesh::{Rig, TriMesh, Vec3};
+
+use super::Row;
+use crate::{PreparedMesh, RegistrationError};
+
+/// What a joint moves nearly alone.
+const ALONE: f64 = 0.85;
+
+/// Joints with less of a vertex do not have it.
+const LEAST_SHARE: f64 = 0.05;
+
+/// A vertex that stands for as much of the surface as any other.
+pub(super) struct Sample<'a> {
+    pub(super) row: Row<'a>,
+    pub(super) normal: Vec3,
+}
+
+/// Where two joints move the same vertices.
+#[derive(Clone, Copy)]
+pub(super) struct Link {
+    pub(super) joints: [usize; 2],
+    /// How much they share.
+    pub(super) strength: f64,
+    /// Where, in diagonals from the original's centre.
+    pub(super) pivot: Vec3,
+}
+
+pub(super) struct Skeleton<'a> {
+    rig: &'a Rig,
+    pub(super) samples: Vec<Sample<'a>>,
+    pub(super) links: Vec<Link>,
+    /// The samples of each joint.
+    pub(super) of_joint: Vec<Vec<usize>>,
+    /// Those that it moves nearly alone, or all where these are few.
+    pub(super) core_of_joint: Vec<Vec<usize>>,
+    diagonal: f64,
+    centre: Vec3,
+}
+
+impl<'a> Skeleton<'a> {
+    pub(super) fn of(original: &PreparedMesh, rig: &'a Rig) -> Result<Self, RegistrationError> {
+        let mesh = original.mesh();
+        let sampled = original.sampled("original")?;
+        let mut vertices: Vec<u32> = (0..sampled.points.len())
+            .map(|i| nearest_corner(mesh, sampled.triangle(i), sampled.points[i]))
+            .collect();
+        vertices.sort_unstable();
+        vertices.dedup();
+        let mut skeleton = Self {
+            rig,
+            samples: Vec::with_capacity(vertices.len()),
+            links: Vec::new(),
+            of_joint: vec![Vec::new(); rig.joints()],
+            core_of_joint: Vec::new(),
+            diagonal: sampled.diagonal,
+            centre: sampled.centroid,
+        };
+        for v in vertices.into_iter().map(|v| v as usize) {
+            let weights = rig.weights_of(v);
+            let Some(&(main, _)) = weights.iter().max_by(|a, b| a.1.total_cmp(&b.1)) else {
+                continue;
+            };
+            skeleton.of_joint[main as usize].push(skeleton.samples.len());
+            skeleton.samples.push(Sample {
+                row: skeleton.row(mesh.point(v), weights),
+                normal: Vec3(original.vertex_normals()[v]),
+            });
+        }
+        let core = |(joint, own): (usize, &Vec<usize>)| {
+            let share = |i: &usize| {
+                let weights = &skeleton.samples[*i].row.weights;
+                weights.iter().find(|(j, _)| *j as usize == joint).map_or(0.0, |&(_, share)| share)
+            };
+            let core: Vec<usize> = own.iter().copied().filter(|i| share(i) > ALONE).collect();
+            if core.len() * 4 > own.len() { core } else { own.clone() }
+        };
+        skeleton.core_of_joint = skeleton.of_joint.iter().enumerate().map(core).collect();
+        skeleton.link();
+        Ok(skeleton)
+    }
+
+    fn link(&mut self) {
+        let joints = self.rig.joints();
+        let mut sums = vec![(0.0, Vec3::ZERO); joints * joints];
+        for sample in &self.samples {
+            for (i, &(a, share_a)) in sample.row.weights.iter().enumerate() {
+                for &(b, share_b) in &sample.row.weights[i + 1..] {
+                    if share_a.min(share_b) > LEAST_SHARE {
+                        let (strength, pivot) = &mut sums[a as usize * joints + b as usize];
+                        *strength += share_a * share_b;
+                        *pivot += sample.row.x * (share_a * share_b);
+                    }
+                }
+            }
+        }
+        let pairs = sums.into_iter().enumerate().filter(|(_, (strength, _))| *strength > 0.0);
+        self.links = pairs
+            .map(|(pair, (strength, pivot))| Link {
+                joints: [pair / joints, pair % joints],
+                strength,
+                pivot: pivot / strength,
+            })
+            .collect();
+    }
+
+    /// A vertex of the original by itself.
+    pub(super) fn row(&self, point: Vec3, weights: &'a [(u32, f64)]) -> Row<'a> {
+        Row {
+            vertex: 0,
+            x: (point - self.centre) / self.diagonal,
+            y: Vec3::ZERO,
+            weights,
+            offsets: Vec::new(),
+        }
+    }
+
+    pub(super) fn joints(&self) -> usize {
+        self.rig.joints()
+    }
+
+    pub(super) fn diagonal(&self) -> f64 {
+        self.diagonal
+    }
+
+    pub(super) fn centre(&self) -> Vec3 {
+        self.centre
+    }
+
+    /// The joints that move most of the surface, the first of them first.
+    pub(super) fn largest(&self, count: usize) -> Vec<usize> {
+        let mut joints: Vec<usize> = (0..self.joints()).collect();
+        joints.sort_by_key(|&joint| std::cmp::Reverse(self.of_joint[joint].len()));
+        joints.truncate(count);
+        joints
+    }
+
+    /// The triangles of which a joint moves all corners more than any other does.
+    pub(super) fn part(&self, mesh: &TriMesh, joint: usize) -> Option<TriMesh> {
+        let main = |v: u32| {
+            let weights = self.rig.weights_of(v as usize).iter();
+            weights.max_by(|a, b| a.1.total_cmp(&b.1)).map(|&(main, _)| main as usize)
+        };
+        let own = |corners: &&[u32; 3]| corners.iter().all(|&v| main(v) == Some(joint));
+        let triangles: Vec<[u32; 3]> = mesh.triangles().iter().filter(own).copied().collect();
+        let mut numbers = vec![u32::MAX; mesh.vertex_count()];
+        let mut positions = Vec::new();
+        let mut number = |v: u32| {
+            if numbers[v as usize] == u32::MAX {
+                numbers[v as usize] = positions.len() as u32;
+                positions.push(mesh.positions()[v as usize]);
+            }
+            numbers[v as usize]
+        };
+        let triangles = triangles.into_iter().map(|corners| corners.map(&mut number)).collect();
+        TriMesh::new(positions, triangles).ok()
+    }
+}
+
+fn nearest_corner(mesh: &TriMesh, triangle: usize, p: Vec3) -> u32 {
+    let corners = mesh.triangles()[triangle];
+    let distance = |v: &u32| (mesh.point(*v as usize) - p).squared();
+    corners
+        .into_iter()
+        .min_by(|a, b| distance(a).total_cmp(&distance(b)))
+        .unwrap_or(corners[0])
+}
