@@ -368,7 +368,10 @@ impl Prepared {
 
     /// What `sigmark embed --json` prints of the marks.
     fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        plain(py, &figures(&self.prepared, &self.prepared.prediction(), self.laplacian))
+        plain(
+            py,
+            &figures(&self.prepared, &self.prepared.prediction(), self.laplacian),
+        )
     }
 
     fn __repr__(&self) -> String {

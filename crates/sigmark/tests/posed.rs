@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used)] // in the helpers of tests, too
 
+use decimation::{Decimator, decimate};
 use job::Job;
 use mesh::{Rig, TriMesh, Vec3, shapes};
 use rand_chacha::{ChaCha20Rng, rand_core::SeedableRng};
@@ -45,6 +46,46 @@ fn posed(mesh: &TriMesh, rig: &Rig, angle: f64) -> TriMesh {
         let weights = rig.weights_of(v).iter();
         let sum: Vec3 = weights.map(|&(joint, weight)| turned(joint, v) * weight).sum();
         (sum * 2.5).into()
+    };
+    mesh.with_positions((0..mesh.vertex_count()).map(place).collect())
+        .unwrap()
+}
+
+/// A long body with bumps, and four joints along it, each with a part that it moves alone.
+fn limbed() -> (TriMesh, Rig) {
+    let mesh = shapes::bumpy_sphere(5, 7);
+    let long = |&[x, y, z]: &[f64; 3]| [4.0 * x, y, 0.8 * z + 0.1 * x * y];
+    let mesh = mesh
+        .with_positions(mesh.positions().iter().map(long).collect())
+        .unwrap();
+    let bounds = mesh.bounding_box();
+    let weights = |p: &[f64; 3]| {
+        let at = (p[0] - bounds.min[0]) / bounds.size()[0] * 4.0;
+        let joint = (at - 0.5).floor().clamp(0.0, 2.0);
+        let share = (3.0 * (at - joint - 1.0) + 0.5).clamp(0.0, 1.0);
+        vec![(joint as u32, 1.0 - share), (joint as u32 + 1, share)]
+    };
+    let rig = Rig::new(&mesh.positions().iter().map(weights).collect::<Vec<_>>());
+    (mesh, rig)
+}
+
+/// That body, each joint turned by 23 degrees against the one before.
+fn turned(mesh: &TriMesh, rig: &Rig) -> TriMesh {
+    let bounds = mesh.bounding_box();
+    let (sin, cos) = 0.4_f64.sin_cos();
+    let turned = |joint: u32, p: Vec3| {
+        (0..joint).rev().fold(p, |p, before| {
+            let pivot = Vec3::X * (bounds.min[0] + bounds.size()[0] * f64::from(before + 1) / 4.0);
+            let Vec3([x, y, z]) = p - pivot;
+            pivot + Vec3([cos * x - sin * z, y, sin * x + cos * z])
+        })
+    };
+    let place = |v: usize| {
+        let weights = rig.weights_of(v).iter();
+        let sum: Vec3 = weights
+            .map(|&(joint, weight)| turned(joint, mesh.point(v)) * weight)
+            .sum();
+        (sum * 0.3).into()
     };
     mesh.with_positions((0..mesh.vertex_count()).map(place).collect())
         .unwrap()
@@ -96,6 +137,51 @@ fn what_was_not_posed_is_read_as_ever_and_counts_both_ways() {
     assert_eq!(with.matched_by, MatchedBy::Connectivity);
     assert_eq!(with.p_value, 2.0 * without.p_value);
     assert!(with.is_evidence());
+}
+
+#[test]
+fn a_posed_copy_is_found_after_it_was_decimated_or_cut() {
+    let (mesh, rig) = limbed();
+    let signed = signed_with(&mesh, Some(&rig));
+    let suspect = turned(signed.mesh(), &rig);
+    let decimated = decimate(&suspect, 8000, Decimator::ALL[0], &Job::default()).unwrap();
+    let verdict = judged(&mesh, Some(rig.clone()), &signed, &decimated);
+    assert_eq!(verdict.matched_by, MatchedBy::RigSurface);
+    assert!(
+        verdict.is_evidence() && verdict.p_value < 1e-12,
+        "{}",
+        verdict.p_value
+    );
+
+    // What a cut left has its vertices.
+    let kept = suspect.triangles()[..suspect.triangle_count() / 2].to_vec();
+    let cut = TriMesh::new(suspect.positions().to_vec(), kept).unwrap();
+    let verdict = judged(&mesh, Some(rig.clone()), &signed, &shapes::shuffled(&cut, 2));
+    assert_eq!(verdict.matched_by, MatchedBy::Rig);
+    assert!(
+        verdict.is_evidence() && verdict.p_value < 1e-12,
+        "{}",
+        verdict.p_value
+    );
+    assert!(verdict.coverage < 0.7, "{}", verdict.coverage);
+
+    // Without a mark there is nothing to be found, and on a rig that was not signed nobody is brought back.
+    let unmarked = decimate(
+        &posed(&mesh, &rig, 0.35),
+        5000,
+        Decimator::ALL[0],
+        &Job::default(),
+    )
+    .unwrap();
+    assert!(
+        !judged(&mesh, Some(rig.clone()), &signed, &unmarked)
+            .outcome
+            .is_found()
+    );
+    let plain = signed_with(&mesh, None);
+    let suspect = turned(plain.mesh(), &rig);
+    let decimated = decimate(&suspect, 8000, Decimator::ALL[0], &Job::default()).unwrap();
+    assert!(!judged(&mesh, Some(rig), &plain, &decimated).outcome.is_found());
 }
 
 /// The forger's chair: who may choose a rig once he knows his bits makes an unmarked model bear them. So a rig counts that was signed, and bits follow from a hash over that signature's statement: with the same rig

@@ -164,7 +164,9 @@ pub(super) fn registration(verdict: &Verdict) -> String {
         MatchedBy::Rig => {
             "by its vertices, after its pose had been undone by the original\u{2019}s joints and morph targets"
         }
-        MatchedBy::RigSurface => "by its surface, after its pose had been undone by the original\u{2019}s joints",
+        MatchedBy::RigSurface => {
+            "by its surface, after its pose had been undone by the original\u{2019}s joints"
+        }
         MatchedBy::LocalFrames => {
             "by its vertices, each seen from its own surroundings: something had bent, dragged or posed it"
         }

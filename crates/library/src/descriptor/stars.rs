@@ -70,7 +70,10 @@ fn refined(mesh: &TriMesh, mut take: impl FnMut(&[(u32, u32)]) -> bool) {
     let count = mesh.vertex_count();
     let mut hashes = vec![0_u64; count];
     let used = mesh.used_vertices();
-    mesh.triangles().iter().flatten().for_each(|&v| hashes[v as usize] += 1);
+    mesh.triangles()
+        .iter()
+        .flatten()
+        .for_each(|&v| hashes[v as usize] += 1);
     for step in 1..=STEPS[STEPS.len() - 1] {
         let others: Vec<u64> = hashes.iter().map(|&hash| mixed(hash)).collect();
         for &[a, b, c] in mesh.triangles() {
@@ -79,7 +82,9 @@ fn refined(mesh: &TriMesh, mut take: impl FnMut(&[(u32, u32)]) -> bool) {
                 hashes[v] = hashes[v].wrapping_add(others[w]).wrapping_add(others[x]);
             }
         }
-        hashes.iter_mut().for_each(|hash| *hash = mixed(*hash ^ step as u64));
+        hashes
+            .iter_mut()
+            .for_each(|hash| *hash = mixed(*hash ^ step as u64));
         if STEPS.contains(&step) {
             let mut words: Vec<(u32, u32)> = (0..count)
                 .filter(|&v| used[v])
@@ -150,17 +155,27 @@ impl Fan {
 fn stars(mesh: &TriMesh, chosen: &[(u32, u32)]) -> Vec<Star> {
     // Any finite coordinates are legal, and squares of large ones are not finite.
     let bounds = mesh.bounding_box();
-    let extent = (0..3).fold(0.0_f64, |most, axis| most.max(bounds.max[axis] / 2.0 - bounds.min[axis] / 2.0));
+    let extent = (0..3).fold(0.0_f64, |most, axis| {
+        most.max(bounds.max[axis] / 2.0 - bounds.min[axis] / 2.0)
+    });
     let scale = if extent > 0.0 { 1.0 / extent } else { 1.0 };
     let mut is_chosen = vec![false; mesh.vertex_count()];
     chosen.iter().for_each(|&(_, v)| is_chosen[v as usize] = true);
     let touches = |is: &[bool], corners: &[u32; 3]| corners.iter().any(|&v| is[v as usize]);
     let mut is_near = vec![false; mesh.vertex_count()];
-    for corners in mesh.triangles().iter().filter(|corners| touches(&is_chosen, corners)) {
+    for corners in mesh
+        .triangles()
+        .iter()
+        .filter(|corners| touches(&is_chosen, corners))
+    {
         corners.iter().for_each(|&v| is_near[v as usize] = true);
     }
     let mut fans = vec![Fan::default(); mesh.vertex_count()];
-    for corners in mesh.triangles().iter().filter(|corners| touches(&is_near, corners)) {
+    for corners in mesh
+        .triangles()
+        .iter()
+        .filter(|corners| touches(&is_near, corners))
+    {
         let points = corners.map(|v| Vec3(mesh.point(v as usize).0.map(|x| x * scale)));
         let edge = |i: usize| points[(i + 1) % 3] - points[i % 3];
         let lengths: [f64; 3] = std::array::from_fn(|i| edge(i).norm());
@@ -177,7 +192,11 @@ fn stars(mesh: &TriMesh, chosen: &[(u32, u32)]) -> Vec<Star> {
         }
     }
     let mut rings = vec![(0.0, Shape::default()); mesh.vertex_count()];
-    for corners in mesh.triangles().iter().filter(|corners| touches(&is_chosen, corners)) {
+    for corners in mesh
+        .triangles()
+        .iter()
+        .filter(|corners| touches(&is_chosen, corners))
+    {
         for i in 0..3 {
             let (count, ring) = &mut rings[corners[i] as usize];
             for other in [corners[(i + 1) % 3], corners[(i + 2) % 3]] {
@@ -194,7 +213,8 @@ fn stars(mesh: &TriMesh, chosen: &[(u32, u32)]) -> Vec<Star> {
         let own = fans[v as usize].shape();
         let (count, ring) = rings[v as usize];
         let quotient = |a: f64, b: f64| {
-            let quotient = (a.max(f64::MIN_POSITIVE) / (b / f64::max(count, 1.0)).max(f64::MIN_POSITIVE)).ln();
+            let quotient =
+                (a.max(f64::MIN_POSITIVE) / (b / f64::max(count, 1.0)).max(f64::MIN_POSITIVE)).ln();
             1.0 + quotient
         };
         let mean = |sum: f64| sum / f64::max(count, 1.0);

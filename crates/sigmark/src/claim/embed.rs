@@ -12,8 +12,8 @@ use super::{
 };
 use crate::{
     mark::{
-        ChipLayout, CoefficientDetector, Detector, Levelled, MarkError, MarkLayout, Original, PatchCount, Pool,
-        Registered, Strength, extraction_rate,
+        ChipLayout, CoefficientDetector, Detector, Levelled, MarkError, MarkLayout, Original, PatchCount,
+        Pool, Registered, Strength, extraction_rate,
     },
     payload::{Curve, GeometryDigest, PayloadKind, RigDigest, Scheme},
 };

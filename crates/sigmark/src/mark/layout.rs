@@ -5,7 +5,8 @@ use mesh::Vec3;
 
 use super::{
     Chip, ChipPlan, MarkError, Original, Patch, PatchBasis, PatchRotation, Rotation, Strength,
-    slivers::{level, turns_many}, strength::distortion,
+    slivers::{level, turns_many},
+    strength::distortion,
 };
 
 /// Where a mark lies in an original, in which order, and how strong it is in each patch, whatever its bits are.
@@ -186,11 +187,18 @@ impl MarkLayout {
         for (index, patch) in patches.filter(|_| vertices > 0) {
             let field = |of: &[[f64; 3]]| patch.gather(of).into_iter().map(Vec3).collect::<Vec<_>>();
             let (whole, left) = (field(&exact), field(&written.displacement));
-            let taken: Vec<Vec3> = whole.iter().zip(&left).map(|(&whole, &left)| whole - left).collect();
+            let taken: Vec<Vec3> = whole
+                .iter()
+                .zip(&left)
+                .map(|(&whole, &left)| whole - left)
+                .collect();
             let squares = mean_products(patch, &taken, &taken);
             let amplitude = self.amplitude(index);
             takes_little &= (0..3).all(|axis| squares[axis].sqrt() <= 0.5 * amplitude[axis]);
-            let (all, both) = (mean_products(patch, &whole, &whole), mean_products(patch, &whole, &left));
+            let (all, both) = (
+                mean_products(patch, &whole, &whole),
+                mean_products(patch, &whole, &left),
+            );
             let remaining = mean_products(patch, &left, &left);
             for axis in (0..3).filter(|&axis| all[axis] > 0.0) {
                 let share = both[axis] / all[axis];

@@ -43,7 +43,11 @@ pub(super) fn level(mesh: &TriMesh, displacement: &mut [[f64; 3]]) {
         let mut lowered = BinaryHeap::new();
         for triangle in mesh.triangles() {
             let [a, b, c] = triangle.map(|v| is_new[v as usize]);
-            let angle = if a || b || c { turn(mesh, triangle, displacement) } else { 0.0 };
+            let angle = if a || b || c {
+                turn(mesh, triangle, displacement)
+            } else {
+                0.0
+            };
             if angle > STEEPEST {
                 let share = AIM.to_radians().tan() / angle.min(85.0).to_radians().tan();
                 for &v in triangle {

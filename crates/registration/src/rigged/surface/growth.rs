@@ -215,7 +215,15 @@ impl Fit<'_> {
                 };
                 let weight = (1.0 - (distance / (wide * size)).powi(2)).max(0.0).powi(2);
                 let turn = place.cross(across);
-                let row = [turn[0], turn[1], turn[2], across[0], across[1], across[2], across.dot(place)];
+                let row = [
+                    turn[0],
+                    turn[1],
+                    turn[2],
+                    across[0],
+                    across[1],
+                    across[2],
+                    across.dot(place),
+                ];
                 for a in 0..7 {
                     right[(a, 0)] += weight * row[a] * rest / size;
                     for b in 0..7 {
@@ -227,13 +235,17 @@ impl Fit<'_> {
             for i in 0..7 {
                 normal[(i, i)] += 1e-5 * mean + f64::MIN_POSITIVE;
             }
-            let Ok(factor) = normal.llt(faer::Side::Lower) else { break };
+            let Ok(factor) = normal.llt(faer::Side::Lower) else {
+                break;
+            };
             let step = faer::linalg::solvers::Solve::solve(&factor, &right);
             let step: [f64; 7] = std::array::from_fn(|i| step[(i, 0)]);
             if !step.iter().all(|x| x.is_finite()) {
                 break;
             }
-            now = now.turned(Vec3([step[0], step[1], step[2]])).shifted(Vec3([step[3], step[4], step[5]]));
+            now = now
+                .turned(Vec3([step[0], step[1], step[2]]))
+                .shifted(Vec3([step[3], step[4], step[5]]));
             size *= step[6].clamp(-0.1, 0.1).exp();
             let reached = self.score(joint, &now, size, NARROW);
             if reached > score {

@@ -67,8 +67,7 @@ pub fn unpose_surface(
     seeds: &[Similarity],
     job: &Job,
 ) -> Result<Option<UnposedSurface>, RegistrationError> {
-    let fits =
-        rig.vertices() == original.mesh().vertex_count() && (1..=MOST_JOINTS).contains(&rig.joints());
+    let fits = rig.vertices() == original.mesh().vertex_count() && (1..=MOST_JOINTS).contains(&rig.joints());
     if !fits {
         return Ok(None);
     }
@@ -200,7 +199,9 @@ fn undone(
         let corners = mesh.triangles()[t];
         let before: Vec3 = (0..3).map(|i| mesh.point(corners[i] as usize) * shares[i]).sum();
         // What the suspect has over the foot is turned back with the corner that is nearest.
-        let nearest = (0..3).max_by(|&i, &j| shares[i].total_cmp(&shares[j])).unwrap_or(0);
+        let nearest = (0..3)
+            .max_by(|&i, &j| shares[i].total_cmp(&shares[j]))
+            .unwrap_or(0);
         let corner = corners[nearest] as usize;
         let at = |y: Vec3| Row {
             y: y - fit.centre(),
@@ -230,3 +231,92 @@ fn barycentric([a, b, c]: [Vec3; 3], p: Vec3) -> [f64; 3] {
 
 /// Both ways in which joints are blended.
 const BLENDINGS: [Blending; 2] = [Blending::Linear, Blending::DualQuaternions];
+
+#[cfg(test)]
+mod tests {
+    use mesh::shapes;
+
+    use super::*;
+
+    /// A long body with bumps.
+    fn body(divisions: u32) -> TriMesh {
+        let mesh = shapes::bumpy_sphere(divisions, 7);
+        let long = |&[x, y, z]: &[f64; 3]| [4.0 * x, y, 0.8 * z + 0.1 * x * y];
+        mesh.with_positions(mesh.positions().iter().map(long).collect())
+            .unwrap()
+    }
+
+    /// Four joints along a mesh, each with a part that it moves alone, and the mesh with each joint turned by so much against the one before.
+    fn posed(angle: f64, mesh: &TriMesh) -> (Rig, TriMesh) {
+        let bounds = mesh.bounding_box();
+        let weights = |p: &[f64; 3]| {
+            let at = (p[0] - bounds.min[0]) / bounds.size()[0] * 4.0;
+            let joint = (at - 0.5).floor().clamp(0.0, 2.0);
+            let share = (3.0 * (at - joint - 1.0) + 0.5).clamp(0.0, 1.0);
+            vec![(joint as u32, 1.0 - share), (joint as u32 + 1, share)]
+        };
+        let rig = Rig::new(&mesh.positions().iter().map(weights).collect::<Vec<_>>());
+        let turned = |joint: u32, p: Vec3| {
+            (0..joint).rev().fold(p, |p, before| {
+                let pivot = Vec3::X * (bounds.min[0] + bounds.size()[0] * f64::from(before + 1) / 4.0);
+                let (sin, cos) = angle.sin_cos();
+                let Vec3([x, y, z]) = p - pivot;
+                pivot + Vec3([cos * x - sin * z, y, sin * x + cos * z])
+            })
+        };
+        let place = |v: usize| -> [f64; 3] {
+            let moved = rig.weights_of(v).iter();
+            let moved = moved.map(|&(joint, share)| turned(joint, mesh.point(v)) * share);
+            (moved.sum::<Vec3>() * 7.0).into()
+        };
+        let positions = (0..mesh.vertex_count()).map(place).collect();
+        (rig, mesh.with_positions(positions).unwrap())
+    }
+
+    /// The same surface by a third of the triangles.
+    fn coarser(mesh: &TriMesh) -> TriMesh {
+        let job = Job::default();
+        decimation::decimate(
+            mesh,
+            mesh.triangle_count() / 3,
+            decimation::Decimator::ALL[0],
+            &job,
+        )
+        .unwrap()
+    }
+
+    #[test]
+    fn a_surface_without_the_originals_vertices_comes_back_from_its_pose() {
+        let original = PreparedMesh::from(body(5));
+        let diagonal = original.mesh().bounding_box().diagonal();
+        for angle in [0.1, 0.4] {
+            let (rig, suspect) = posed(angle, original.mesh());
+            let suspect = PreparedMesh::from(coarser(&suspect));
+            let aligner = Aligner::new(&original, &AlignOptions::default()).unwrap();
+            let Placement::BySurface(alignment) = aligner.find(&suspect, &Job::default()).unwrap() else {
+                panic!("vertices were found")
+            };
+            let found = unpose_surface(&original, &rig, &suspect, &[alignment.transform], &Job::default());
+            let found = found.unwrap().unwrap();
+            let shares = [found.overlap, found.coverage];
+            assert!(shares.iter().all(|share| *share > 0.95), "{angle}: {shares:?}");
+            let off = |p: &[f64; 3]| original.surface().nearest(*p).distance / diagonal;
+            let mut off: Vec<f64> = found.positions.iter().map(off).collect();
+            off.sort_by(f64::total_cmp);
+            let [middle, most] = [0.5, 0.95].map(|share| off[(share * off.len() as f64) as usize]);
+            assert!(middle < 5e-4 && most < 5e-3, "{angle}: {middle} {most}");
+        }
+    }
+
+    #[test]
+    fn another_rig_and_another_model_bring_nothing_back() {
+        let original = PreparedMesh::from(body(4));
+        let other = PreparedMesh::from(shapes::bumpy_torus(60, 30, 3));
+        let (rig, _) = posed(0.3, original.mesh());
+        let of_other = unpose_surface(&original, &rig, &other, &[Similarity::IDENTITY], &Job::default());
+        assert!(of_other.unwrap().is_none_or(|found| found.overlap < 0.8));
+        let (foreign, _) = posed(0.3, other.mesh());
+        let found = unpose_surface(&original, &foreign, &other, &[], &Job::default());
+        assert!(found.unwrap().is_none());
+    }
+}

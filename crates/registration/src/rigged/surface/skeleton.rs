@@ -71,10 +71,17 @@ impl<'a> Skeleton<'a> {
         let core = |(joint, own): (usize, &Vec<usize>)| {
             let share = |i: &usize| {
                 let weights = &skeleton.samples[*i].row.weights;
-                weights.iter().find(|(j, _)| *j as usize == joint).map_or(0.0, |&(_, share)| share)
+                weights
+                    .iter()
+                    .find(|(j, _)| *j as usize == joint)
+                    .map_or(0.0, |&(_, share)| share)
             };
             let core: Vec<usize> = own.iter().copied().filter(|i| share(i) > ALONE).collect();
-            if core.len() * 4 > own.len() { core } else { own.clone() }
+            if core.len() * 4 > own.len() {
+                core
+            } else {
+                own.clone()
+            }
         };
         skeleton.core_of_joint = skeleton.of_joint.iter().enumerate().map(core).collect();
         skeleton.link();
@@ -95,7 +102,10 @@ impl<'a> Skeleton<'a> {
                 }
             }
         }
-        let pairs = sums.into_iter().enumerate().filter(|(_, (strength, _))| *strength > 0.0);
+        let pairs = sums
+            .into_iter()
+            .enumerate()
+            .filter(|(_, (strength, _))| *strength > 0.0);
         self.links = pairs
             .map(|(pair, (strength, pivot))| Link {
                 joints: [pair / joints, pair % joints],
@@ -140,7 +150,9 @@ impl<'a> Skeleton<'a> {
     pub(super) fn part(&self, mesh: &TriMesh, joint: usize) -> Option<TriMesh> {
         let main = |v: u32| {
             let weights = self.rig.weights_of(v as usize).iter();
-            weights.max_by(|a, b| a.1.total_cmp(&b.1)).map(|&(main, _)| main as usize)
+            weights
+                .max_by(|a, b| a.1.total_cmp(&b.1))
+                .map(|&(main, _)| main as usize)
         };
         let own = |corners: &&[u32; 3]| corners.iter().all(|&v| main(v) == Some(joint));
         let triangles: Vec<[u32; 3]> = mesh.triangles().iter().filter(own).copied().collect();
@@ -153,7 +165,10 @@ impl<'a> Skeleton<'a> {
             }
             numbers[v as usize]
         };
-        let triangles = triangles.into_iter().map(|corners| corners.map(&mut number)).collect();
+        let triangles = triangles
+            .into_iter()
+            .map(|corners| corners.map(&mut number))
+            .collect();
         TriMesh::new(positions, triangles).ok()
     }
 }

@@ -200,12 +200,7 @@ impl Found {
     }
 
     /// As [`unposed`](Self::unposed), of a suspect that lost vertices: by those that are left where most of its own are, as after a cut, else by its surface. None where that lies on the reference as it is.
-    fn part_unposed(
-        &self,
-        alignment: &Alignment,
-        rig: &Rig,
-        job: &Job,
-    ) -> Result<Option<Self>, MarkError> {
+    fn part_unposed(&self, alignment: &Alignment, rig: &Rig, job: &Job) -> Result<Option<Self>, MarkError> {
         if alignment.overlap > NOT_POSED {
             return Ok(None);
         }
@@ -219,7 +214,8 @@ impl Found {
             }))
         };
         let left = match_surroundings(original, suspect, job)?;
-        if left.matched() as f64 > MOSTLY * suspect.vertex_count() as f64
+        let in_use = suspect.used_vertices().into_iter().filter(|used| *used).count();
+        if left.matched() as f64 > MOSTLY * in_use as f64
             && let Some(found) = unpose_any(original, rig, suspect, &[left], job)?
             && found.residual < UNDONE
         {
