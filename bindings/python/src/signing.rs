@@ -220,11 +220,14 @@ impl Signed {
         laplacian: &str,
         job: &Job,
     ) -> Result<Self, Failure> {
-        let signed = prepared.embed_for(recipient, job)?;
+        let mut signed = prepared.embed_for(recipient, job)?;
         let (mesh, asset) = match input {
             Input::Mesh(mesh) => (mesh.moved(Arc::new(signed.mesh().clone())), None),
             Input::Asset(asset) => {
-                let marked = asset.inner().with_positions(signed.positions())?;
+                let write = |positions: &[[f64; 3]]| -> Result<_, Failure> {
+                    Ok(asset.inner().with_positions(positions)?)
+                };
+                let marked = signed.hold(write, |marked| marked.mesh().positions())?;
                 let read = signed.read_back(marked.mesh().positions(), job)?;
                 if !read.is_sound() {
                     return Err(Failure::Precision(read.extraction_rate));
@@ -368,7 +371,10 @@ impl Prepared {
 
     /// What `sigmark embed --json` prints of the marks.
     fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        plain(py, &figures(&self.prepared, &self.prepared.prediction(), self.laplacian))
+        plain(
+            py,
+            &figures(&self.prepared, &self.prepared.prediction(), self.laplacian),
+        )
     }
 
     fn __repr__(&self) -> String {

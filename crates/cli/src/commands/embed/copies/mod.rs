@@ -49,7 +49,11 @@ impl Turn {
     /// The worst of two copies in each respect.
     fn worse(self, other: Self) -> Self {
         let facets = |turn: &Self| (turn.flipped, turn.summary.max);
-        let turned = if facets(&other) > facets(&self) { other } else { self };
+        let turned = if facets(&other) > facets(&self) {
+            other
+        } else {
+            self
+        };
         let weaker = other.prediction.margin < self.prediction.margin;
         Self {
             prediction: if weaker { other.prediction } else { self.prediction },
