@@ -47,20 +47,36 @@ pub(crate) fn compared(signed: &Signed, job: &Job) -> Result<String> {
         Err(MarkError::Room { .. }) => None,
         Err(error) => return Err(error.into()),
     };
+    let repeated = in_todays_layout(&today.layout, job)?;
     let rms = 100.0 * today.layout.distortion_rms();
     let mut text = format!(
-        "    at RMS {rms:.4} %: {:26} {:>15} {:>18}\n",
-        "ER, T0", "today's layout", "the paper's"
+        "    at RMS {rms:.4} %: {:26} {:>16} {:>24} {:>18}\n",
+        "ER, T0", "today's layout", "its chips, 512 bits", "the paper's"
     );
     for (name, attack) in ATTACKS {
         let of = |marked: Option<&Marked>| match marked {
             Some(marked) => marked.read(&attack(&marked.mesh, job)?, job),
             None => Ok("no room".into()),
         };
-        let (today, paper) = (of(Some(&today))?, of(paper.as_ref())?);
-        writeln!(text, "    {name:44} {today:>15} {paper:>18}")?;
+        let [today, repeated, paper] = [of(Some(&today))?, of(repeated.as_ref())?, of(paper.as_ref())?];
+        writeln!(text, "    {name:44} {today:>16} {repeated:>24} {paper:>18}")?;
     }
     Ok(text)
+}
+
+/// The same chips, of which as many stand for a bit as in the paper's layout, so that rates are comparable: those of a code's bits, of which each has few chips, are lower at one
+/// signal-to-noise ratio of the whole mark.
+fn in_todays_layout(today: &MarkLayout, job: &Job) -> Result<Option<Marked>, MarkError> {
+    let original = Arc::clone(today.original());
+    let plan = match *today.plan() {
+        ChipPlan::Pooled { key, .. } => ChipPlan::pooled(BITS, key),
+        plan => plan,
+    };
+    match MarkLayout::new(original, plan, today.alphas().to_vec()) {
+        Ok(layout) => Ok(Some(marked(layout, job)?)),
+        Err(MarkError::Room { .. }) => Ok(None),
+        Err(error) => Err(error),
+    }
 }
 
 /// Every patch carries every bit three times, by harmonics with free borders; α is the same everywhere.
@@ -68,12 +84,20 @@ fn in_papers_layout(mesh: &TriMesh, distortion: f64, job: &Job) -> Result<Marked
     let layout = ChipLayout::new(BITS, CHIP_RATE)?;
     let original = Original::cut(mesh.clone(), layout.functions(), PatchCount::Paper, job)?;
     let plan = ChipPlan::EveryPatch(layout);
-    let layout = MarkLayout::with_strength(Arc::new(original), plan, Strength::Distortion(distortion))?;
+    let strength = Strength::Distortion(distortion);
+    marked(
+        MarkLayout::with_strength(Arc::new(original), plan, strength)?,
+        job,
+    )
+}
+
+/// By random bits.
+fn marked(layout: MarkLayout, job: &Job) -> Result<Marked, MarkError> {
     let mut rng = ChaCha20Rng::seed_from_u64(3);
-    let bits: Vec<bool> = (0..BITS).map(|_| rng.next_u32() & 1 == 1).collect();
+    let bits: Vec<bool> = (0..layout.bits()).map(|_| rng.next_u32() & 1 == 1).collect();
     let positions = layout.write(&bits, job)?.positions(layout.original());
     Ok(Marked {
-        mesh: mesh.with_positions(positions)?,
+        mesh: layout.original().mesh().with_positions(positions)?,
         layout: Arc::new(layout),
         bits,
     })
@@ -172,10 +196,8 @@ mod tests {
         let large = table(&shapes::bumpy_sphere(5, 3));
         assert_eq!(large.lines().count(), 1 + ATTACKS.len());
         assert!(!large.contains("no room"), "{large}");
-        assert_eq!(
-            table(&shapes::bumpy_sphere(3, 3)).matches("no room").count(),
-            ATTACKS.len()
-        );
+        let small = table(&shapes::bumpy_sphere(3, 3));
+        assert!(small.matches("no room").count() >= ATTACKS.len(), "{small}");
     }
 
     #[test]
