@@ -44,7 +44,7 @@ pub(crate) fn compared(signed: &Signed, job: &Job) -> Result<String> {
     };
     let paper = match in_papers_layout(signed.original().mesh(), today.layout.distortion_rms(), job) {
         Ok(paper) => Some(paper),
-        Err(MarkError::Room { .. }) => None,
+        Err(MarkError::Room { .. } | MarkError::TooFewVertices { .. }) => None,
         Err(error) => return Err(error.into()),
     };
     let repeated = in_todays_layout(&today.layout, job)?;
