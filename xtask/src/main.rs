@@ -30,7 +30,7 @@ enum Task {
     /// Makes a Python environment for the attacks in attacks/.venv. Needs Python 3.11 or later with venv and the network
     /// the first time; without Python it does what it can, and says what is missing.
     Reproduce(reproduce::Options),
-    /// Sign every mesh file of a folder and verify it: untouched, moved, shuffled, converted; and refuse what is not it
+    /// Sign every mesh file of a folder and verify it: untouched, moved, shuffled, converted; refuse what is not it; and hold what is read of today's layout after a few attacks (ER and T0) beside the paper's
     Meshes {
         /// The folder; files in it that are no meshes are passed over
         #[arg(value_name = "DIR")]

@@ -154,15 +154,22 @@ impl<'a> Marked<'a> {
             mark = MarkLayout::new(Arc::clone(mark.original()), *mark.plan(), alphas)?;
             written = mark.write(&bits, &job())?;
         }
-        if matches!(layout.kind, Kind::Pooled | Kind::Windowed) {
-            mark.level_slivers(&mut written, Strength::Level(layout.strength));
+        let is_levelled = matches!(layout.kind, Kind::Pooled | Kind::Windowed);
+        let strength = Strength::Level(layout.strength);
+        let mut levelled = is_levelled.then(|| mark.level_slivers(&mut written, strength));
+        let mut positions = written.positions(mark.original());
+        let mut held = asset.with_positions(&positions)?;
+        while let Some(levelled) = &mut levelled {
+            if !mark.level_rounded(&mut positions, held.mesh().positions(), levelled) {
+                break;
+            }
+            held = asset.with_positions(&positions)?;
         }
-        let positions = written.positions(mark.original());
         Ok(Self {
             name,
             asset,
             layout: *layout,
-            mesh: asset.with_positions(&positions)?.mesh().clone(),
+            mesh: held.mesh().clone(),
             mark: Arc::new(mark),
             bits,
             seconds,

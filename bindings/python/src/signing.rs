@@ -220,11 +220,14 @@ impl Signed {
         laplacian: &str,
         job: &Job,
     ) -> Result<Self, Failure> {
-        let signed = prepared.embed_for(recipient, job)?;
+        let mut signed = prepared.embed_for(recipient, job)?;
         let (mesh, asset) = match input {
             Input::Mesh(mesh) => (mesh.moved(Arc::new(signed.mesh().clone())), None),
             Input::Asset(asset) => {
-                let marked = asset.inner().with_positions(signed.positions())?;
+                let write = |positions: &[[f64; 3]]| -> Result<_, Failure> {
+                    Ok(asset.inner().with_positions(positions)?)
+                };
+                let marked = signed.hold(write, |marked| marked.mesh().positions())?;
                 let read = signed.read_back(marked.mesh().positions(), job)?;
                 if !read.is_sound() {
                     return Err(Failure::Precision(read.extraction_rate));

@@ -35,6 +35,7 @@ pub use output::{chart, markup, table};
 // The reproduction, lowest first.
 mod audit;
 mod bare;
+mod beside_paper;
 mod campaign;
 mod heat;
 mod jobs;

@@ -1,4 +1,5 @@
-//! The promise of the README, tried on real files: sign, and find again after everything that keeps the connectivity.
+//! The promise of the README, tried on real files: sign, and find again after everything that keeps the connectivity; and what is read of today's layout and of the paper's
+//! after a few attacks.
 
 use std::{path::Path, time::Instant};
 
@@ -9,31 +10,45 @@ use mesh_io::{Asset, Format, Precision, write_mesh};
 use rand_chacha::{ChaCha20Rng, rand_core::SeedableRng};
 use sigmark::{Curve, Embedder, Outcome, SigningKey, Verdict, Verifier};
 
-use crate::{attacks::random_similarity, inputs::mesh_files_below};
+use crate::{attacks::random_similarity, beside_paper::compared, inputs::mesh_files_below};
 
-/// Signs every mesh file below a folder, and says what was not as it should be. Larger meshes are passed over.
+/// Signs every mesh file below a folder, says what was not as it should be, and holds today's layout beside the paper's. Larger meshes are passed over.
 pub fn run(folder: &Path, most_vertices: usize) -> Result<()> {
     let mut previous: Option<TriMesh> = None;
     check_files(folder, |asset| {
         ensure!(asset.mesh().vertex_count() <= most_vertices, "passed over");
         let failed = check(asset, previous.as_ref()).context("not signed");
         previous = Some(asset.mesh().clone());
-        Ok((String::new(), failed?))
+        failed
     })
+}
+
+/// What is said of a mesh file.
+#[derive(Default)]
+pub(crate) struct Checked {
+    /// What it is.
+    pub(crate) what: String,
+    /// What was not as it should be.
+    pub(crate) failed: Vec<String>,
+    /// What stands in the lines below.
+    pub(crate) below: String,
 }
 
 /// Checks every mesh file below a folder, and says of each in words what it is and what was not as it should be; or why it was not
 /// checked. Fails if anything was not as it should be.
-pub(crate) fn check_files(
-    folder: &Path,
-    mut check: impl FnMut(&Asset) -> Result<(String, Vec<String>)>,
-) -> Result<()> {
+pub(crate) fn check_files(folder: &Path, mut check: impl FnMut(&Asset) -> Result<Checked>) -> Result<()> {
     let mut failures = 0;
     for path in mesh_files_below(folder)? {
         let Ok(asset) = Asset::open(&path) else { continue };
         let begun = Instant::now();
+        let mut below = String::new();
         let said = match check(&asset) {
-            Ok((what, failed)) => {
+            Ok(Checked {
+                what,
+                failed,
+                below: table,
+            }) => {
+                below = table;
                 failures += failed.len();
                 let verdict = match failed.is_empty() {
                     true => "all as it should be".into(),
@@ -45,13 +60,14 @@ pub(crate) fn check_files(
         };
         let name = path.strip_prefix(folder).unwrap_or(&path).display();
         println!("{name}: {} vertices, {said}", asset.mesh().vertex_count());
+        print!("{below}");
     }
     ensure!(failures == 0, "{failures} checks failed");
     Ok(())
 }
 
 /// Signs the file's mesh and tries every suspect; answers with what was not as it should be.
-fn check(asset: &Asset, other_model: Option<&TriMesh>) -> Result<Vec<String>> {
+fn check(asset: &Asset, other_model: Option<&TriMesh>) -> Result<Checked> {
     let job = Job::new(std::thread::available_parallelism().map_or(1, usize::from));
     let original = asset.mesh();
     let keys = [1, 2].map(|seed| SigningKey::generate(Curve::P256, &mut ChaCha20Rng::seed_from_u64(seed)));
@@ -96,7 +112,11 @@ fn check(asset: &Asset, other_model: Option<&TriMesh>) -> Result<Vec<String>> {
             failed.push(format!("{name}: {}", shown(&verdict)));
         }
     }
-    Ok(failed)
+    Ok(Checked {
+        what: String::new(),
+        failed,
+        below: compared(&signed, &job)?,
+    })
 }
 
 fn shown(verdict: &Verdict) -> String {

@@ -7,7 +7,7 @@ use job::Job;
 use mesh::{Components, Edges, TriMesh, components};
 use sigmark::mark::{Patch, PatchCount, Patches};
 
-use crate::meshes::check_files;
+use crate::meshes::{Checked, check_files};
 
 /// The paper's number of manifold harmonics.
 const FUNCTIONS: usize = 325;
@@ -28,7 +28,11 @@ pub fn run(folder: &Path) -> Result<()> {
         let patches = Patches::cut(mesh, FUNCTIONS, PatchCount::Paper, &Job::new(threads))
             .with_context(|| format!("{counted}not cut"))?;
         let failed = check(mesh, &parts, &patches).unwrap_or_else(|error| vec![format!("{error:#}")]);
-        Ok((format!("{counted}{}; ", described(&patches)), failed))
+        Ok(Checked {
+            what: format!("{counted}{}; ", described(&patches)),
+            failed,
+            ..Checked::default()
+        })
     })
 }
 

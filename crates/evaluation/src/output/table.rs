@@ -55,7 +55,7 @@ pub struct Measured {
 }
 
 /// A greater T₀ says only that there is hardly any noise.
-const MOST_MARGIN: f64 = 999.0;
+pub const MOST_MARGIN: f64 = 999.0;
 
 /// Points of extraction rate below the printed figure that need an explanation.
 pub const TOLERATED: f64 = 5.0;

@@ -25,6 +25,9 @@ const CHIPS: usize = 3072;
 /// [the noise](super::QUOTED_NOISE) that predictions are for.
 const AMPLE: f64 = 2.0;
 
+/// So often a mark is taken back around triangles that rounding turns. Corners that stay where they were are held as they were, and others seldom turn by that.
+const MOST_ROUNDS: usize = 8;
+
 /// Signs a message and writes the signature into the shape of meshes.
 ///
 /// Every choice has a default; [`embed`](Self::embed) does the work.
@@ -324,8 +327,8 @@ pub struct Signed {
     pub(super) marked: TriMesh,
     pub(super) certificate: Certificate,
     pub(super) layout: Arc<MarkLayout>,
-    /// Whether slivers surely took less than half of any chip.
-    pub(super) is_whole: bool,
+    /// What slivers took; none of the paper's scheme, which knows no slivers.
+    pub(super) levelled: Option<Levelled>,
     pub(super) prediction: Prediction,
 }
 
@@ -360,6 +363,32 @@ impl Signed {
         &self.prediction
     }
 
+    /// What `write` makes of the marked positions, a file for instance, whose own `positions` are rounded. The mark is taken [back](MarkLayout::level_rounded) around triangles that are so small
+    /// that rounding turns them by more than 20 degrees, and the file is made anew.
+    ///
+    /// # Errors
+    /// Those of `write`.
+    pub fn hold<F, E: From<SigmarkError>>(
+        &mut self,
+        write: impl Fn(&[[f64; 3]]) -> Result<F, E>,
+        positions: impl Fn(&F) -> &[[f64; 3]],
+    ) -> Result<F, E> {
+        let mut file = write(self.positions())?;
+        for _ in 0..MOST_ROUNDS {
+            let Some(levelled) = &mut self.levelled else {
+                break;
+            };
+            let mut marked = self.marked.positions().to_vec();
+            if !self.layout.level_rounded(&mut marked, positions(&file), levelled) {
+                break;
+            }
+            let mesh = self.marked.with_positions(marked);
+            self.marked = mesh.map_err(|error| SigmarkError::from(MarkError::from(error)))?;
+            file = write(self.positions())?;
+        }
+        Ok(file)
+    }
+
     /// What is read from positions in the original's frame, such as the marked ones rounded to a file's precision.
     ///
     /// Positions so near the marked ones that no bit can be lost need no bases: by the Cauchy–Schwarz inequality an error
@@ -384,15 +413,18 @@ impl Signed {
 
     fn is_surely_readable(&self, positions: &[[f64; 3]]) -> bool {
         let mut patches = self.original().patches().iter().enumerate();
-        self.is_whole
-            && patches.all(|(index, patch)| {
-                let (marked, held) = (patch.gather(self.positions()), patch.gather(positions));
-                let amplitude = self.layout.amplitude(index);
-                (0..3).all(|axis| {
-                    // The largest error bounds the root of its mean square. What slivers took is less than the other half.
-                    let errors = marked.iter().zip(&held).map(|(m, h)| (m[axis] - h[axis]).abs());
-                    errors.fold(0.0, f64::max) < 0.5 * amplitude[axis]
-                })
+        patches.all(|(index, patch)| {
+            let (marked, held) = (patch.gather(self.positions()), patch.gather(positions));
+            let amplitude = self.layout.amplitude(index);
+            let taken = self
+                .levelled
+                .as_ref()
+                .map_or([0.0; 3], |levelled| levelled.taken[index]);
+            (0..3).all(|axis| {
+                // The largest error bounds the root of its mean square.
+                let errors = marked.iter().zip(&held).map(|(m, h)| (m[axis] - h[axis]).abs());
+                errors.fold(taken[axis], |sum, error| sum.max(taken[axis] + error)) < amplitude[axis]
             })
+        })
     }
 }

@@ -107,7 +107,7 @@ impl Prepared {
             marked: marked.map_err(MarkError::from)?,
             certificate,
             layout: Arc::new(layout),
-            is_whole: levelled.is_none_or(|levelled| levelled.takes_little),
+            levelled,
             prediction,
         })
     }

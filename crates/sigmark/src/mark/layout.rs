@@ -5,7 +5,7 @@ use mesh::Vec3;
 
 use super::{
     Chip, ChipPlan, MarkError, Original, Patch, PatchBasis, PatchRotation, Rotation, Strength,
-    slivers::{level, turns_many},
+    slivers::{level, turned_by_rounding, turns_many},
     strength::distortion,
 };
 
@@ -177,24 +177,17 @@ impl MarkLayout {
         let exact = written.displacement.clone();
         let mesh = self.original.mesh();
         if matches!(strength, Strength::Level(_)) || !turns_many(mesh, &exact) {
-            level(mesh, &mut written.displacement);
+            level(mesh, &[], &mut written.displacement);
         }
         let pairs = written.displacement.iter().zip(&exact);
         let vertices = pairs.filter(|(now, before)| now != before).count();
-        let mut takes_little = true;
+        let mut taken = vec![[0.0; 3]; self.alphas.len()];
         let mut kept = vec![[Kept::ALL; 3]; self.alphas.len()];
         let patches = self.original.patches().iter().enumerate();
         for (index, patch) in patches.filter(|_| vertices > 0) {
             let field = |of: &[[f64; 3]]| patch.gather(of).into_iter().map(Vec3).collect::<Vec<_>>();
             let (whole, left) = (field(&exact), field(&written.displacement));
-            let taken: Vec<Vec3> = whole
-                .iter()
-                .zip(&left)
-                .map(|(&whole, &left)| whole - left)
-                .collect();
-            let squares = mean_products(patch, &taken, &taken);
-            let amplitude = self.amplitude(index);
-            takes_little &= (0..3).all(|axis| squares[axis].sqrt() <= 0.5 * amplitude[axis]);
+            taken[index] = apart(patch, &whole, &left);
             let (all, both) = (
                 mean_products(patch, &whole, &whole),
                 mean_products(patch, &whole, &left),
@@ -208,9 +201,39 @@ impl MarkLayout {
         }
         Levelled {
             vertices,
-            takes_little,
+            taken,
             kept,
         }
+    }
+
+    /// Takes the mark back around triangles that a file turns by more than 20 degrees, which holds `held` in place of the marked positions: they are so small that rounding turns them, and their
+    /// corners stay where they were. Where they are more than one in fifty, the file is too coarse for the model, and nothing is done. Tells whether anything was, and adds what it took to `levelled`.
+    pub fn level_rounded(&self, marked: &mut [[f64; 3]], held: &[[f64; 3]], levelled: &mut Levelled) -> bool {
+        let mesh = self.original.mesh();
+        let moved = |to: &[[f64; 3]]| -> Vec<[f64; 3]> {
+            let pairs = to.iter().zip(mesh.positions());
+            pairs.map(|(&to, &at)| (Vec3(to) - Vec3(at)).into()).collect()
+        };
+        let corners = turned_by_rounding(mesh, &moved(held));
+        if corners.is_empty() {
+            return false;
+        }
+        let before = moved(marked);
+        let mut displacement = before.clone();
+        level(mesh, &corners, &mut displacement);
+        for (index, patch) in self.original.patches().iter().enumerate() {
+            let field = |of: &[[f64; 3]]| patch.gather(of).into_iter().map(Vec3).collect::<Vec<_>>();
+            let more = apart(patch, &field(&before), &field(&displacement));
+            levelled.taken[index] = std::array::from_fn(|axis| levelled.taken[index][axis] + more[axis]);
+        }
+        let mut is_changed = false;
+        for (v, (now, before)) in displacement.iter().zip(&before).enumerate() {
+            if now != before {
+                marked[v] = (mesh.point(v) + Vec3(*now)).into();
+                is_changed = true;
+            }
+        }
+        is_changed
     }
 
     /// What `f` makes of each patch that is read and of which something was seen.
@@ -293,15 +316,21 @@ fn mean_products(patch: &Patch, one: &[Vec3], other: &[Vec3]) -> [f64; 3] {
     sums.map(|sum| sum / mesh.area())
 }
 
+/// How far two fields over a patch are apart along each axis: the root mean square.
+fn apart(patch: &Patch, one: &[Vec3], other: &[Vec3]) -> [f64; 3] {
+    let difference: Vec<Vec3> = one.iter().zip(other).map(|(&one, &other)| one - other).collect();
+    mean_products(patch, &difference, &difference).map(f64::sqrt)
+}
+
 /// What [levelling slivers](MarkLayout::level_slivers) changed.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Levelled {
     /// How many vertices are not where the mark alone would have them.
     pub vertices: usize,
-    /// Whether it took less than half of any chip, for certain: what is read of a chip changes by no more than the root mean square of what moved. Where it may have taken
-    /// more, which chips it took is only known by reading; what moves at few vertices spreads over all frequencies, of which chips have the fewest.
-    pub takes_little: bool,
+    /// Of each patch along each axis, the root mean square of what it took: what is read of a chip changes by no more than that. Where that is much, which chips it took is only known
+    /// by reading; what moves at few vertices spreads over all frequencies, of which chips have the fewest.
+    pub taken: Vec<[f64; 3]>,
     /// Of each patch, along each axis.
     kept: Vec<[Kept; 3]>,
 }

@@ -10,6 +10,9 @@ use mesh::{TriMesh, Vec3};
 /// No triangle turns further, in degrees; files round positions, which turns slivers a little more.
 const STEEPEST: f64 = 15.0;
 
+/// In a file as it is written none turns further: what is so small that rounding turns it stays where it is.
+const STEEPEST_HELD: f64 = 20.0;
+
 /// How far one turns that would have turned further: a little less, since its neighbours will be held back, too.
 const AIM: f64 = 12.0;
 
@@ -30,8 +33,21 @@ pub(super) fn turns_many(mesh: &TriMesh, displacement: &[[f64; 3]]) -> bool {
     far.count() * MANY > mesh.triangle_count()
 }
 
-/// Levels a displacement, #V, where it turns triangles too far.
-pub(super) fn level(mesh: &TriMesh, displacement: &mut [[f64; 3]]) {
+/// The corners of triangles that a displacement which a file holds turns too far, none twice; nothing where these are too many.
+pub(super) fn turned_by_rounding(mesh: &TriMesh, held: &[[f64; 3]]) -> Vec<u32> {
+    let triangles = mesh.triangles().iter();
+    let turned = triangles.filter(|triangle| turn(mesh, triangle, held) > STEEPEST_HELD);
+    let mut corners: Vec<u32> = turned.flatten().copied().collect();
+    if corners.len() / 3 * MANY > mesh.triangle_count() {
+        return Vec::new();
+    }
+    corners.sort_unstable();
+    corners.dedup();
+    corners
+}
+
+/// Levels a displacement, #V, around vertices that are to stay where they are, and where it turns triangles too far.
+pub(super) fn level(mesh: &TriMesh, pinned: &[u32], displacement: &mut [[f64; 3]]) {
     let given = displacement.to_vec();
     let squares: f64 = given.iter().map(|&d| Vec3(d).squared()).sum();
     let rise = RISE * (squares / given.len().max(1) as f64).sqrt();
@@ -39,8 +55,8 @@ pub(super) fn level(mesh: &TriMesh, displacement: &mut [[f64; 3]]) {
     // How far up the rise each vertex is, from 0 to 1.
     let mut height = vec![1.0_f64; given.len()];
     let mut is_new = vec![true; given.len()];
+    let mut lowered: BinaryHeap<_> = pinned.iter().map(|&v| Reverse((0, v))).collect();
     loop {
-        let mut lowered = BinaryHeap::new();
         for triangle in mesh.triangles() {
             let [a, b, c] = triangle.map(|v| is_new[v as usize]);
             let angle = if a || b || c {
@@ -142,7 +158,7 @@ mod tests {
             let mesh = crushed(seed, evenness);
             let whole = wave(&mesh, height);
             let mut levelled = whole.clone();
-            level(&mesh, &mut levelled);
+            level(&mesh, &[], &mut levelled);
             prop_assert!(farthest(&mesh, &levelled) <= STEEPEST);
             for (now, before) in levelled.iter().zip(&whole) {
                 prop_assert!(now[2].abs() <= before[2].abs() && now[2] * before[2] >= 0.0);
@@ -161,7 +177,7 @@ mod tests {
         let whole = wave(&mesh, 1e-3);
         assert!(farthest(&mesh, &whole) > STEEPEST);
         let mut levelled = whole.clone();
-        level(&mesh, &mut levelled);
+        level(&mesh, &[], &mut levelled);
         let changed = whole.iter().zip(&levelled).filter(|(a, b)| a != b).count();
         assert!((1..=60).contains(&changed), "{changed}");
     }
@@ -171,7 +187,7 @@ mod tests {
         let mesh = shapes::bumpy_sphere(3, 1);
         let whole = wave(&mesh, 1e-4);
         let mut levelled = whole.clone();
-        level(&mesh, &mut levelled);
+        level(&mesh, &[], &mut levelled);
         assert_eq!(levelled, whole);
         assert!(!turns_many(&mesh, &whole));
         assert!(turns_many(&mesh, &wave(&mesh, 0.5)));

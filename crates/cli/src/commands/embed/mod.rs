@@ -244,8 +244,9 @@ struct Attempt {
 
 impl Attempt {
     fn make(prepared: &Prepared, recipient: &str, asset: &Asset, job: &Job) -> Result<Self> {
-        let signed = prepared.embed_for(recipient, job)?;
-        let marked = asset.with_positions(signed.positions())?;
+        let mut signed = prepared.embed_for(recipient, job)?;
+        let write = |positions: &[[f64; 3]]| anyhow::Ok(asset.with_positions(positions)?);
+        let marked = signed.hold(write, |marked| marked.mesh().positions())?;
         let read_back = signed.read_back(marked.mesh().positions(), job)?;
         Ok(Self {
             signed,
