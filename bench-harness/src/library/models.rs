@@ -90,7 +90,11 @@ fn tuning(bases: &[Base], job: &Job) -> Result<Vec<bool>> {
     })?;
     let described: Vec<(Query, Descriptor)> = described.into_iter().collect::<Result<_>>()?;
     let is_one_thing = |a: usize, b: usize| described[a].0.distance(&described[b].1) < ONE_THING;
-    let tunes = |base: usize| (0..bases.len()).step_by(2).any(|even| base == even || is_one_thing(base, even));
+    let tunes = |base: usize| {
+        (0..bases.len())
+            .step_by(2)
+            .any(|even| base == even || is_one_thing(base, even))
+    };
     Ok((0..bases.len()).map(tunes).collect())
 }
 

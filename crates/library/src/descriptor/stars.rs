@@ -70,7 +70,10 @@ fn refined(mesh: &TriMesh, mut take: impl FnMut(&[(u32, u32)]) -> bool) {
     let count = mesh.vertex_count();
     let mut hashes = vec![0_u64; count];
     let used = mesh.used_vertices();
-    mesh.triangles().iter().flatten().for_each(|&v| hashes[v as usize] += 1);
+    mesh.triangles()
+        .iter()
+        .flatten()
+        .for_each(|&v| hashes[v as usize] += 1);
     for step in 1..=STEPS[STEPS.len() - 1] {
         let others: Vec<u64> = hashes.iter().map(|&hash| mixed(hash)).collect();
         for &[a, b, c] in mesh.triangles() {
@@ -79,7 +82,9 @@ fn refined(mesh: &TriMesh, mut take: impl FnMut(&[(u32, u32)]) -> bool) {
                 hashes[v] = hashes[v].wrapping_add(others[w]).wrapping_add(others[x]);
             }
         }
-        hashes.iter_mut().for_each(|hash| *hash = mixed(*hash ^ step as u64));
+        hashes
+            .iter_mut()
+            .for_each(|hash| *hash = mixed(*hash ^ step as u64));
         if STEPS.contains(&step) {
             let mut words: Vec<(u32, u32)> = (0..count)
                 .filter(|&v| used[v])
@@ -150,17 +155,27 @@ impl Fan {
 fn stars(mesh: &TriMesh, chosen: &[(u32, u32)]) -> Vec<Star> {
     // Any finite coordinates are legal, and squares of large ones are not finite.
     let bounds = mesh.bounding_box();
-    let extent = (0..3).fold(0.0_f64, |most, axis| most.max(bounds.max[axis] / 2.0 - bounds.min[axis] / 2.0));
+    let extent = (0..3).fold(0.0_f64, |most, axis| {
+        most.max(bounds.max[axis] / 2.0 - bounds.min[axis] / 2.0)
+    });
     let scale = if extent > 0.0 { 1.0 / extent } else { 1.0 };
     let mut is_chosen = vec![false; mesh.vertex_count()];
     chosen.iter().for_each(|&(_, v)| is_chosen[v as usize] = true);
     let touches = |is: &[bool], corners: &[u32; 3]| corners.iter().any(|&v| is[v as usize]);
     let mut is_near = vec![false; mesh.vertex_count()];
-    for corners in mesh.triangles().iter().filter(|corners| touches(&is_chosen, corners)) {
+    for corners in mesh
+        .triangles()
+        .iter()
+        .filter(|corners| touches(&is_chosen, corners))
+    {
         corners.iter().for_each(|&v| is_near[v as usize] = true);
     }
     let mut fans = vec![Fan::default(); mesh.vertex_count()];
-    for corners in mesh.triangles().iter().filter(|corners| touches(&is_near, corners)) {
+    for corners in mesh
+        .triangles()
+        .iter()
+        .filter(|corners| touches(&is_near, corners))
+    {
         let points = corners.map(|v| Vec3(mesh.point(v as usize).0.map(|x| x * scale)));
         let edge = |i: usize| points[(i + 1) % 3] - points[i % 3];
         let lengths: [f64; 3] = std::array::from_fn(|i| edge(i).norm());
@@ -177,7 +192,11 @@ fn stars(mesh: &TriMesh, chosen: &[(u32, u32)]) -> Vec<Star> {
         }
     }
     let mut rings = vec![(0.0, Shape::default()); mesh.vertex_count()];
-    for corners in mesh.triangles().iter().filter(|corners| touches(&is_chosen, corners)) {
+    for corners in mesh
+        .triangles()
+        .iter()
+        .filter(|corners| touches(&is_chosen, corners))
+    {
         for i in 0..3 {
             let (count, ring) = &mut rings[corners[i] as usize];
             for other in [corners[(i + 1) % 3], corners[(i + 2) % 3]] {
@@ -194,7 +213,8 @@ fn stars(mesh: &TriMesh, chosen: &[(u32, u32)]) -> Vec<Star> {
         let own = fans[v as usize].shape();
         let (count, ring) = rings[v as usize];
         let quotient = |a: f64, b: f64| {
-            let quotient = (a.max(f64::MIN_POSITIVE) / (b / f64::max(count, 1.0)).max(f64::MIN_POSITIVE)).ln();
+            let quotient =
+                (a.max(f64::MIN_POSITIVE) / (b / f64::max(count, 1.0)).max(f64::MIN_POSITIVE)).ln();
             1.0 + quotient
         };
         let mean = |sum: f64| sum / f64::max(count, 1.0);
@@ -221,3 +241,71 @@ fn stars(mesh: &TriMesh, chosen: &[(u32, u32)]) -> Vec<Star> {
 
 /// Steps of a byte in 1.
 const UNITS: f64 = 128.0;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mesh::{Similarity, Welded, shapes};
+    use proptest::prelude::*;
+
+    fn irregular(seed: u64) -> TriMesh {
+        shapes::flipped(&shapes::bumpy_sphere(4, seed), seed)
+    }
+
+    fn words(stars: &[Star]) -> Vec<u32> {
+        stars.iter().map(|star| star.word).collect()
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(16))]
+
+        #[test]
+        fn neither_numbering_nor_a_similarity_nor_rounding_changes_stars(seed in 0..50_u64, angles in prop::array::uniform4(-1.0..1.0_f64), scale in 1e-2..1e2_f64) {
+            prop_assume!(angles.iter().map(|x| x * x).sum::<f64>() > 0.01);
+            let mesh = irregular(seed);
+            let transform = Similarity { scale, translation: [3.0, -2.0, 5.0], ..Similarity::from_quaternion(angles) };
+            let moved = shapes::moved(&shapes::shuffled(&mesh, seed), &transform);
+            // A file of single precision.
+            let rounded = moved.positions().iter().map(|p| p.map(|x| f64::from(x as f32))).collect();
+            let moved = moved.with_positions(rounded).unwrap();
+            let (a, b) = (of_original(&mesh), of_original(&moved));
+            prop_assert_eq!(a.len(), STARS);
+            prop_assert_eq!(words(&a), words(&b));
+            // Of two vertices with one word either may come first.
+            let near = |star: &Star| b.iter().any(|other| other.word == star.word && (0..SHAPE).all(|i| star.shape[i].abs_diff(other.shape[i]) <= 1));
+            prop_assert!(a.iter().all(near));
+        }
+
+        #[test]
+        fn noise_changes_no_word(seed in 0..50_u64) {
+            let mesh = irregular(seed);
+            prop_assert_eq!(words(&of_original(&mesh)), words(&of_original(&shapes::jittered(&mesh, 0.3, seed))));
+        }
+
+        #[test]
+        fn what_is_left_of_a_model_has_its_stars_away_from_the_cut(seed in 0..50_u64, direction in prop::array::uniform3(-1.0..1.0_f64)) {
+            prop_assume!(Vec3(direction).norm() > 0.1);
+            let mesh = irregular(seed);
+            let direction = Vec3(direction).unit();
+            let is_kept = |corners: &&[u32; 3]| corners.iter().all(|&v| mesh.point(v as usize).dot(direction) > 0.0);
+            let kept: Vec<[u32; 3]> = mesh.triangles().iter().filter(is_kept).copied().collect();
+            let half = Welded::new(mesh.positions(), &kept).unwrap().into_mesh();
+            let (original, suspect) = (of_original(&mesh), of_suspect(&half));
+            let shared = original.iter().filter(|star| suspect.binary_search(star).is_ok()).count();
+            prop_assert!(shared > STARS / 4, "{shared} of {STARS}");
+        }
+    }
+
+    #[test]
+    fn a_grid_without_a_vertex_of_its_own_has_no_stars() {
+        assert!(of_original(&shapes::torus(40, 20, 1.0, 0.3)).is_empty());
+    }
+
+    #[test]
+    fn stars_are_read_as_they_were_written() {
+        for star in of_original(&irregular(3)) {
+            let bytes: Vec<u8> = star.bytes().collect();
+            assert_eq!(Star::of(&bytes.try_into().unwrap()), star);
+        }
+    }
+}

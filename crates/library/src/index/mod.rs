@@ -114,7 +114,9 @@ impl Index {
 
     /// Bytes of all descriptors.
     pub fn bytes(&self) -> usize {
-        self.ids.len() * (size_of::<OriginalId>() + size_of::<Summary>()) + self.votes.bytes() + self.tessellations.bytes()
+        self.ids.len() * (size_of::<OriginalId>() + size_of::<Summary>())
+            + self.votes.bytes()
+            + self.tessellations.bytes()
     }
 
     /// Whether there are none.
@@ -196,7 +198,9 @@ impl Index {
         let mut with: Vec<usize> = (0..shared.len()).filter(|&i| shared[i].alike > 0.0).collect();
         with.sort_by(|&a, &b| shared[b].alike.total_cmp(&shared[a].alike).then(a.cmp(&b)));
         with.truncate(most);
-        with.into_iter().map(|i| (self.ids[i], 1.0 - shared[i].score())).collect()
+        with.into_iter()
+            .map(|i| (self.ids[i], 1.0 - shared[i].score()))
+            .collect()
     }
 
     /// Those on which most of the suspect lies.

@@ -246,10 +246,9 @@ impl Library {
 
     /// Hands over what an index has of all originals, by numbers.
     pub(crate) fn each_summary(&self, mut take: impl FnMut(OriginalId, Summary)) -> Result<(), LibraryError> {
-        let mut statement = self.read(
-            self.connection
-                .prepare("SELECT original, whole, smooth, local, words, stars FROM descriptor ORDER BY original"),
-        )?;
+        let mut statement = self.read(self.connection.prepare(
+            "SELECT original, whole, smooth, local, words, stars FROM descriptor ORDER BY original",
+        ))?;
         let mut rows = self.read(statement.query([]))?;
         while let Some(row) = self.read(rows.next())? {
             let id = self.read(row.get::<_, i64>(0))?;
