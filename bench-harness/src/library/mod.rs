@@ -39,7 +39,7 @@ pub struct LibraryBench {
     /// Only attacks in whose names this is; may be given again
     #[arg(long, value_name = "TEXT")]
     pub only: Vec<String>,
-    /// Take suspects of the models on which thresholds were chosen, and write no page
+    /// Take suspects of the models on which thresholds are chosen, print distances, and write no page
     #[arg(long)]
     pub tune: bool,
 }
@@ -57,10 +57,10 @@ impl LibraryBench {
         let built = built::library(&bases, self.size, &job)?;
         println!("{}", serde_json::to_string(&built.figures)?);
         let found = trials::attacked(&bases, &built, self, &job)?;
+        let strangers = trials::strangers(&bases, &built, self, &job)?;
         if self.tune {
             return Ok(());
         }
-        let strangers = trials::strangers(&bases, &built, self, &job)?;
         let speed = trials::speed(&bases)?;
         page::write(self, &bases, &built.figures, &found, &strangers, &speed)
     }

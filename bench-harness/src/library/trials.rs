@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result};
 use job::Job;
-use library::{Entry, Index, Library, Query};
+use library::{Entry, Index, Library, OriginalId, Query};
 use rayon::prelude::*;
 use serde::Serialize;
 use sigmark::{Curve, Embedder, SigningKey, Verifier};
@@ -103,6 +103,10 @@ pub(super) fn attacked(
                 true => found.among_ten += 1,
                 false => found.missed.push(number),
             }
+            if options.tune {
+                tell(attack.name, number, &lists, |id| id == wanted);
+                tell("others", number, &lists, |id| id != wanted);
+            }
             for (by, list) in lists.iter().enumerate() {
                 if let Some(place) = list.iter().position(|&(id, _)| id == wanted) {
                     found.by[by] += usize::from(place < 3);
@@ -124,6 +128,16 @@ pub(super) fn attacked(
         all.push(found);
     }
     Ok(all)
+}
+
+/// Prints the least distance of some originals by each of [`By::ALL`](library::By::ALL), to choose thresholds by.
+fn tell(what: &str, number: usize, lists: &[Vec<(OriginalId, f64)>], is_asked: impl Fn(OriginalId) -> bool) {
+    let least = |list: &Vec<(OriginalId, f64)>| {
+        let asked = list.iter().filter(|(id, _)| is_asked(*id));
+        asked.map(|(_, distance)| *distance).fold(f64::INFINITY, f64::min)
+    };
+    let least: Vec<String> = lists.iter().map(|list| format!("{:.3}", least(list))).collect();
+    println!("{what},{number},{}", least.join(","));
 }
 
 /// The originals that are attacked: the real meshes first, then by chance.
@@ -182,8 +196,11 @@ pub(super) fn strangers(
         let count = 64.min(options.strangers - start);
         let queries = job.map(count, 1, |i| Query::of(&stranger(start + i)))?;
         for (i, query) in queries.into_iter().enumerate() {
-            let candidates = built.index.search(&built.library, &query?, FIRST, job)?;
-            let candidates: Vec<_> = candidates
+            let lists = built.index.lists(&built.library, &query?, FIRST, job)?;
+            if options.tune {
+                tell("strangers", start + i, &lists, |_| true);
+            }
+            let candidates: Vec<_> = Index::candidates(&lists, FIRST)
                 .into_iter()
                 .filter(|candidate| candidate.score > 0.0)
                 .collect();
@@ -196,6 +213,9 @@ pub(super) fn strangers(
                     .map(|candidate| (candidate.score, start + i, candidate.original)),
             );
         }
+    }
+    if options.tune {
+        return Ok(told);
     }
     // The nearest say most.
     near.sort_by(|a, b| b.0.total_cmp(&a.0).then((a.1, a.2).cmp(&(b.1, b.2))));

@@ -23,10 +23,11 @@
 //!
 //! # Descriptors
 //! Everything is computed from samples of the surface, so that neither vertices nor triangles matter, and in units of the samples themselves, so that place, size and position
-//! don't. Three things are known of each original, and each finds what the others lose:
+//! don't. Four things are known of each original, and each finds what the others lose:
 //! - *whole*: how mass lies about the centre, by spherical harmonics of six shells. It outlasts noise, smoothing, decimation, subdivision, re-meshing.
 //! - *surface*: what balls around 1024 and 512 places see, of two radii, as words and as codes, and 2048 samples. It finds what was cropped: originals with the suspect's words come first, and on the likeliest of them the suspect is laid.
 //! - *local*: which small shapes a surface has, wherever they lie. It finds what was posed.
+//! - *tessellation*: some vertices of its file, by how triangles hang together around them. It finds crops and poses that left the triangles alone.
 //!
 //! # What is not here
 //! Alignment, reading of marks, and verdicts: a candidate says where to look, and is no claim. Nothing secret is kept: no signing key is ever asked for.
@@ -36,7 +37,7 @@
 //! checked it. A database is a stranger's file: its tables are compared with what they have to be, lengths are checked before anything is allocated, geometry by its digest; nothing panics.
 //!
 //! # Costs
-//! Some 3 KiB an original in memory, and 30 KiB in the file beside the geometry. `results/library.md` has the seconds, and how often the right original is found.
+//! Some 4 KiB an original in memory, and 30 KiB in the file beside the geometry. `results/library.md` has the seconds, and how often the right original is found.
 //!
 //! # Sources
 //! Kazhdan, Funkhouser, Rusinkiewicz, *Rotation invariant spherical harmonic representation of 3D shape descriptors*, SGP 2003 (energies by shell and degree). Pottmann, Wallner, Huang, Yang,

@@ -456,3 +456,78 @@ const LARGE: Axes = Axes {
     ],
     cells: [14, 9, 6, 5, 4, 3, 1, 1],
 };
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mesh::{Similarity, shapes};
+    use proptest::prelude::*;
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(8))]
+
+        #[test]
+        fn place_size_and_position_change_no_place(seed in 0..50_u64, angles in prop::array::uniform4(-1.0..1.0_f64), scale in 1e-2..1e2_f64) {
+            prop_assume!(angles.iter().map(|x| x * x).sum::<f64>() > 0.01);
+            let mesh = shapes::bumpy_sphere(3, seed);
+            let transform = Similarity { scale, translation: [1.0, -2.0, 5.0], ..Similarity::from_quaternion(angles) };
+            let places = |mesh: &TriMesh| of_original(&Cloud::fine(mesh).unwrap().in_roots());
+            let (a, b) = (places(&mesh), places(&shapes::moved(&mesh, &transform)));
+            let turn = Similarity::from_quaternion(angles);
+            for (a, b) in a.iter().flatten().zip(b.iter().flatten()) {
+                // A sample on the very edge of a ball may be seen or not.
+                prop_assert!((0..CODE).all(|axis| a.code[axis].abs_diff(b.code[axis]) <= 3));
+                prop_assert!((turn.apply(a.point) - b.point).norm() < 1e-6);
+                prop_assert!(turn.apply(a.normal).dot(b.normal) > 0.999);
+            }
+        }
+
+        #[test]
+        fn a_word_is_looked_up_with_those_beside_it(code in prop::array::uniform8(any::<u8>())) {
+            for level in &LEVELS {
+                let (word, probes) = (level.word(&code), level.probes(&code));
+                prop_assert_eq!(probes[0], word);
+                prop_assert!(probes.iter().all(|&probe| usize::from(probe) < WORDS && usize::from(probe) >= level.first));
+                let mut distinct = probes.clone();
+                distinct.sort_unstable();
+                distinct.dedup();
+                prop_assert_eq!(distinct.len(), probes.len());
+            }
+        }
+    }
+
+    #[test]
+    fn shells_share_a_disc() {
+        assert!((planar().iter().sum::<f64>() - 1.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_plane_has_the_mass_of_a_plane_and_no_height() {
+        let cloud = Cloud::fine(&shapes::rectangle(8, 8, 1.0, 1.0))
+            .unwrap()
+            .in_roots();
+        let centre = (0..FINE)
+            .min_by(|&a, &b| cloud.points[a].norm().total_cmp(&cloud.points[b].norm()))
+            .unwrap();
+        let (numbers, normal) = Seer::new(&cloud, &LEVELS[0], 1.0).see(centre);
+        assert!((normal.0[2].abs() - 1.0).abs() < 1e-9);
+        for shell in 0..3 {
+            assert!((numbers[5 * shell] - 1.0).abs() < 0.1, "{numbers:?}");
+            assert!(numbers[5 * shell + 1].abs() < 1e-9 && numbers[5 * shell + 2] < 1e-6);
+        }
+    }
+
+    #[test]
+    fn places_far_from_the_border_are_chosen_first() {
+        let mesh = shapes::rectangle(16, 16, 1.0, 1.0);
+        let cloud = Cloud::fine(&mesh).unwrap().in_roots();
+        let borders = borders(&mesh, &Edges::of(&mesh), &cloud);
+        for i in chosen(&cloud, &borders, 0.2, 64) {
+            assert!(
+                borders
+                    .iter()
+                    .all(|&border| (border - cloud.points[i]).norm() > 0.2)
+            );
+        }
+    }
+}

@@ -241,3 +241,71 @@ fn stars(mesh: &TriMesh, chosen: &[(u32, u32)]) -> Vec<Star> {
 
 /// Steps of a byte in 1.
 const UNITS: f64 = 128.0;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mesh::{Similarity, Welded, shapes};
+    use proptest::prelude::*;
+
+    fn irregular(seed: u64) -> TriMesh {
+        shapes::flipped(&shapes::bumpy_sphere(4, seed), seed)
+    }
+
+    fn words(stars: &[Star]) -> Vec<u32> {
+        stars.iter().map(|star| star.word).collect()
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(16))]
+
+        #[test]
+        fn neither_numbering_nor_a_similarity_nor_rounding_changes_stars(seed in 0..50_u64, angles in prop::array::uniform4(-1.0..1.0_f64), scale in 1e-2..1e2_f64) {
+            prop_assume!(angles.iter().map(|x| x * x).sum::<f64>() > 0.01);
+            let mesh = irregular(seed);
+            let transform = Similarity { scale, translation: [3.0, -2.0, 5.0], ..Similarity::from_quaternion(angles) };
+            let moved = shapes::moved(&shapes::shuffled(&mesh, seed), &transform);
+            // A file of single precision.
+            let rounded = moved.positions().iter().map(|p| p.map(|x| f64::from(x as f32))).collect();
+            let moved = moved.with_positions(rounded).unwrap();
+            let (a, b) = (of_original(&mesh), of_original(&moved));
+            prop_assert_eq!(a.len(), STARS);
+            prop_assert_eq!(words(&a), words(&b));
+            // Of two vertices with one word either may come first.
+            let near = |star: &Star| b.iter().any(|other| other.word == star.word && (0..SHAPE).all(|i| star.shape[i].abs_diff(other.shape[i]) <= 1));
+            prop_assert!(a.iter().all(near));
+        }
+
+        #[test]
+        fn noise_changes_no_word(seed in 0..50_u64) {
+            let mesh = irregular(seed);
+            prop_assert_eq!(words(&of_original(&mesh)), words(&of_original(&shapes::jittered(&mesh, 0.3, seed))));
+        }
+
+        #[test]
+        fn what_is_left_of_a_model_has_its_stars_away_from_the_cut(seed in 0..50_u64, direction in prop::array::uniform3(-1.0..1.0_f64)) {
+            prop_assume!(Vec3(direction).norm() > 0.1);
+            let mesh = irregular(seed);
+            let direction = Vec3(direction).unit();
+            let is_kept = |corners: &&[u32; 3]| corners.iter().all(|&v| mesh.point(v as usize).dot(direction) > 0.0);
+            let kept: Vec<[u32; 3]> = mesh.triangles().iter().filter(is_kept).copied().collect();
+            let half = Welded::new(mesh.positions(), &kept).unwrap().into_mesh();
+            let (original, suspect) = (of_original(&mesh), of_suspect(&half));
+            let shared = original.iter().filter(|star| suspect.binary_search(star).is_ok()).count();
+            prop_assert!(shared > STARS / 4, "{shared} of {STARS}");
+        }
+    }
+
+    #[test]
+    fn a_grid_without_a_vertex_of_its_own_has_no_stars() {
+        assert!(of_original(&shapes::torus(40, 20, 1.0, 0.3)).is_empty());
+    }
+
+    #[test]
+    fn stars_are_read_as_they_were_written() {
+        for star in of_original(&irregular(3)) {
+            let bytes: Vec<u8> = star.bytes().collect();
+            assert_eq!(Star::of(&bytes.try_into().unwrap()), star);
+        }
+    }
+}

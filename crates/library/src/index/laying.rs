@@ -279,3 +279,103 @@ fn solved(mut a: [[f64; 7]; 7], mut b: [f64; 7]) -> [f64; 7] {
     }
     b
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Descriptor, Query};
+    use mesh::{Similarity, TriMesh, Welded, shapes};
+    use proptest::prelude::*;
+
+    fn turn(angles: [f64; 4]) -> Pose {
+        let turn = Similarity::from_quaternion(angles);
+        let column = |axis: usize| {
+            let mut v = Vec3::ZERO;
+            v[axis] = 1.0;
+            turn.apply(v)
+        };
+        Pose {
+            columns: [column(0), column(1), column(2)],
+            shift: Vec3([0.3, -0.2, 0.1]),
+        }
+    }
+
+    fn directions() -> impl Strategy<Value = Vec3> {
+        prop::array::uniform3(-1.0..1.0_f64)
+            .prop_filter("a direction", |p| Vec3(*p).norm() > 0.2)
+            .prop_map(|p| Vec3(p).unit())
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(32))]
+
+        #[test]
+        fn two_pairs_of_places_say_how_the_suspect_lies(a in directions(), b in directions(), m in directions(), n in directions(), angles in prop::array::uniform4(-1.0..1.0_f64)) {
+            prop_assume!(angles.iter().map(|x| x * x).sum::<f64>() > 0.01);
+            let truth = turn(angles);
+            let pair = |point: Vec3, normal: Vec3| Pair { suspect: (point, normal), original: (truth.apply(point), truth.turn(normal)) };
+            let line = (b - a).unit();
+            prop_assume!((b - a).norm() > 0.1 && line.cross(m + n).norm() > 0.3);
+            let found = pose(&pair(a, m), &pair(b, n)).expect("a pose");
+            for p in [a, b, m] {
+                prop_assert!((found.apply(p) - truth.apply(p)).norm() < 1e-9);
+            }
+        }
+
+        #[test]
+        fn the_true_pose_wins_although_half_of_the_pairs_are_wrong(points in prop::collection::vec((directions(), directions()), 16), wrong in prop::collection::vec((directions(), directions()), 16), angles in prop::array::uniform4(-1.0..1.0_f64)) {
+            prop_assume!(angles.iter().map(|x| x * x).sum::<f64>() > 0.01);
+            let truth = turn(angles);
+            let right = points.iter().map(|&(p, n)| Pair { suspect: (p, n), original: (truth.apply(p), truth.turn(n)) });
+            let wrong = points.iter().zip(&wrong).map(|(&suspect, &original)| Pair { suspect, original });
+            let pairs: Vec<Pair> = right.chain(wrong).collect();
+            let (count, best) = poses(&pairs)[0];
+            prop_assert!(count >= 16);
+            for (p, _) in points {
+                prop_assert!((best.apply(p) - truth.apply(p)).norm() < AGREEING);
+            }
+        }
+
+        #[test]
+        fn solved_solves(rows in prop::array::uniform7(prop::array::uniform7(-1.0..1.0_f64)), x in prop::array::uniform7(-1.0..1.0_f64)) {
+            // Rᵀ R + 1 is positive definite.
+            let a: [[f64; 7]; 7] = std::array::from_fn(|i| std::array::from_fn(|j| (0..7).map(|k| rows[k][i] * rows[k][j]).sum::<f64>() + f64::from(u8::from(i == j))));
+            let b = std::array::from_fn(|i| (0..7).map(|j| a[i][j] * x[j]).sum());
+            for (found, x) in solved(a, b).into_iter().zip(x) {
+                prop_assert!((found - x).abs() < 1e-9);
+            }
+        }
+    }
+
+    fn share(suspect: &TriMesh, size: usize, original: &TriMesh) -> f64 {
+        let query = Query::of(suspect).unwrap();
+        let surface = Surface::of(&Descriptor::of(original).unwrap().surface).unwrap();
+        Guess::of(&query.sizes[size], &surface).share(&query.sizes[size], &surface)
+    }
+
+    #[test]
+    fn a_model_that_was_moved_lies_on_itself_and_not_on_another() {
+        let (mesh, other) = (shapes::bumpy_torus(60, 30, 1), shapes::bumpy_torus(60, 30, 2));
+        let moved = Similarity {
+            scale: 3.0,
+            translation: [1.0, 2.0, 3.0],
+            ..Similarity::from_quaternion([0.3, -0.5, 0.2, 0.7])
+        };
+        let suspect = shapes::moved(&mesh, &moved);
+        let (own, of_other) = (share(&suspect, 0, &mesh), share(&suspect, 0, &other));
+        assert!(own > 0.8, "{own}");
+        assert!(of_other < 0.7 * own, "{of_other} of {own}");
+    }
+
+    #[test]
+    fn what_is_left_of_a_model_lies_on_it_in_the_right_size() {
+        let mesh = shapes::bumpy_torus(60, 30, 1);
+        let is_kept = |corners: &&[u32; 3]| corners.iter().all(|&v| mesh.point(v as usize).0[0] > 0.0);
+        let kept: Vec<[u32; 3]> = mesh.triangles().iter().filter(is_kept).copied().collect();
+        let half = Welded::new(mesh.positions(), &kept).unwrap().into_mesh();
+        // Half of the area is 1.08^4.5 in roots.
+        let shares: Vec<f64> = [0, 4, 5].map(|size| share(&half, size, &mesh)).to_vec();
+        assert!(shares[1].max(shares[2]) > 0.7, "{shares:?}");
+        assert!(shares[0] < shares[1].max(shares[2]), "{shares:?}");
+    }
+}

@@ -105,3 +105,45 @@ fn spread(word: u32) -> u32 {
 fn prefix(word: u32) -> usize {
     (spread(word) >> (32 - PREFIX)) as usize
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn star(word: u32, shape: u8) -> Star {
+        Star {
+            word,
+            shape: [shape; 8],
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn an_original_shares_all_of_its_stars_with_itself_and_none_of_others(words in prop::collection::btree_set(any::<u32>(), 2..60)) {
+            let words: Vec<u32> = words.into_iter().collect();
+            let (own, others) = words.split_at(words.len() / 2);
+            let stars = |words: &[u32]| words.iter().map(|&word| star(word, 9)).collect::<Vec<Star>>();
+            let index = Tessellations::of(&[stars(own), stars(others)]);
+            let shared = index.shared(&stars(own));
+            prop_assert_eq!((shared[0].words, shared[1].words), (own.len() as u32, 0));
+            prop_assert_eq!(shared[0].alike, own.len() as f32);
+        }
+    }
+
+    #[test]
+    fn of_two_with_the_same_triangles_the_one_with_the_same_shapes_is_nearer() {
+        let of = |shape: u8| (0..20).map(|word| star(word, shape)).collect::<Vec<Star>>();
+        let shared = Tessellations::of(&[of(100), of(104), of(120)]).shared(&of(100));
+        assert_eq!(shared[0].score(), 1.0);
+        assert!(shared[1].score() > 0.2 && shared[1].score() < 0.5);
+        assert_eq!(shared[2].score(), 0.0);
+    }
+
+    #[test]
+    fn few_words_in_common_are_little() {
+        let shared = Tessellations::of(&[vec![star(5, 1)]]).shared(&[star(5, 1)]);
+        assert!(shared[0].score() < 0.2);
+        assert!(Tessellations::default().shared(&[star(5, 1)]).is_empty());
+    }
+}

@@ -127,3 +127,51 @@ impl Votes {
         scores
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sought(words: &[u16]) -> Sought {
+        Sought {
+            places: [Vec::new(), Vec::new()],
+            words: words.iter().map(|&word| vec![word]).collect(),
+            samples: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn who_has_the_suspects_words_wins_in_the_size_in_which_it_has_them() {
+        let votes = Votes::of(&[vec![1, 2, 3, 4], vec![5, 6, 7, 8], vec![1, 5, 9, 10]]);
+        let sizes = [sought(&[11, 12, 13]), sought(&[5, 6, 7]), sought(&[14, 15, 16])];
+        let most = votes.most(&sizes, 2, &Job::default()).unwrap();
+        assert_eq!((most[0].original, most[0].size), (1, 1));
+        assert!(most[0].score > most[1].score);
+    }
+
+    #[test]
+    fn a_word_that_all_have_speaks_for_nobody() {
+        let votes = Votes::of(&vec![vec![7, 7]; 5]);
+        let scores = votes.scores(&sought(&[7, 7, 7]));
+        assert!(scores.iter().all(|score| score.abs() < 1e-5), "{scores:?}");
+    }
+
+    #[test]
+    fn a_second_place_with_a_word_adds_less_than_the_first() {
+        let votes = Votes::of(&[vec![], vec![3], vec![3, 3]]);
+        let scores = votes.scores(&sought(&[3]));
+        let (first, second) = (scores[1] - scores[0], scores[2] - scores[1]);
+        assert!((first - 2_f32.ln()).abs() < 1e-5);
+        assert!((second - 1.5_f32.ln()).abs() < 1e-5);
+    }
+
+    #[test]
+    fn an_empty_library_has_no_votes() {
+        assert!(
+            Votes::of(&[])
+                .most(&[sought(&[1])], 3, &Job::default())
+                .unwrap()
+                .is_empty()
+        );
+    }
+}
