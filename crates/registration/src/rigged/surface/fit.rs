@@ -7,8 +7,9 @@ use mesh::Vec3;
 use super::{Motion, Pose, Rigid, skeleton::Skeleton};
 use crate::{PreparedMesh, RegistrationError, sampled::GRAIN};
 
-/// Rounds at each tolerance, in diagonals, and how many samples are looked at.
-pub(super) const TOGETHER: [(f64, usize, usize); 4] = [
+/// Tolerances, in diagonals, how many rounds at each, and about how many samples are looked at: while joints are still looked for, and in the end.
+pub(super) const COARSE: [(f64, usize, usize); 3] = [(0.03, 6, 2000), (0.015, 10, 2000), (0.006, 10, 3000)];
+pub(super) const FINE: [(f64, usize, usize); 4] = [
     (0.01, 4, 3000),
     (0.006, 4, 3000),
     (0.004, 6, 20_000),
@@ -120,10 +121,11 @@ impl<'a> Fit<'a> {
             let before = self.left(&pose, &matches, samples.len(), tolerance);
             let mut is_better = false;
             for _try in 0..TRIES {
-                let Some(tried) = stepped(&pose, &normal, &right, damping) else {
+                let Some(step) = solved(&normal, &right, damping) else {
                     damping *= LESS;
                     continue;
                 };
+                let tried = pose.stepped(&step);
                 let again = self.matches(&tried, samples, tolerance, job)?;
                 if self.left(&tried, &again, samples.len(), tolerance) < before {
                     (pose, matches, is_better) = (tried, again, true);
@@ -190,22 +192,15 @@ impl<'a> Fit<'a> {
         }
     }
 
-    /// The first rounds, from coarse to less coarse.
-    pub(super) fn coarse(&self, pose: Rigid, job: &Job) -> Result<Rigid, JobError> {
+    /// All joints together, from coarse to fine.
+    pub(super) fn together(
+        &self,
+        mut pose: Rigid,
+        course: &[(f64, usize, usize)],
+        job: &Job,
+    ) -> Result<Rigid, JobError> {
         let all = self.skeleton.samples.len();
-        let mut pose = pose;
-        for (tolerance, rounds, most) in [(0.03, 6, 2000), (0.015, 10, 2000), (0.006, 10, 3000)] {
-            let samples: Vec<usize> = (0..all).step_by((all / most).max(1)).collect();
-            pose = self.descend(pose, &samples, tolerance, rounds, job)?;
-        }
-        Ok(pose)
-    }
-
-    /// All rounds, from coarse to fine.
-    pub(super) fn together(&self, pose: Rigid, job: &Job) -> Result<Rigid, JobError> {
-        let all = self.skeleton.samples.len();
-        let mut pose = pose;
-        for (tolerance, rounds, most) in TOGETHER {
+        for &(tolerance, rounds, most) in course {
             let samples: Vec<usize> = (0..all).step_by((all / most).max(1)).collect();
             pose = self.descend(pose, &samples, tolerance, rounds, job)?;
         }
@@ -213,8 +208,8 @@ impl<'a> Fit<'a> {
     }
 }
 
-/// After a damped step; none where the equations say nothing.
-fn stepped(pose: &Rigid, normal: &Mat<f64>, right: &Mat<f64>, damping: f64) -> Option<Rigid> {
+/// The solution of normal equations, damped (Marquardt 1963); none where they say nothing.
+pub(super) fn solved(normal: &Mat<f64>, right: &Mat<f64>, damping: f64) -> Option<Mat<f64>> {
     let count = normal.nrows();
     let mean = (0..count).map(|i| normal[(i, i)]).sum::<f64>() / count as f64;
     let mut damped = normal.clone();
@@ -223,11 +218,17 @@ fn stepped(pose: &Rigid, normal: &Mat<f64>, right: &Mat<f64>, damping: f64) -> O
     }
     let step = damped.llt(Side::Lower).ok()?.solve(right);
     let is_finite = (0..count).all(|i| step[(i, 0)].is_finite());
-    is_finite.then(|| pose.stepped(&step))
+    is_finite.then_some(step)
 }
 
 /// Adds an equation Σ number × unknown = rest.
-fn add(normal: &mut Mat<f64>, right: &mut Mat<f64>, numbers: &[(usize, f64)], rest: f64, weight: f64) {
+pub(super) fn add(
+    normal: &mut Mat<f64>,
+    right: &mut Mat<f64>,
+    numbers: &[(usize, f64)],
+    rest: f64,
+    weight: f64,
+) {
     for &(i, a) in numbers {
         right[(i, 0)] += weight * a * rest;
         for &(k, b) in numbers {

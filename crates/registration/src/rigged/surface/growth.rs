@@ -1,11 +1,12 @@
 //! Joints one after the other, each from its neighbour.
 
+use faer::Mat;
 use job::{Job, JobError};
 use mesh::{Similarity, Vec3};
 
 use super::{
     BLENDINGS, Blending, Motion, Pose, Rigid,
-    fit::{Fit, turned_about},
+    fit::{COARSE, FINE, Fit, add, solved, turned_about},
     skeleton::Link,
 };
 use crate::matrix::Mat3;
@@ -28,10 +29,13 @@ const FITTED: usize = 6;
 const ALONE: usize = 8;
 const SO_FAR: usize = 4;
 
-/// How often joints that lie badly are looked for again, and which don't.
+/// How often joints that lie badly are looked for again, which lie well, and by how much more has to lie there.
 const PASSES: usize = 5;
 const WELL: f64 = 0.85;
 const BETTER: f64 = 0.03;
+
+/// A joint by itself is damped by this much: where nothing is told of a direction, it stays.
+const HELD_ALONE: f64 = 1e-4;
 
 /// A joint of which no more than this lies on the suspect stays as its neighbour moves it: it may be cut off.
 const LEAST: f64 = 0.15;
@@ -57,7 +61,7 @@ impl Fit<'_> {
                 best.unwrap_or(0)
             }
         };
-        let (begun, scale) = self.settled_with_scale(first, motion, scale);
+        let (begun, scale) = self.settled(first, motion, scale, true);
         let mut pose = Rigid::of_joints(Blending::Linear, vec![begun; joints], scale);
         if self.score(first, &begun, scale, WIDE) < LEAST {
             return Ok(None);
@@ -78,16 +82,16 @@ impl Fit<'_> {
             pose = self.descend(pose, &self.samples_of(&is_placed), WIDE, SO_FAR, job)?;
         }
         for _pass in 0..PASSES {
-            pose = self.coarse(pose, job)?;
+            pose = self.together(pose, &COARSE, job)?;
             if !self.placed_again(&mut pose, &order, job)? {
                 break;
             }
         }
         let mut best: Option<(f64, Rigid)> = None;
         for blending in BLENDINGS {
-            let mut fitted = self.together(pose.blended(blending), job)?;
+            let mut fitted = self.together(pose.blended(blending), &FINE, job)?;
             if self.placed_again(&mut fitted, &order, job)? {
-                fitted = self.together(self.coarse(fitted, job)?, job)?;
+                fitted = self.together(self.together(fitted, &COARSE, job)?, &FINE, job)?;
             }
             let off = self.off(&fitted, job)?;
             if best.as_ref().is_none_or(|(least, _)| off < *least) {
@@ -188,7 +192,7 @@ impl Fit<'_> {
         order.sort_by(|&a, &b| tried[b].0.total_cmp(&tried[a].0));
         let fitted = job.quiet().map(FITTED.min(order.len()), 1, |i| {
             let begun = tried[order[i]].1;
-            let (motion, _) = self.settled(joint, begun, scale);
+            let (motion, _) = self.settled(joint, begun, scale, false);
             let [begun, motion] = [begun, motion].map(|motion| (score(&motion, NARROW), motion));
             if motion.0 > begun.0 { motion } else { begun }
         })?;
@@ -196,58 +200,23 @@ impl Fit<'_> {
         Ok(best.filter(|(score, _)| *score > LEAST).map(|(_, motion)| motion))
     }
 
-    /// As [`settled`](Self::settled), for the first joint: its samples say how large the suspect is.
-    fn settled_with_scale(&self, joint: usize, motion: Motion, scale: f64) -> (Motion, f64) {
+    /// A joint's samples laid on the suspect by themselves, point to plane; where asked, they say how large the suspect is, too.
+    fn settled(&self, joint: usize, motion: Motion, scale: f64, is_scaled: bool) -> (Motion, f64) {
+        let finest = if is_scaled { NARROW } else { WIDE };
         let mut best = (motion, scale);
-        let mut score = self.score(joint, &motion, scale, NARROW);
+        let mut score = self.score(joint, &motion, scale, finest);
         let (mut now, mut size) = best;
-        for round in 0..2 * ALONE {
-            let wide = if round < ALONE { WIDE } else { NARROW };
-            let mut normal = faer::Mat::<f64>::zeros(7, 7);
-            let mut right = faer::Mat::<f64>::zeros(7, 1);
-            let origin = now.apply(Vec3::ZERO);
-            for i in self.few_of(joint) {
-                let sample = &self.skeleton.samples[i];
-                let place = now.apply(sample.row.x);
-                let facing = now.apply(sample.normal) - origin;
-                let Some((across, rest, distance)) = self.near(place * size, facing, wide * size) else {
-                    continue;
-                };
-                let weight = (1.0 - (distance / (wide * size)).powi(2)).max(0.0).powi(2);
-                let turn = place.cross(across);
-                let row = [
-                    turn[0],
-                    turn[1],
-                    turn[2],
-                    across[0],
-                    across[1],
-                    across[2],
-                    across.dot(place),
-                ];
-                for a in 0..7 {
-                    right[(a, 0)] += weight * row[a] * rest / size;
-                    for b in 0..7 {
-                        normal[(a, b)] += weight * row[a] * row[b];
-                    }
-                }
-            }
-            let mean = (0..7).map(|i| normal[(i, i)]).sum::<f64>() / 7.0;
-            for i in 0..7 {
-                normal[(i, i)] += 1e-5 * mean + f64::MIN_POSITIVE;
-            }
-            let Ok(factor) = normal.llt(faer::Side::Lower) else {
+        for round in 0..ALONE * (1 + usize::from(is_scaled)) {
+            let tolerance = if round < ALONE { WIDE } else { finest };
+            let Some(step) = self.step_alone(joint, &now, size, tolerance, 6 + usize::from(is_scaled)) else {
                 break;
             };
-            let step = faer::linalg::solvers::Solve::solve(&factor, &right);
-            let step: [f64; 7] = std::array::from_fn(|i| step[(i, 0)]);
-            if !step.iter().all(|x| x.is_finite()) {
-                break;
+            let [turn, shift] = [0, 3].map(|first| Vec3(std::array::from_fn(|axis| step[(first + axis, 0)])));
+            now = now.turned(turn).shifted(shift);
+            if is_scaled {
+                size *= step[(6, 0)].clamp(-0.1, 0.1).exp();
             }
-            now = now
-                .turned(Vec3([step[0], step[1], step[2]]))
-                .shifted(Vec3([step[3], step[4], step[5]]));
-            size *= step[6].clamp(-0.1, 0.1).exp();
-            let reached = self.score(joint, &now, size, NARROW);
+            let reached = self.score(joint, &now, size, finest);
             if reached > score {
                 (best, score) = ((now, size), reached);
             }
@@ -255,41 +224,35 @@ impl Fit<'_> {
         best
     }
 
-    /// A joint's samples laid on the suspect by themselves, point to plane.
-    fn settled(&self, joint: usize, motion: Motion, scale: f64) -> (Motion, f64) {
-        let mut best = motion;
-        let mut score = self.score(joint, &best, scale, WIDE);
-        let mut now = motion;
-        for _round in 0..ALONE {
-            let mut normal = [[0.0; 6]; 6];
-            let mut right = [0.0; 6];
-            let origin = now.apply(Vec3::ZERO);
-            for i in self.few_of(joint) {
-                let sample = &self.skeleton.samples[i];
-                let place = now.apply(sample.row.x);
-                let facing = now.apply(sample.normal) - origin;
-                let Some((across, rest, distance)) = self.near(place * scale, facing, WIDE * scale) else {
-                    continue;
-                };
-                let weight = (1.0 - (distance / (WIDE * scale)).powi(2)).max(0.0).powi(2);
-                let turn = place.cross(across);
-                let row = [turn[0], turn[1], turn[2], across[0], across[1], across[2]];
-                for a in 0..6 {
-                    right[a] += weight * row[a] * rest / scale;
-                    for b in 0..6 {
-                        normal[a][b] += weight * row[a] * row[b];
-                    }
-                }
-            }
-            let Some(step) = solved(normal, right) else { break };
-            let turn = Vec3([step[0], step[1], step[2]]);
-            now = now.turned(turn).shifted(Vec3([step[3], step[4], step[5]]));
-            let reached = self.score(joint, &now, scale, WIDE);
-            if reached > score {
-                (best, score) = (now, reached);
-            }
+    /// The least squares of what a joint's samples leave, over a turn, a shift, and, with seven unknowns, the logarithm of the scale; none where nothing is near.
+    fn step_alone(
+        &self,
+        joint: usize,
+        motion: &Motion,
+        scale: f64,
+        tolerance: f64,
+        unknowns: usize,
+    ) -> Option<Mat<f64>> {
+        let (mut normal, mut right) = (
+            Mat::<f64>::zeros(unknowns, unknowns),
+            Mat::<f64>::zeros(unknowns, 1),
+        );
+        let origin = motion.apply(Vec3::ZERO);
+        for i in self.few_of(joint) {
+            let sample = &self.skeleton.samples[i];
+            let place = motion.apply(sample.row.x);
+            let facing = motion.apply(sample.normal) - origin;
+            let limit = tolerance * scale;
+            let Some((across, rest, distance)) = self.near(place * scale, facing, limit) else {
+                continue;
+            };
+            let weight = (1.0 - (distance / limit).powi(2)).max(0.0).powi(2);
+            let Vec3([x, y, z]) = place.cross(across);
+            let numbers = [x, y, z, across[0], across[1], across[2], across.dot(place)];
+            let numbers: Vec<(usize, f64)> = numbers.into_iter().enumerate().take(unknowns).collect();
+            add(&mut normal, &mut right, &numbers, rest / scale, weight);
         }
-        (best, score)
+        solved(&normal, &right, HELD_ALONE)
     }
 
     fn few_of(&self, joint: usize) -> impl Iterator<Item = usize> + '_ {
@@ -353,18 +316,4 @@ fn turns() -> Vec<Vec3> {
     };
     let all = (0..AXES).flat_map(|i| ANGLES.map(|angle| axis(i) * angle.to_radians()));
     [Vec3::ZERO].into_iter().chain(all).collect()
-}
-
-/// Six unknowns, held a little where nothing is told of them (Cholesky).
-fn solved(mut normal: [[f64; 6]; 6], right: [f64; 6]) -> Option<[f64; 6]> {
-    let mean = (0..6).map(|i| normal[i][i]).sum::<f64>() / 6.0;
-    for i in 0..6 {
-        normal[i][i] += 1e-4 * mean + f64::MIN_POSITIVE;
-    }
-    let matrix = faer::Mat::from_fn(6, 6, |i, j| normal[i][j]);
-    let right = faer::Mat::from_fn(6, 1, |i, _| right[i]);
-    let factor = matrix.llt(faer::Side::Lower).ok()?;
-    let step = faer::linalg::solvers::Solve::solve(&factor, &right);
-    let step: [f64; 6] = std::array::from_fn(|i| step[(i, 0)]);
-    step.iter().all(|x| x.is_finite()).then_some(step)
 }

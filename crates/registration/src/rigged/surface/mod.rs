@@ -135,9 +135,8 @@ fn posed(
         (pose.moved(&row) + fit.centre()).into()
     };
     let positions = job.quiet().map(mesh.vertex_count(), GRAIN, place)?;
-    Ok(mesh
-        .with_positions(positions)
-        .map_err(|_| RegistrationError::NoSurface { mesh: "original" })?)
+    mesh.with_positions(positions)
+        .map_err(|_| RegistrationError::NoSurface { mesh: "original" })
 }
 
 /// How well a pose lays the surfaces on each other, both ways.
