@@ -132,7 +132,7 @@ environment variable SIGMARK_PASSPHRASE.
 patches, unmarked_vertices, alpha, distortion_rms (fraction of the diagonal), margin_predicted (T0 under noise of 0.1 %, of the mark as it is written), margin_read (T0 at which the payload is read), noise_read, noise_evidence, \
 noise_detected (up to which noise, as a share of the bounding box, the payload is read, the mark is evidence, is detected), facet_turn (median, p99, max: by how many degrees triangles \
 turned), flipped (triangles that look the other way), manifest_dropped (whether the model had a C2PA manifest), seconds (of each stage). Of several models an object a model, each in a line, with \
-model (file name); of one that failed model and error alone. With --recipients one object, whose output is the folder, certificate null, and facet_turn, flipped, margin_predicted and noise_... those of the new copies for which they are worst \
+model (file name); of one that failed model and error alone. With --recipients one object, whose output is the folder, certificate null, and facet_turn, flipped, margin_predicted, noise_read, noise_evidence and noise_detected those of the new copies for which they are worst \
 (facet_turn and flipped null if none is new), with index (file name), made, skipped (how many copies are new, and how many were there) and copies (recipient, output, certificate, made of each).")]
 pub(crate) struct Embed {
     /// The mesh to sign; several, or folders of them, are signed one after the other
