@@ -14,7 +14,7 @@ use job::Job;
 use mesh::{Rig, Similarity, Surface, TriMesh, Vec3};
 
 use super::{
-    MOST_JOINTS, Pose, Row,
+    Pose, Row,
     rigid::{Blending, Motion, Rigid},
 };
 use crate::{AlignOptions, Aligner, Placement, PreparedMesh, RegistrationError, sampled::GRAIN};
@@ -33,6 +33,9 @@ pub struct UnposedSurface {
     /// Root mean square distance of what does, in diagonals of the original.
     pub residual: f64,
 }
+
+/// More joints than this are not laid on a surface: each has six unknowns, in many rounds.
+const MOST_LAID: usize = 256;
 
 /// With so much of both on each other, no other beginning is tried.
 const GOOD: f64 = 0.95;
