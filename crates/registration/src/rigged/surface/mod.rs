@@ -70,7 +70,7 @@ pub fn unpose_surface(
     seeds: &[Similarity],
     job: &Job,
 ) -> Result<Option<UnposedSurface>, RegistrationError> {
-    let fits = rig.vertices() == original.mesh().vertex_count() && (1..=MOST_JOINTS).contains(&rig.joints());
+    let fits = rig.vertices() == original.mesh().vertex_count() && (1..=MOST_LAID).contains(&rig.joints());
     if !fits {
         return Ok(None);
     }
