@@ -10,14 +10,17 @@ mod fit;
 mod growth;
 mod skeleton;
 
-use job::Job;
-use mesh::{Rig, Similarity, Surface, TriMesh, Vec3};
+use job::{Job, JobError};
+use mesh::{Rig, Similarity, TriMesh, Vec3};
 
 use super::{
     Pose, Row,
     rigid::{Blending, Motion, Rigid},
 };
-use crate::{AlignOptions, Aligner, Placement, PreparedMesh, RegistrationError, sampled::GRAIN};
+use crate::{
+    AlignOptions, Aligner, Placement, PreparedMesh, RegistrationError,
+    sampled::{GRAIN, Sampled},
+};
 use fit::Fit;
 use skeleton::Skeleton;
 
@@ -43,9 +46,15 @@ const GOOD: f64 = 0.95;
 /// Parts of so many joints, the largest, are aligned each by itself.
 const PARTS: usize = 3;
 
+/// Samples of each surface by which a pose is judged.
+const JUDGED: usize = 4000;
+
 /// A pose, and how well it lays the original on the suspect.
 struct Found {
     pose: Rigid,
+    /// The original's triangles that joints move, where the pose takes them, and which of the original's each is.
+    posed: PreparedMesh,
+    triangles: Vec<usize>,
     /// Shares of the suspect and of the original.
     shares: [f64; 2],
     residual: f64,
@@ -54,6 +63,10 @@ struct Found {
 impl Found {
     fn score(&self) -> f64 {
         self.shares[0] + 0.25 * self.shares[1]
+    }
+
+    fn is_good(&self) -> bool {
+        self.shares[0].min(self.shares[1]) > GOOD
     }
 }
 
@@ -75,148 +88,160 @@ pub fn unpose_surface(
         return Ok(None);
     }
     let skeleton = Skeleton::of(original, rig)?;
-    let fit = Fit::new(&skeleton, suspect)?;
-    let mut best: Option<Found> = None;
-    let mut try_seed = |seed: &Similarity, joint: Option<usize>| -> Result<bool, RegistrationError> {
-        let is_good = |best: &Option<Found>| {
-            best.as_ref()
-                .is_some_and(|best| best.shares.into_iter().fold(1.0, f64::min) > GOOD)
-        };
-        if is_good(&best) || seed.mirrors() {
-            return Ok(is_good(&best));
-        }
-        if let Some(pose) = fit.grown(seed, joint, job)? {
-            let found = judged(original, rig, suspect, &skeleton, &fit, pose, job)?;
-            if best.as_ref().is_none_or(|best| found.score() > best.score()) {
-                best = Some(found);
-            }
-        }
-        Ok(is_good(&best))
+    let laying = Laying {
+        original,
+        rig,
+        suspect,
+        fit: Fit::new(&skeleton, suspect)?,
     };
-    let mut is_good = false;
+    let mut best: Option<Found> = None;
     for seed in seeds {
-        is_good = is_good || try_seed(seed, None)?;
+        laying.better(&mut best, seed, None, job)?;
     }
-    if !is_good {
-        let aligner = Aligner::new(suspect, &AlignOptions::default())?;
-        for joint in skeleton.largest(PARTS) {
-            let Some(part) = skeleton.part(original.mesh(), joint) else {
-                continue;
-            };
-            if let Placement::BySurface(alignment) = aligner.find(part, &job.quiet())? {
-                let poses = [alignment.transform].into_iter().chain(alignment.alternatives);
-                for pose in poses.take(2) {
-                    try_seed(&pose.inverse(), Some(joint))?;
-                }
+    let aligner = Aligner::new(suspect, &AlignOptions::default())?;
+    for joint in skeleton.largest(PARTS) {
+        if best.as_ref().is_some_and(Found::is_good) {
+            break;
+        }
+        let Some(part) = skeleton.part(original.mesh(), joint) else {
+            continue;
+        };
+        let placement = match aligner.find(part, &job.quiet()) {
+            // Of triangles without area alone.
+            Err(RegistrationError::NoSurface { .. }) => continue,
+            found => found?,
+        };
+        if let Placement::BySurface(alignment) = placement {
+            let poses = [alignment.transform].into_iter().chain(alignment.alternatives);
+            for pose in poses.take(2) {
+                laying.better(&mut best, &pose.inverse(), Some(joint), job)?;
             }
         }
     }
     let Some(best) = best else {
         return Ok(None);
     };
-    let positions = undone(original, rig, suspect, &skeleton, &fit, &best.pose, job)?;
     Ok(Some(UnposedSurface {
-        positions,
+        positions: laying.undone(&best, job)?,
         overlap: best.shares[0],
         coverage: best.shares[1],
         residual: best.residual,
     }))
 }
 
-/// The original where a pose takes it, in the suspect's frame; joints move vertices that have none as they move the rest.
-fn posed(
-    original: &PreparedMesh,
-    rig: &Rig,
-    skeleton: &Skeleton<'_>,
-    fit: &Fit<'_>,
-    pose: &Rigid,
-    job: &Job,
-) -> Result<TriMesh, RegistrationError> {
-    let mesh = original.mesh();
-    let place = |v: usize| -> [f64; 3] {
-        let row = skeleton.row(mesh.point(v), rig.weights_of(v));
-        (pose.moved(&row) + fit.centre()).into()
-    };
-    let positions = job.quiet().map(mesh.vertex_count(), GRAIN, place)?;
-    mesh.with_positions(positions)
-        .map_err(|_| RegistrationError::NoSurface { mesh: "original" })
+/// An original that is to be laid on a suspect.
+struct Laying<'a> {
+    original: &'a PreparedMesh,
+    rig: &'a Rig,
+    suspect: &'a PreparedMesh,
+    fit: Fit<'a>,
 }
 
-/// How well a pose lays the surfaces on each other, both ways.
-fn judged(
-    original: &PreparedMesh,
-    rig: &Rig,
-    suspect: &PreparedMesh,
-    skeleton: &Skeleton<'_>,
-    fit: &Fit<'_>,
-    pose: Rigid,
-    job: &Job,
-) -> Result<Found, RegistrationError> {
-    let posed = PreparedMesh::from(posed(original, rig, skeleton, fit, &pose, job)?);
-    let limit = AlignOptions::default().tolerance
-        * posed.mesh().bounding_box().diagonal().min(pose.scale()).min(
-            // A suspect that is a small piece is not near everything.
-            suspect.mesh().bounding_box().diagonal(),
-        );
-    let share = |from: &PreparedMesh, onto: &PreparedMesh, role| -> Result<_, RegistrationError> {
-        let sampled = from.sampled(role)?;
-        let picked: Vec<usize> = sampled.some(JUDGED).collect();
-        let near = job.quiet().map(picked.len(), GRAIN, |i| {
-            onto.surface().nearest_within(sampled.points[picked[i]].0, limit)
-        })?;
-        let near: Vec<f64> = near.into_iter().flatten().map(|near| near.distance).collect();
-        Ok((near.len() as f64 / picked.len().max(1) as f64, near))
-    };
-    let (of_suspect, near) = share(suspect, &posed, "suspect")?;
-    let (of_original, _) = share(&posed, suspect, "original")?;
-    let squares: f64 = near.iter().map(|distance| distance * distance).sum();
-    Ok(Found {
-        residual: (squares / near.len().max(1) as f64).sqrt() / pose.scale(),
-        shares: [of_suspect, of_original],
-        pose,
-    })
-}
-
-/// Samples of each surface by which a pose is judged.
-const JUDGED: usize = 4000;
-
-/// Each vertex of the suspect over the point of the original over which it lies in the pose.
-fn undone(
-    original: &PreparedMesh,
-    rig: &Rig,
-    suspect: &PreparedMesh,
-    skeleton: &Skeleton<'_>,
-    fit: &Fit<'_>,
-    pose: &Rigid,
-    job: &Job,
-) -> Result<Vec<[f64; 3]>, RegistrationError> {
-    let posed = posed(original, rig, skeleton, fit, pose, job)?;
-    let surface = Surface::new(&posed);
-    let mesh = original.mesh();
-    let place = |v: usize| -> [f64; 3] {
-        let y = suspect.mesh().point(v);
-        let near = surface.nearest(y.0);
-        let (t, foot) = (near.triangle as usize, Vec3(near.point));
-        let shares = barycentric(posed.corners(t), foot);
-        let corners = mesh.triangles()[t];
-        let before: Vec3 = (0..3).map(|i| mesh.point(corners[i] as usize) * shares[i]).sum();
-        // What the suspect has over the foot is turned back with the corner that is nearest.
-        let nearest = (0..3)
-            .max_by(|&i, &j| shares[i].total_cmp(&shares[j]))
-            .unwrap_or(0);
-        let corner = corners[nearest] as usize;
-        let at = |y: Vec3| Row {
-            y: y - fit.centre(),
-            ..skeleton.row(mesh.point(corner), rig.weights_of(corner))
+impl Laying<'_> {
+    /// Begins from another transform, unless what was found is good.
+    fn better(
+        &self,
+        best: &mut Option<Found>,
+        seed: &Similarity,
+        joint: Option<usize>,
+        job: &Job,
+    ) -> Result<(), RegistrationError> {
+        if best.as_ref().is_some_and(Found::is_good) || seed.mirrors() {
+            return Ok(());
+        }
+        let Some(pose) = self.fit.grown(seed, joint, job)? else {
+            return Ok(());
         };
-        let steps = [y, foot].map(|y| pose.undone(&at(y)));
-        let over = match steps {
-            [Some(to), Some(from)] => (to - from) * skeleton.diagonal(),
-            _ => Vec3::ZERO,
+        if let Some(found) = self.judged(pose, job)?
+            && best.as_ref().is_none_or(|best| found.score() > best.score())
+        {
+            *best = Some(found);
+        }
+        Ok(())
+    }
+
+    /// The original where a pose takes it, in the suspect's frame, without what no joint moves; and the original's triangles. None where a pose takes it nowhere.
+    fn posed(&self, pose: &Rigid, job: &Job) -> Result<Option<(TriMesh, Vec<usize>)>, RegistrationError> {
+        let mesh = self.original.mesh();
+        let place = |v: usize| -> [f64; 3] {
+            let row = self.fit.skeleton.row(mesh.point(v), self.rig.weights_of(v));
+            (pose.moved(&row) + self.fit.centre()).into()
         };
-        (before + over).into()
-    };
-    Ok(job.quiet().map(suspect.mesh().vertex_count(), GRAIN, place)?)
+        let positions = job.quiet().map(mesh.vertex_count(), GRAIN, place)?;
+        let is_moved = |&t: &usize| {
+            let corners = mesh.triangles()[t].iter();
+            corners
+                .clone()
+                .all(|&v| !self.rig.weights_of(v as usize).is_empty())
+        };
+        let kept: Vec<usize> = (0..mesh.triangle_count()).filter(is_moved).collect();
+        let triangles = kept.iter().map(|&t| mesh.triangles()[t]).collect();
+        Ok(TriMesh::new(positions, triangles).ok().map(|posed| (posed, kept)))
+    }
+
+    /// How well a pose lays the surfaces on each other, both ways; none where it leaves no surface.
+    fn judged(&self, pose: Rigid, job: &Job) -> Result<Option<Found>, RegistrationError> {
+        let Some((posed, triangles)) = self.posed(&pose, job)? else {
+            return Ok(None);
+        };
+        let posed = PreparedMesh::from(posed);
+        let Ok(on_original) = posed.sampled("original") else {
+            return Ok(None);
+        };
+        let on_suspect = self.suspect.sampled("suspect")?;
+        // A suspect that is a small piece is not near everything.
+        let limit = AlignOptions::default().tolerance
+            * on_original.diagonal.min(pose.scale()).min(on_suspect.diagonal);
+        let near = |from: &Sampled, onto: &PreparedMesh| -> Result<(f64, Vec<f64>), JobError> {
+            let picked: Vec<usize> = from.some(JUDGED).collect();
+            let near = job.quiet().map(picked.len(), GRAIN, |i| {
+                onto.surface().nearest_within(from.points[picked[i]].0, limit)
+            })?;
+            let near: Vec<f64> = near.into_iter().flatten().map(|near| near.distance).collect();
+            Ok((near.len() as f64 / picked.len().max(1) as f64, near))
+        };
+        let (of_suspect, distances) = near(on_suspect, &posed)?;
+        let (of_original, _) = near(on_original, self.suspect)?;
+        let squares: f64 = distances.iter().map(|distance| distance * distance).sum();
+        Ok(Some(Found {
+            residual: (squares / distances.len().max(1) as f64).sqrt() / pose.scale(),
+            shares: [of_suspect, of_original],
+            triangles,
+            pose,
+            posed,
+        }))
+    }
+
+    /// Each vertex of the suspect over the point of the original over which it lies in the pose.
+    fn undone(&self, found: &Found, job: &Job) -> Result<Vec<[f64; 3]>, RegistrationError> {
+        let (mesh, skeleton) = (self.original.mesh(), self.fit.skeleton);
+        let place = |v: usize| -> [f64; 3] {
+            let y = self.suspect.mesh().point(v);
+            let near = found.posed.surface().nearest(y.0);
+            let (t, foot) = (near.triangle as usize, Vec3(near.point));
+            let shares = barycentric(found.posed.mesh().corners(t), foot);
+            let corners = mesh.triangles()[found.triangles[t]];
+            let before: Vec3 = (0..3).map(|i| mesh.point(corners[i] as usize) * shares[i]).sum();
+            // What the suspect has over the foot is turned back with the corner that is nearest.
+            let nearest = (0..3)
+                .max_by(|&i, &j| shares[i].total_cmp(&shares[j]))
+                .unwrap_or(0);
+            let corner = corners[nearest] as usize;
+            let at = |y: Vec3| Row {
+                y: y - self.fit.centre(),
+                ..skeleton.row(mesh.point(corner), self.rig.weights_of(corner))
+            };
+            let steps = [y, foot].map(|y| found.pose.undone(&at(y)));
+            let over = match steps {
+                [Some(to), Some(from)] => (to - from) * skeleton.diagonal(),
+                _ => Vec3::ZERO,
+            };
+            (before + over).into()
+        };
+        Ok(job
+            .quiet()
+            .map(self.suspect.mesh().vertex_count(), GRAIN, place)?)
+    }
 }
 
 /// The weights of a triangle's corners at a point in its plane; a third each where it has no area.
@@ -320,5 +345,38 @@ mod tests {
         let (foreign, _) = posed(0.3, other.mesh());
         let found = unpose_surface(&original, &foreign, &other, &[], &Job::default());
         assert!(found.unwrap().is_none());
+    }
+
+    #[test]
+    fn what_no_joint_moves_is_passed_over() {
+        let body = body(4);
+        let away = shapes::moved(
+            &body,
+            &Similarity {
+                translation: [0.0, 9.0, 0.0],
+                ..Similarity::IDENTITY
+            },
+        );
+        let (rig, suspect) = posed(0.3, &body);
+        let weights = (0..body.vertex_count()).map(|v| rig.weights_of(v).to_vec());
+        let rig = Rig::new(
+            &weights
+                .chain(vec![Vec::new(); away.vertex_count()])
+                .collect::<Vec<_>>(),
+        );
+        let count = body.vertex_count() as u32;
+        let positions = body.positions().iter().chain(away.positions()).copied().collect();
+        let others = away.triangles().iter().map(|corners| corners.map(|v| v + count));
+        let triangles = body.triangles().iter().copied().chain(others).collect();
+        let both = PreparedMesh::from(TriMesh::new(positions, triangles).unwrap());
+        let seed = Similarity {
+            scale: 1.0 / 7.0,
+            ..Similarity::IDENTITY
+        };
+        let suspect = PreparedMesh::from(suspect);
+        let found = unpose_surface(&both, &rig, &suspect, &[seed], &Job::default())
+            .unwrap()
+            .unwrap();
+        assert!(found.overlap > 0.95, "{}", found.overlap);
     }
 }

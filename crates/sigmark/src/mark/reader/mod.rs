@@ -177,11 +177,11 @@ impl Found {
         }
     }
 
-    /// The suspect brought back from the pose in which the joints of the reference's rig had put it, by whichever map of its vertices they explain best: no bits are looked at. None
-    /// where its vertices were not found again, or the rig says nothing of them.
+    /// The suspect brought back from the pose in which the joints of the reference's rig had put it: by whichever map of its vertices they explain best, or where not all of these were found again, by those that are left or by its surface. No bits are looked at. None
+    /// where the rig says nothing of it, or its surface lies on the reference as it is.
     ///
     /// # Errors
-    /// [`MarkError::Job`].
+    /// [`MarkError::Job`]; as [`unpose_surface`].
     pub fn unposed(&self, rig: &Rig, job: &Job) -> Result<Option<Self>, MarkError> {
         let maps = match &self.placement {
             Placement::ByVertices(maps) => maps,
