@@ -10,8 +10,6 @@ mod constructions;
 mod oracle;
 mod page;
 
-pub(crate) use bounds::inverse_tail;
-
 use std::path::PathBuf;
 
 use anyhow::Result;

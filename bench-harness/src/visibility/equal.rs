@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use sigmark::mark::JointModel;
 
 use super::{
-    layouts::{SEAMED, TODAY},
+    layouts::{SEAMED, TODAY_REPEATED},
     trial::{Look, Marked, Read},
 };
 
@@ -56,8 +56,8 @@ pub(super) fn of(name: &str, asset: &Asset, attacks: &Python) -> Result<Vec<Equa
     let all = usize::MAX;
     let seamed = Marked::new(name, asset, &SEAMED)?;
     let look = seamed.look(all)?;
-    let first = Marked::new(name, asset, &TODAY)?;
-    let (mut strength, mut found) = (TODAY.strength, Vec::new());
+    let first = Marked::new(name, asset, &TODAY_REPEATED)?;
+    let (mut strength, mut found) = (TODAY_REPEATED.strength, Vec::new());
     for (reader, (_, model)) in READERS.into_iter().enumerate() {
         let read = seamed.read(ATTACKS.into_iter(), model, attacks)?;
         let mut best = None;

@@ -38,6 +38,8 @@ pub enum Kind {
     Fixed,
     /// All patches together carry the bits, by harmonics that are zero at borders: what `sigmark embed` writes.
     Pooled,
+    /// The same chips, of which as many as there are carry each of 512 bits: extraction rates are then comparable with those of layouts without a code.
+    Repeated,
     /// The same patches and numbers of harmonics, by free ones times a window that is zero at borders.
     Windowed,
 }
@@ -61,13 +63,22 @@ pub(super) const TODAY: TriedLayout = TriedLayout {
     strength: STANDARD,
 };
 
+/// The same displacements, in which a code is not in the way of a comparison.
+pub(super) const TODAY_REPEATED: TriedLayout = TriedLayout {
+    kind: Kind::Repeated,
+    ..TODAY
+};
+
 /// Its rival.
 const WINDOWED: TriedLayout = TriedLayout {
     kind: Kind::Windowed,
     ..TODAY
 };
 
-/// What stands on the page.
+/// What is attacked on the page.
+pub(super) const ATTACKED: [TriedLayout; 2] = [SEAMED, TODAY_REPEATED];
+
+/// What is looked at on the page.
 pub(super) const PAGE: [TriedLayout; 3] = [SEAMED, TODAY, WINDOWED];
 
 impl TriedLayout {
@@ -86,6 +97,15 @@ impl TriedLayout {
             Kind::Free => Borders::Free,
             Kind::Fixed => Borders::Fixed,
             Kind::Pooled => return self.pooled(mesh, strength, job),
+            Kind::Repeated => {
+                let pooled = self.pooled(mesh, strength, job)?;
+                let plan = match *pooled.plan() {
+                    ChipPlan::Pooled { key, .. } => ChipPlan::pooled(BITS, key),
+                    plan => plan,
+                };
+                let (original, alphas) = (Arc::clone(pooled.original()), pooled.alphas().to_vec());
+                return Ok(MarkLayout::new(original, plan, alphas)?);
+            }
             Kind::Windowed => {
                 let fixed = self.pooled(mesh, strength, job)?;
                 let original = (**fixed.original()).clone().with_borders(Borders::Windowed);
@@ -121,6 +141,7 @@ impl fmt::Display for TriedLayout {
             Kind::Free => "free",
             Kind::Fixed => "fixed",
             Kind::Pooled => "pooled",
+            Kind::Repeated => "repeated",
             Kind::Windowed => "windowed",
         };
         let of = |number: Option<usize>| number.map_or("auto".into(), |number| number.to_string());
@@ -148,8 +169,9 @@ impl FromStr for TriedLayout {
                 "free" => Kind::Free,
                 "fixed" => Kind::Fixed,
                 "pooled" => Kind::Pooled,
+                "repeated" => Kind::Repeated,
                 "windowed" => Kind::Windowed,
-                _ => bail!("the kind is \"free\", \"fixed\", \"pooled\" or \"windowed\""),
+                _ => bail!("the kind is \"free\", \"fixed\", \"pooled\", \"repeated\" or \"windowed\""),
             },
             patches: number("patches", patches)?,
             chip_rate: number("repetitions", rate)?,

@@ -74,9 +74,9 @@ impl VisibilityBench {
         };
         let (code, commit) = (sources::digest_of_all_but(&NO_PART)?, sources::commit());
         let folder = kept::folder(&format!("visibility/{code}"))?;
-        let layouts = match &self.layout[..] {
-            [] => layouts::PAGE.to_vec(),
-            given => given.to_vec(),
+        let (layouts, attacked) = match &self.layout[..] {
+            [] => (&layouts::PAGE[..], &layouts::ATTACKED[..]),
+            given => (given, given),
         };
         let mut page = Page::default();
         let mut files = Vec::new();
@@ -94,9 +94,11 @@ impl VisibilityBench {
                     continue;
                 }
             };
-            for layout in &layouts {
-                let kept = |what: &str| format!("{name}-{}-{what}", layout.to_string().replace(':', "-"));
-                let seen = kept::figures(&folder, &kept("seen"), || {
+            let kept = |layout: &TriedLayout, what: &str| {
+                format!("{name}-{}-{what}", layout.to_string().replace(':', "-"))
+            };
+            for layout in layouts {
+                let seen = kept::figures(&folder, &kept(layout, "seen"), || {
                     println!("{name}, {layout}: what is seen");
                     Ok(match Marked::new(&name, &asset, layout) {
                         Ok(marked) => Ok(marked.seen(self.most_vertices)?),
@@ -107,11 +109,10 @@ impl VisibilityBench {
                     Ok(seen) => page.seen.push(seen),
                     Err(refused) => page.refused.push([name.clone(), layout.to_string(), refused]),
                 }
-                let Some(attackers) = attackers.as_ref().filter(|_| ATTACKED.contains(&name.as_str())) else {
-                    continue;
-                };
-                page.outlasted
-                    .push(kept::figures(&folder, &kept("outlasted"), || {
+            }
+            if let Some(attackers) = attackers.as_ref().filter(|_| ATTACKED.contains(&name.as_str())) {
+                for layout in attacked {
+                    let outlasted = kept::figures(&folder, &kept(layout, "outlasted"), || {
                         println!("{name}, {layout}: what it outlasts");
                         let marked = Marked::new(&name, &asset, layout)?;
                         Ok(Outlasted {
@@ -119,7 +120,9 @@ impl VisibilityBench {
                             layout: *layout,
                             read: marked.read(attacks(), JointModel::default(), attackers)?,
                         })
-                    })?);
+                    })?;
+                    page.outlasted.push(outlasted);
+                }
             }
             if let Some(attackers) = attackers.as_ref().filter(|_| EQUAL.contains(&name.as_str())) {
                 let equal = kept::figures(&folder, &format!("{name}-equal"), || {

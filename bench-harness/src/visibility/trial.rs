@@ -3,7 +3,7 @@
 use std::{num::NonZero, sync::Arc, thread, time::Instant};
 
 use anyhow::{Context, Result};
-use evaluation::{attacks::tables, python::Python};
+use evaluation::{attacks::tables, margin::margin_of_rate, python::Python};
 use job::Job;
 use mesh::{TriMesh, Vec3};
 use mesh_io::Asset;
@@ -15,13 +15,11 @@ use rand_chacha::{
 use serde::{Deserialize, Serialize};
 use sigmark::{
     Strength,
-    mark::{
-        JointEstimator, JointModel, MarkLayout, Original, Reader, Reading, ReadingMethod, extraction_rate,
-    },
+    mark::{JointEstimator, JointModel, MarkLayout, Original, Reader, ReadingMethod, extraction_rate},
 };
 
 use super::layouts::{Kind, TriedLayout};
-use crate::{code::inverse_tail, suspects::attacked};
+use crate::suspects::attacked;
 
 /// A triangle is as good as degenerate whose height is less than this share of its longest side, or of the model's diagonal: some units in the last place of single precision, so that writing
 /// a file turns it.
@@ -81,16 +79,19 @@ pub(super) struct Outlasted {
     pub(super) read: Vec<Read>,
 }
 
-/// What is read after an attack.
+/// What is read after an attack, of all draws together.
 #[derive(Clone, Copy, Serialize, Deserialize)]
 pub(super) struct Read {
     pub(super) rate: f64,
-    /// T₀ = √l Φ⁻¹(ER); at least where all l bits are right.
+    /// T₀ = √l Φ⁻¹(ER); at least, where all are right.
     pub(super) margin: f64,
 }
 
+/// Bits and attacks are drawn so often.
+pub(super) const DRAWS: u8 = 3;
+
 /// The attacks of Tables 4 and 5.
-pub(super) fn attacks() -> impl Iterator<Item = &'static str> {
+pub(super) fn attacks() -> impl Iterator<Item = &'static str> + Clone {
     let tables = tables();
     tables
         .table4
@@ -126,7 +127,13 @@ impl<'a> Marked<'a> {
         let start = Instant::now();
         mark.original().keep_bases(&job())?;
         let seconds = start.elapsed().as_secs_f64();
-        Self::written(name, asset, layout, mark, seconds)
+        Self::written(name, asset, layout, mark, 0, seconds)
+    }
+
+    /// With other bits.
+    fn drawn(&self, draw: u8) -> Result<Self> {
+        let mark = (*self.mark).clone();
+        Self::written(self.name, self.asset, &self.layout, mark, draw, self.seconds)
     }
 
     /// The same harmonics, more or less strongly.
@@ -134,7 +141,7 @@ impl<'a> Marked<'a> {
         let (original, layout) = (self.mark.original(), self.layout.with_strength(strength));
         let mark =
             MarkLayout::with_strength(Arc::clone(original), *self.mark.plan(), Strength::Level(strength))?;
-        Self::written(self.name, self.asset, &layout, mark, self.seconds)
+        Self::written(self.name, self.asset, &layout, mark, 0, self.seconds)
     }
 
     fn written(
@@ -142,9 +149,10 @@ impl<'a> Marked<'a> {
         asset: &'a Asset,
         layout: &TriedLayout,
         mut mark: MarkLayout,
+        draw: u8,
         seconds: f64,
     ) -> Result<Self> {
-        let mut rng = ChaCha20Rng::from_seed([2; 32]);
+        let mut rng = ChaCha20Rng::from_seed([2 + draw; 32]);
         let bits: Vec<bool> = (0..mark.bits()).map(|_| rng.next_u32() & 1 == 1).collect();
         let mut written = mark.write(&bits, &job())?;
         if layout.kind == Kind::Windowed {
@@ -154,7 +162,7 @@ impl<'a> Marked<'a> {
             mark = MarkLayout::new(Arc::clone(mark.original()), *mark.plan(), alphas)?;
             written = mark.write(&bits, &job())?;
         }
-        let is_levelled = matches!(layout.kind, Kind::Pooled | Kind::Windowed);
+        let is_levelled = matches!(layout.kind, Kind::Pooled | Kind::Repeated | Kind::Windowed);
         let strength = Strength::Level(layout.strength);
         let mut levelled = is_levelled.then(|| mark.level_slivers(&mut written, strength));
         let mut positions = written.positions(mark.original());
@@ -214,43 +222,47 @@ impl<'a> Marked<'a> {
         })
     }
 
-    /// What is read of it after attacks, by the reader of `sigmark verify`, or one that knows less: of all patches, in the best of the ways in which it may lie.
+    /// What is read of marks of several draws after attacks, by the reader of `sigmark verify`, or one that knows less.
     pub(super) fn read<'s>(
         &self,
-        specs: impl Iterator<Item = &'s str>,
+        specs: impl Iterator<Item = &'s str> + Clone,
         model: JointModel,
         attacks: &Python,
     ) -> Result<Vec<Read>> {
         let reader = Reader::new(self.mark.original().mesh())?;
         let estimator = JointEstimator::new(&self.mark).with_model(model);
         let method = ReadingMethod::joint(Arc::new(estimator));
-        let name = format!("{}-{}", self.name, self.layout.to_string().replace(':', "-"));
-        let of_attack = |spec: &str| {
-            let suspect = attacked(attacks, &self.mesh, &name, spec, 0)?;
-            let found = reader.find(&suspect, &job())?;
-            let readings = found.readings(&method, &job())?;
-            let all = readings
-                .of_every_way(&job())?
-                .into_iter()
-                .map(|reading| self.judged(reading));
-            let best = all.max_by(|a, b| a.margin.total_cmp(&b.margin));
-            best.context("it lies nowhere")
+        let mut rates = vec![0.0; specs.clone().count()];
+        for draw in 0..DRAWS {
+            let marked = self.drawn(draw)?;
+            for (rate, spec) in rates.iter_mut().zip(specs.clone()) {
+                *rate += marked.rate_after(spec, draw, &reader, &method, attacks)? / f64::from(DRAWS);
+            }
+        }
+        let bits = self.bits.len();
+        let of_rate = |rate| Read {
+            rate,
+            margin: margin_of_rate(rate, bits, usize::from(DRAWS) * bits),
         };
-        specs.map(of_attack).collect()
+        Ok(rates.into_iter().map(of_rate).collect())
     }
 
-    fn judged(&self, reading: &Reading) -> Read {
-        let (rate, bits) = (
-            extraction_rate(&self.bits, &reading.soft.hard()),
-            self.bits.len() as f64,
-        );
-        // As if half a bit were wrong, where none is.
-        let wrong = (1.0 - rate).max(0.5 / bits);
-        let margin = match wrong < 0.5 {
-            true => bits.sqrt() * inverse_tail(wrong),
-            false => 0.0,
-        };
-        Read { rate, margin }
+    /// The share of right bits, of all patches, in the best of the ways in which the attacked mesh may lie.
+    fn rate_after(
+        &self,
+        spec: &str,
+        draw: u8,
+        reader: &Reader,
+        method: &ReadingMethod,
+        attacks: &Python,
+    ) -> Result<f64> {
+        let name = format!("{}-{}", self.name, self.layout.to_string().replace(':', "-"));
+        let suspect = attacked(attacks, &self.mesh, &name, spec, draw.into())?;
+        let found = reader.find(&suspect, &job())?;
+        let readings = found.readings(method, &job())?;
+        let rates = readings.of_every_way(&job())?.into_iter();
+        let rates = rates.map(|reading| extraction_rate(&self.bits, &reading.soft.hard()));
+        rates.max_by(f64::total_cmp).context("it lies nowhere")
     }
 }
 

@@ -12,14 +12,13 @@ use rand_chacha::{
 };
 use sigmark::{
     Signed, Strength,
-    claim::statistics::margin,
     mark::{
         ChipLayout, ChipPlan, JointEstimator, MarkError, MarkLayout, Original, PatchCount, Reader,
         ReadingMethod, extraction_rate,
     },
 };
 
-use crate::output::table::MOST_MARGIN;
+use crate::margin::margin_of_rate;
 
 /// The bits of a signature, and how often each stands in a patch of the paper's layout.
 const BITS: usize = 512;
@@ -112,15 +111,12 @@ impl Marked {
         let readings = found.readings(&method, job)?;
         let judged = readings.of_every_way(job)?.into_iter().map(|reading| {
             let rate = extraction_rate(&self.bits, &reading.soft.hard());
-            (margin(&self.bits, reading.soft.values()), rate)
+            (margin_of_rate(rate, self.bits.len(), self.bits.len()), rate)
         });
         let best = judged.max_by(|a, b| a.0.total_cmp(&b.0));
         let (margin, rate) = best.context("it lies nowhere")?;
-        let margin = match margin > MOST_MARGIN {
-            true => format!("> {MOST_MARGIN}"),
-            false => format!("{margin:.1}"),
-        };
-        Ok(format!("{:.1} %, {margin}", 100.0 * rate))
+        let least = if rate < 1.0 { "" } else { "≥ " };
+        Ok(format!("{:.1} %, {least}{margin:.1}", 100.0 * rate))
     }
 }
 

@@ -27,6 +27,7 @@
 pub mod attacks;
 mod environment;
 pub mod inputs;
+pub mod margin;
 mod output;
 
 pub use environment::{machine, process, python, sources};
