@@ -8,49 +8,73 @@ use mesh::TriMesh;
 use rand_core::UnwrapErr;
 use serde_json::{Value, json};
 use sigmark::{
-    Curve, Embedder, Prediction, SigmarkError, SigningKey,
+    Curve, Embedder, Prediction, SigmarkError, SigningKey, Strength,
     mark::{MarkError, Original},
 };
 
 use crate::{
-    commands::embed::{held, survival},
+    commands::embed::{held, limits},
     report::{self, Lines},
 };
 
 /// Models of so few vertices are signed to see what is left where triangles would turn too far: large ones have next to none.
 const TRIED: usize = 20_000;
 
-/// What `embed` would do by default.
-pub(crate) struct Capacity(Result<(Arc<Original>, Prediction), SigmarkError>);
+/// As `embed --strength` names them.
+const STRENGTHS: [(&str, Strength); 3] = [
+    ("subtle", Strength::SUBTLE),
+    ("standard", Strength::STANDARD),
+    ("strong", Strength::STRONG),
+];
+
+/// What `embed` would do, but for its options: at each strength in the order of [`STRENGTHS`].
+pub(crate) struct Capacity(Result<(Arc<Original>, [Prediction; STRENGTHS.len()]), SigmarkError>);
 
 impl Capacity {
     pub(crate) fn of(mesh: &TriMesh) -> Self {
         // A key that signs nothing.
         let embedder = Embedder::new(&SigningKey::generate(Curve::P256, &mut UnwrapErr(SysRng)));
+        let job = Job::default();
+        let at = |original: &Arc<Original>, strength: Strength| {
+            let embedder = embedder.clone().strength(strength);
+            match mesh.vertex_count() <= TRIED {
+                true => Ok(*embedder.embed_in(original, &job)?.prediction()),
+                false => embedder.predict(original),
+            }
+        };
         let of = || {
-            let original = Arc::new(embedder.cut(mesh, &Job::default())?);
-            let prediction = match mesh.vertex_count() <= TRIED {
-                true => *embedder.embed_in(&original, &Job::default())?.prediction(),
-                false => embedder.predict(&original)?,
-            };
-            Ok((original, prediction))
+            let original = Arc::new(embedder.cut(mesh, &job)?);
+            let [subtle, standard, strong] = STRENGTHS.map(|(_, strength)| at(&original, strength));
+            Ok((original, [subtle?, standard?, strong?]))
         };
         Self(of())
     }
 
     pub(crate) fn json(&self) -> Value {
         match &self.0 {
-            Ok((original, prediction)) => {
+            Ok((original, predictions)) => {
+                let named = STRENGTHS.iter().zip(predictions);
+                let strengths: Vec<Value> = named
+                    .map(|((name, _), prediction)| {
+                        json!({
+                            "strength": name,
+                            "distortion_rms": prediction.distortion_rms,
+                            "payload": prediction.payload.name(),
+                            "margin_predicted": prediction.margin,
+                            "margin_read": prediction.margin_read,
+                            "noise_read": prediction.noise_read,
+                            "noise_evidence": prediction.noise_evidence,
+                            "noise_detected": prediction.noise_detected,
+                        })
+                    })
+                    .collect();
+                let [_, standard, _] = predictions;
                 json!({
-                    "chips": prediction.chips,
-                    "payload": prediction.payload.name(),
+                    "chips": standard.chips,
+                    "payload": standard.payload.name(),
                     "patches": original.patches().len(),
                     "unmarked_vertices": original.patches().unmarked_vertices(),
-                    "margin_predicted": prediction.margin,
-                    "margin_read": prediction.margin_read,
-                    "noise_read": prediction.noise_read,
-                    "noise_evidence": prediction.noise_evidence,
-                    "noise_detected": prediction.noise_detected,
+                    "strengths": strengths,
                 })
             }
             Err(SigmarkError::Mark(MarkError::Room { found, .. })) => {
@@ -62,11 +86,35 @@ impl Capacity {
 
     pub(crate) fn tell(&self, lines: &mut Lines) {
         match &self.0 {
-            Ok((_, prediction)) => {
-                let chips = report::counted(prediction.chips, "chip", "chips");
-                let held = held(prediction.payload, prediction.payload_bits);
+            Ok((_, predictions)) => {
+                let [_, standard, _] = predictions;
+                let chips = report::counted(standard.chips, "chip", "chips");
+                let held = held(standard.payload, standard.payload_bits);
                 lines.field("capacity", format!("{chips}, for {held}"));
-                survival(lines, prediction);
+                let row = |[payload, read, found, margin]: [&str; 4]| {
+                    format!("{payload:<11} {read:<25} {found:<25} {margin}")
+                };
+                let head = [
+                    "payload",
+                    "read up to noise of",
+                    "found up to noise of",
+                    "T0 at noise of 0.1 %",
+                ];
+                lines.field("strength", row(head));
+                for ((name, _), prediction) in STRENGTHS.iter().zip(predictions) {
+                    let Prediction {
+                        payload,
+                        margin,
+                        margin_read,
+                        noise_read,
+                        noise_detected,
+                        ..
+                    } = prediction;
+                    let [read, found] = [noise_read, noise_detected]
+                        .map(|&noise| limits(noise, "or").unwrap_or_else(|| "nothing".into()));
+                    let margin = format!("{margin:.0}, and {margin_read:.0} is enough");
+                    lines.field(name, row([payload.name(), &read, &found, &margin]));
+                }
             }
             Err(error) => lines.field("capacity", format!("none: {error}")),
         }

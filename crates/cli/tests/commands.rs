@@ -603,6 +603,41 @@ fn inspect_says_what_the_file_holds() {
 }
 
 #[test]
+fn inspect_says_what_a_mark_of_each_strength_holds_and_outlasts() {
+    let folder = Folder::with_signed_model();
+    folder.write_mesh("sphere.ply", &shapes::bumpy_sphere(4, 3), Precision::Double);
+    let capacity = folder.done("inspect sphere.ply --json").json()["capacity"].take();
+    let strengths = capacity["strengths"].as_array().unwrap();
+    let of = |key: &str| -> Vec<f64> { strengths.iter().map(|of| of[key].as_f64().unwrap()).collect() };
+    let names: Vec<&str> = strengths
+        .iter()
+        .map(|of| of["strength"].as_str().unwrap())
+        .collect();
+    assert_eq!(names, ["subtle", "standard", "strong"]);
+    for key in ["distortion_rms", "margin_predicted", "noise_detected"] {
+        assert!(of(key).is_sorted() && of(key)[0] > 0.0, "{key}: {:?}", of(key));
+    }
+    assert_eq!(capacity["payload"], strengths[1]["payload"]);
+    // As `embed` foretells it.
+    let embedded = folder
+        .done("embed sphere.ply -o out.ply -k owner.pem --json")
+        .json();
+    let margin = embedded["margin_predicted"].as_f64().unwrap();
+    assert!(
+        (margin / of("margin_predicted")[1] - 1.0).abs() < 0.05,
+        "{margin}"
+    );
+    let text = folder.done("inspect sphere.ply").out;
+    for name in names {
+        let row = text
+            .lines()
+            .find(|line| line.trim_start().starts_with(name))
+            .unwrap();
+        assert!(row.contains("signature") || row.contains("tag"), "{row}");
+    }
+}
+
+#[test]
 fn non_manifold_meshes_are_signed_and_found_like_others() {
     // A wall on an inner edge, a lobe at the tip of a corner, and a vertex that no face uses.
     let (sheet, lobe) = (shapes::rectangle(30, 30, 3.0, 3.0), shapes::tetrahedron());

@@ -13,7 +13,7 @@ Example:
   sigmark inspect model.obj
 
 --json prints: file, format, gzipped, file_vertices, topology (counts and measures by name), remarks, capacity (chips: places for bits; \
-payload: signature, or tag where there is little room; and as embed prints them patches, unmarked_vertices, margin_predicted, margin_read, noise_read, noise_evidence, noise_detected, for the standard strength).")]
+payload: signature, or tag where there is little room; patches; unmarked_vertices; strengths: for subtle, standard and strong the strength, distortion_rms, payload, and as embed prints them margin_predicted, margin_read, noise_read, noise_evidence, noise_detected).")]
 pub(crate) struct Inspect {
     /// The mesh
     pub(crate) model: PathBuf,

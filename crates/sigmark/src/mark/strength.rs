@@ -17,13 +17,16 @@ pub enum Strength {
 pub const MOST_DISTORTION: f64 = 0.1;
 
 impl Default for Strength {
-    /// 4·10⁻⁴ of the diagonal, less where it is thin: about what the paper's α does to the bunny (d_rmse 0.02 % of the diagonal).
+    /// [`STANDARD`](Self::STANDARD).
     fn default() -> Self {
-        Self::Level(4e-4)
+        Self::STANDARD
     }
 }
 
 impl Strength {
+    /// 4·10⁻⁴ of the diagonal, less where it is thin: about what the paper's α does to the bunny (d_rmse 0.02 % of the diagonal).
+    pub const STANDARD: Self = Self::Level(4e-4);
+
     /// Half of the default.
     pub const SUBTLE: Self = Self::Level(2e-4);
 

@@ -26,7 +26,7 @@ use crate::{
     report::{self, Lines, Seconds},
 };
 
-pub(crate) use words::{held, survival};
+pub(crate) use words::{held, limits};
 
 /// A model, and where its signed copy and the certificate go.
 struct Task {

@@ -54,15 +54,18 @@ pub(super) fn held_back(model: &Path, signed: &Signed) -> Lines {
     lines
 }
 
+/// So much noise, and the fewest bits a coordinate that are no worse; none where not even a file without noise would do.
+pub(crate) fn limits(noise: f64, or: &str) -> Option<String> {
+    let bits = || bits_for(noise).max(1);
+    (noise.is_finite() && noise > 0.0)
+        .then(|| format!("{} % {or} {} bits", significant(100.0 * noise), bits()))
+}
+
 /// What a mark survives, in words.
 pub(crate) fn survival(lines: &mut Lines, prediction: &Prediction) {
-    let withstands = |noise: f64| match noise.is_finite() && noise > 0.0 {
-        true => format!(
-            "noise of {} % of the size, or {} bits a coordinate",
-            significant(100.0 * noise),
-            bits_for(noise).max(1)
-        ),
-        false => "nothing".into(),
+    let withstands = |noise| match limits(noise, "of the size, or") {
+        Some(limits) => format!("noise of {limits} a coordinate"),
+        None => "nothing".into(),
     };
     lines.field("read up to", withstands(prediction.noise_read));
     lines.field("found up to", withstands(prediction.noise_detected));
