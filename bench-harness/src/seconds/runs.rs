@@ -39,7 +39,7 @@ impl Layout {
                 Work::Untouched,
                 Work::Moved,
                 Work::Decimated(30),
-                Work::Decimated(5),
+                Work::Decimated(1),
             ],
             Self::Paper => &[Work::Untouched, Work::Decimated(30)],
         }

@@ -9,7 +9,7 @@ use rand_chacha::{ChaCha20Rng, rand_core::SeedableRng};
 use serde::{Deserialize, Serialize};
 use sigmark::{
     Curve, Embedder, SigningKey, Strength,
-    mark::{Borders, ChipLayout, ChipPlan, MarkLayout, Original, PatchCount},
+    mark::{Borders, ChipLayout, ChipPlan, MarkLayout, Original, Patch, PatchCount},
 };
 
 /// The bits of a signature, which every patch carries where chips are not pooled.
@@ -40,6 +40,8 @@ pub enum Kind {
     Pooled,
     /// The same chips, of which as many as there are carry each of 512 bits: extraction rates are then comparable with those of layouts without a code.
     Repeated,
+    /// The same again, of the same root mean square displacement in all patches, whether they are rough or thin: what the layout alone does.
+    Even,
     /// The same patches and numbers of harmonics, by free ones times a window that is zero at borders.
     Windowed,
 }
@@ -69,6 +71,12 @@ pub(super) const TODAY_REPEATED: TriedLayout = TriedLayout {
     ..TODAY
 };
 
+/// Without regard to the surface.
+const TODAY_EVEN: TriedLayout = TriedLayout {
+    kind: Kind::Even,
+    ..TODAY
+};
+
 /// Its rival.
 const WINDOWED: TriedLayout = TriedLayout {
     kind: Kind::Windowed,
@@ -76,7 +84,7 @@ const WINDOWED: TriedLayout = TriedLayout {
 };
 
 /// What is attacked on the page.
-pub(super) const ATTACKED: [TriedLayout; 2] = [SEAMED, TODAY_REPEATED];
+pub(super) const ATTACKED: [TriedLayout; 3] = [SEAMED, TODAY_EVEN, TODAY_REPEATED];
 
 /// What is looked at on the page.
 pub(super) const PAGE: [TriedLayout; 3] = [SEAMED, TODAY, WINDOWED];
@@ -97,14 +105,17 @@ impl TriedLayout {
             Kind::Free => Borders::Free,
             Kind::Fixed => Borders::Fixed,
             Kind::Pooled => return self.pooled(mesh, strength, job),
-            Kind::Repeated => {
+            Kind::Repeated | Kind::Even => {
                 let pooled = self.pooled(mesh, strength, job)?;
                 let plan = match *pooled.plan() {
                     ChipPlan::Pooled { key, .. } => ChipPlan::pooled(BITS, key),
                     plan => plan,
                 };
-                let (original, alphas) = (Arc::clone(pooled.original()), pooled.alphas().to_vec());
-                return Ok(MarkLayout::new(original, plan, alphas)?);
+                let alphas = match self.kind {
+                    Kind::Even => self.even(&pooled),
+                    _ => pooled.alphas().to_vec(),
+                };
+                return Ok(MarkLayout::new(Arc::clone(pooled.original()), plan, alphas)?);
             }
             Kind::Windowed => {
                 let fixed = self.pooled(mesh, strength, job)?;
@@ -118,6 +129,23 @@ impl TriedLayout {
         let original = Original::cut(mesh.clone(), layout.functions(), count, job)?.with_borders(borders);
         let plan = ChipPlan::EveryPatch(layout);
         Ok(MarkLayout::with_strength(Arc::new(original), plan, strength)?)
+    }
+
+    /// α of every patch with which each is displaced alike: a chip adds (α φ)² to the mean square of its patch.
+    fn even(&self, pooled: &MarkLayout) -> Vec<f64> {
+        let (original, plan) = (pooled.original(), pooled.plan());
+        let displacement = self.strength * original.mesh().bounding_box().diagonal();
+        let of_patch = |(patch, &functions): (&Patch, &usize)| {
+            let (chips, size) = (plan.chips_per_axis(functions), plan.size(patch));
+            let square: f64 = (0..3).map(|axis| chips[axis] as f64 * size[axis].powi(2)).sum();
+            displacement / square.sqrt()
+        };
+        original
+            .patches()
+            .iter()
+            .zip(original.functions())
+            .map(of_patch)
+            .collect()
     }
 
     /// What the embedder does.
@@ -142,6 +170,7 @@ impl fmt::Display for TriedLayout {
             Kind::Fixed => "fixed",
             Kind::Pooled => "pooled",
             Kind::Repeated => "repeated",
+            Kind::Even => "even",
             Kind::Windowed => "windowed",
         };
         let of = |number: Option<usize>| number.map_or("auto".into(), |number| number.to_string());
@@ -170,8 +199,11 @@ impl FromStr for TriedLayout {
                 "fixed" => Kind::Fixed,
                 "pooled" => Kind::Pooled,
                 "repeated" => Kind::Repeated,
+                "even" => Kind::Even,
                 "windowed" => Kind::Windowed,
-                _ => bail!("the kind is \"free\", \"fixed\", \"pooled\", \"repeated\" or \"windowed\""),
+                _ => bail!(
+                    "the kind is \"free\", \"fixed\", \"pooled\", \"repeated\", \"even\" or \"windowed\""
+                ),
             },
             patches: number("patches", patches)?,
             chip_rate: number("repetitions", rate)?,

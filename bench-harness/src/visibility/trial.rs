@@ -162,7 +162,10 @@ impl<'a> Marked<'a> {
             mark = MarkLayout::new(Arc::clone(mark.original()), *mark.plan(), alphas)?;
             written = mark.write(&bits, &job())?;
         }
-        let is_levelled = matches!(layout.kind, Kind::Pooled | Kind::Repeated | Kind::Windowed);
+        let is_levelled = matches!(
+            layout.kind,
+            Kind::Pooled | Kind::Repeated | Kind::Even | Kind::Windowed
+        );
         let strength = Strength::Level(layout.strength);
         let mut levelled = is_levelled.then(|| mark.level_slivers(&mut written, strength));
         let mut positions = written.positions(mark.original());

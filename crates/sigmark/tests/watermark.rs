@@ -196,6 +196,17 @@ proptest! {
     }
 }
 
+#[test]
+fn pooled_patches_of_unequal_size_have_unequal_numbers_of_harmonics() {
+    let mesh = shapes::disjoint_union(&[
+        shapes::bumpy_sphere(3, 1),
+        shapes::translated(&shapes::bumpy_torus(40, 30, 2), [9.0, 0.0, 0.0]),
+    ]);
+    let cut = Laid::pooled(96).cut(&mesh, 3, &Job::default());
+    let least = cut.functions().iter().min();
+    assert!(cut.functions().iter().max() > least, "{:?}", cut.functions());
+}
+
 /// Patches above the size up to which eigenproblems are solved densely, where one patch has all threads and several have one each.
 #[test]
 fn the_mark_of_large_patches_is_the_same_with_one_thread_and_with_three() {
