@@ -72,7 +72,7 @@ pub(super) const TODAY_REPEATED: TriedLayout = TriedLayout {
 };
 
 /// Without regard to the surface.
-const TODAY_EVEN: TriedLayout = TriedLayout {
+pub(super) const TODAY_EVEN: TriedLayout = TriedLayout {
     kind: Kind::Even,
     ..TODAY
 };

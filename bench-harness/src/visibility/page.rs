@@ -5,7 +5,7 @@ use evaluation::{attacks::tables, machine, python::Python, table::Table};
 
 use super::{
     equal::{ALL_BITS, ATTACKS, Equal, READERS, Weighed},
-    layouts::{SEAMED, TODAY, TODAY_REPEATED},
+    layouts::{SEAMED, TODAY, TODAY_EVEN, TODAY_REPEATED, TriedLayout},
     trial::{Outlasted, Read, Seen, Turn},
 };
 use crate::results;
@@ -43,7 +43,8 @@ impl Page {
                 equal.markdown(),
                 EQUAL.into(),
                 outlasted.markdown(),
-                self.shortfalls(),
+                self.shortfalls(TODAY_EVEN),
+                self.shortfalls(TODAY_REPEATED),
             ]);
         }
         let versions = attacks.map(Python::versions).transpose()?;
@@ -159,10 +160,10 @@ impl Page {
         table
     }
 
-    /// Under which attacks today's mark is read worse than the seamed one.
-    fn shortfalls(&self) -> String {
+    /// Under which attacks a mark is read worse than the seamed one.
+    fn shortfalls(&self, today: TriedLayout) -> String {
         let of = |layout| self.outlasted.iter().filter(move |of| of.layout == layout);
-        let pairs: Vec<[&Outlasted; 2]> = of(TODAY_REPEATED)
+        let pairs: Vec<[&Outlasted; 2]> = of(today)
             .filter_map(|now| {
                 of(SEAMED)
                     .find(|then| then.model == now.model)
@@ -180,7 +181,7 @@ impl Page {
             .collect();
         let ratio = |i: usize| {
             let of_model = |[now, then]: &[&Outlasted; 2]| {
-                let [now, then] = [now, then].map(|of| of.read[i].margin.min(ALL_BITS));
+                let [now, then] = [now, then].map(|of| of.read[i].margin.clamp(1.0, ALL_BITS));
                 (now / then).ln()
             };
             (pairs.iter().map(of_model).sum::<f64>() / pairs.len() as f64).exp()
@@ -195,7 +196,7 @@ impl Page {
             false => format!(": {}", short.join(", ")),
         };
         format!(
-            "By the same reader, at the same distortion, and with T₀ beyond {ALL_BITS:.0} counted as that, `{TODAY_REPEATED}` has less than {:.2} of the T₀ of `{SEAMED}`, geometric mean over {} models, under {} of {} attacks{list}.\n",
+            "By the same reader, at the same distortion, and with T₀ beyond {ALL_BITS:.0} counted as that, `{today}` has less than {:.2} of the T₀ of `{SEAMED}`, geometric mean over {} models, under {} of {} attacks{list}.\n",
             1.0 - SHORT,
             pairs.len(),
             short.len(),
@@ -236,7 +237,7 @@ impl Page {
 }
 
 const WORDS: &str = "Each model carries the same random bits in every layout. A layout is named KIND:PATCHES:CHIP RATE:STRENGTH. *Free* is the paper's: harmonics end with any value where \
-    patches meet, and every patch carries every bit so often; in *fixed* ones they are zero there; *pooled* is what `sigmark embed` writes: fixed ones, too, and all patches together carry every bit of a codeword so often; *repeated* has the same chips, and each of 512 bits has as many of them as another, so that a code is not in the way when extraction rates are compared. *Windowed* has the patches of \
+    patches meet, and every patch carries every bit so often; in *fixed* ones they are zero there; *pooled* is what `sigmark embed` writes: fixed ones, too, and all patches together carry every bit of a codeword so often; *repeated* has the same chips, and each of 512 bits has as many of them as another, so that a code is not in the way when extraction rates are compared; *even* is as strong in all patches, while the others are stronger where a surface is rough. *Windowed* has the patches of \
     pooled, with free harmonics times a smoothstep of the distance to the border, over 0.15 of the patch's radius. `auto` is what the library chooses: \
     free patches as few as keep each below 30 000 vertices, which with chip rate 3 was the default until version 3 of certificates (*seamed*); pooled ones are the default. The strength is the root mean square displacement in diagonals; \
     as in the command, pooled marks take it back where a model is thin, and slivers are levelled. Turns are of the file as it is written. \
