@@ -253,7 +253,7 @@ impl Verdict {
         self.verdict.coverage
     }
 
-    /// Takes the suspect to the original, (4, 4), float64; None if it does not fit.
+    /// Takes the suspect to the original, (4, 4), float64; None if it does not fit, or was bent or posed: then no one transform does.
     #[getter]
     fn transform<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
         let matrix = self

@@ -43,7 +43,7 @@ pub fn of_verdict(verdict: &Verdict, statement: &Statement, own_key: bool) -> Ma
         "bit_errors": verdict.bit_errors,
         "patches_read": verdict.patches_read,
         "tries": verdict.tries,
-        "registration": verdict.transform.map(|_| verdict.matched_by),
+        "registration": verdict.registration(),
         "poses": verdict.poses,
         "overlap": verdict.overlap,
         "coverage": verdict.coverage,
@@ -68,7 +68,7 @@ pub fn of_verdict(verdict: &Verdict, statement: &Statement, own_key: bool) -> Ma
 pub fn of_trace(trace: &Trace) -> Map<String, Value> {
     members(json!({
         "candidates": trace.candidates,
-        "registration": trace.transform.map(|_| trace.matched_by),
+        "registration": trace.registration(),
         "poses": trace.poses,
         "overlap": trace.overlap,
         "coverage": trace.coverage,

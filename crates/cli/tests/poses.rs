@@ -81,6 +81,7 @@ fn a_copy_in_another_pose_is_verified_also_as_evidence() {
         (&json!("verified"), &json!("rig"))
     );
     assert_eq!(report["evidence"], true);
+    assert_eq!([&report["transform"], &report["mirrored"]], [&Value::Null; 2]);
     let words = folder
         .done(&format!(
             "verify posed.obj {VERIFY} --dispute --report page.html --force"
@@ -92,6 +93,8 @@ fn a_copy_in_another_pose_is_verified_also_as_evidence() {
     );
     let page = folder.text("page.html");
     assert!(page.contains("with all that poses it"), "{page}");
+    assert!(page.contains("its pose was undone by the original\u{2019}s joints before it was read"));
+    assert!(page.contains("Left apart") && !page.contains("Transform found"));
     let run = folder.run(&format!("verify bare.obj {VERIFY} --json"));
     assert_eq!(
         (run.code, run.json()["outcome"].clone()),
@@ -177,7 +180,16 @@ fn a_library_finds_posed_copies_by_the_rig_of_the_file_that_was_added() {
     let report = folder
         .done("library search posed.obj --library lib.sigmark --json")
         .json();
-    assert_eq!(report["outcome"], "verified", "{report}");
+    assert_eq!(
+        (&report["outcome"], &report["registration"], &report["transform"]),
+        (&json!("verified"), &json!("rig"), &Value::Null),
+        "{report}"
+    );
+    let words = folder.done("library search posed.obj --library lib.sigmark").out;
+    assert!(
+        words.contains("brought back from its pose by the original's joints"),
+        "{words}"
+    );
     let report = folder
         .done("library verify posed.obj --library lib.sigmark --json")
         .json();

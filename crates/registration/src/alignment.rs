@@ -59,6 +59,11 @@ impl MatchedBy {
     pub fn is_by_rig(self) -> bool {
         matches!(self, Self::Rig | Self::RigSurface)
     }
+
+    /// Whether the suspect was bent or posed, and looked at without that: no one transform takes it to the original.
+    pub fn is_bent(self) -> bool {
+        self.is_by_rig() || self == Self::LocalFrames
+    }
 }
 
 /// Where the suspect belongs, and how well it fits there.

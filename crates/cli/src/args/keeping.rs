@@ -93,8 +93,8 @@ claim. p counts all originals and certificates with which the suspect was, or wo
 Exit code 0 if an original was found, with or without a mark, 1 if none; of several suspects 0 if of one, and 2 if one could not be judged.
 
 --json prints: an object a suspect, each in a line, of suspect (file name), outcome (verified, detected, shape or not_found), original (number, name, digest and files of the one that was found), recipient, message, public_key (fingerprint), p_value (all readings counted), \
-evidence (whether that is at most 2^-120), readings (how many were counted), margin (T0), overlap (share of the suspect's surface that lies on the original), coverage (share of the original's on the suspect), transform (4 × 4, suspect to \
-original), candidates (the originals that it resembles most: original, its digest, name, score, from 1, the same, to 0, by, whole, part or local, and verdict, as outcome, another_shape, or null for those that were not read), searched (originals in the library), library (file name), seconds (of each \
+evidence (whether that is at most 2^-120), readings (how many were counted), margin (T0), overlap (share of the suspect's surface that lies on the original), coverage (share of the original's on the suspect), registration (what it was recognised by, as `sigmark verify` has it), transform (4 × 4, suspect to \
+original; null where it was bent or posed), candidates (the originals that it resembles most: original, its digest, name, score, from 1, the same, to 0, by, whole, part or local, and verdict, as outcome, another_shape, or null for those that were not read), searched (originals in the library), library (file name), seconds (of each \
 stage). What can't be said is null. Of one of several suspects that could not be judged: suspect and error alone.")]
 pub(crate) struct LibrarySearch {
     /// The meshes in question, or folders of them

@@ -1,5 +1,6 @@
 //! What the page says of one suspect.
 
+use registration::MatchedBy;
 use sigmark::{Outcome, PayloadKind, Verdict};
 
 use super::{
@@ -13,7 +14,7 @@ use crate::{args::Verify, claims::Claim, commands::verify::found_parts, report};
 pub(super) fn section(verdict: &Verdict, arguments: &Verify, claim: &Claim, pictures: &Pictures) -> Html {
     answer(verdict, arguments, claim)
         .and(chances(verdict, arguments))
-        .and(gallery(pictures))
+        .and(gallery(pictures, verdict.registration()))
         .and(measured(verdict, claim))
 }
 
@@ -83,11 +84,17 @@ fn chances(verdict: &Verdict, arguments: &Verify) -> Html {
 }
 
 /// Original, suspect, and where they differ.
-pub(super) fn gallery(pictures: &Pictures) -> Html {
+pub(super) fn gallery(pictures: &Pictures, registration: Option<MatchedBy>) -> Html {
     let mut figures = figure(&pictures.original, "The original", "The original");
-    let suspect = match &pictures.difference {
-        Some(_) => "The suspect, laid onto the original",
-        None => "The suspect, as its file has it: no position was found in which it lies on the original",
+    let suspect = match (&pictures.difference, registration) {
+        (Some(_), _) => "The suspect, laid onto the original",
+        (None, Some(by)) if by.is_by_rig() => {
+            "The suspect, as its file has it: its pose was undone by the original\u{2019}s joints before it was read"
+        }
+        (None, Some(_)) => {
+            "The suspect, as its file has it: it was bent or posed, and read in the surroundings of each vertex"
+        }
+        (None, None) => "The suspect, as its file has it: no position was found in which it lies on the original",
     };
     figures.push(&figure(&pictures.suspect, suspect, "The suspect"));
     if let Some(difference) = &pictures.difference {
@@ -183,7 +190,7 @@ fn measured(verdict: &Verdict, claim: &Claim) -> Html {
         "Original\u{2019}s surface",
         Html::text(format!("{} of it lies on the suspect", share(verdict.coverage))),
     );
-    if let Some(transform) = &verdict.transform {
+    if verdict.registration().is_some() {
         facts.add("Recognised", Html::text(words::registration(verdict)));
         facts.add(
             "Vertices seen",
@@ -208,6 +215,8 @@ fn measured(verdict: &Verdict, claim: &Claim) -> Html {
                 Html::text(format!("{attack} (shares of the squared displacements)")),
             );
         }
+    }
+    if let Some(transform) = &verdict.transform {
         facts.add("Transform found", Html::text(words::transform(transform)));
         let rows: Vec<String> = transform
             .to_matrix()

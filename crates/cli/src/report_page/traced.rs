@@ -74,7 +74,7 @@ impl<'a> TracePage<'a> {
         let pictures = pictures::draw(self.mesh, suspect.mesh(), trace.transform.as_ref(), job)?;
         let body = answer(trace)
             .and(accusations(trace, copies))
-            .and(gallery(&pictures))
+            .and(gallery(&pictures, trace.registration()))
             .and(measured(trace, copies));
         self.add(path, body);
         self.suspects.push(ReadMesh::of(path, suspect));
@@ -208,7 +208,7 @@ fn measured(trace: &Trace, copies: &Copies) -> Html {
         "Suspect\u{2019}s surface",
         Html::text(format!("{} of it lies on the original", share(trace.overlap))),
     );
-    if trace.transform.is_some() {
+    if trace.registration().is_some() {
         let seen = share(1.0 - trace.missing);
         facts.add(
             "Vertices seen",

@@ -320,19 +320,22 @@ impl Rigid {
         }
     }
 
-    /// The joints of a vertex with their weights, negative where the other of two equal quaternions is nearer to the one that weighs most.
-    fn shares(&self, weights: &[(u32, f64)]) -> impl Iterator<Item = (usize, f64)> {
-        let heaviest = weights.iter().max_by(|a, b| a.1.total_cmp(&b.1));
-        let pivot = heaviest.map_or([0.0; 4], |&(joint, _)| self.joints[joint as usize].real);
-        weights.iter().map(move |&(joint, weight)| {
-            let joint = joint as usize;
-            let sign = if dot(self.joints[joint].real, pivot) < 0.0 {
-                -1.0
-            } else {
-                1.0
-            };
-            (joint, sign * weight)
-        })
+    /// The joints of a vertex with their weights, the heaviest first; negative where the other of two equal quaternions is nearer to the sum of those before, as Blender has it.
+    fn shares(&self, weights: &[(u32, f64)]) -> Vec<(usize, f64)> {
+        let mut shares: Vec<(usize, f64)> = weights
+            .iter()
+            .map(|&(joint, weight)| (joint as usize, weight))
+            .collect();
+        shares.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let mut sum = [0.0; 4];
+        for (joint, share) in &mut shares {
+            let real = self.joints[*joint].real;
+            if dot(real, sum) < 0.0 {
+                *share = -*share;
+            }
+            (0..4).for_each(|i| sum[i] += *share * real[i]);
+        }
+        shares
     }
 
     /// Not of unit length.
@@ -484,4 +487,25 @@ fn quaternion(rotation: Mat3) -> Quaternion {
 
 fn turned_round(Vec3([x, y, z]): Vec3, mirrors: bool) -> Vec3 {
     Vec3([x, y, if mirrors { -z } else { z }])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn which_of_two_equal_quaternions_counts_says_the_sum_of_those_that_weigh_more() {
+        let about_z = |w: f64| Motion {
+            real: [w, 0.0, 0.0, (1.0 - w * w).sqrt()],
+            dual: [0.0; 4],
+        };
+        // The last is nearer to the opposite of the first, but to the sum of both before it.
+        let joints = [-0.1, 0.087, 1.0].map(about_z).to_vec();
+        let pose = Rigid::of_joints(Blending::DualQuaternions, joints, 1.0);
+        assert!(dot(pose.joints[0].real, pose.joints[2].real) < 0.0);
+        let shares = pose.shares(&[(0, 0.25), (1, 0.35), (2, 0.4)]);
+        assert_eq!(shares, [(2, 0.4), (1, 0.35), (0, 0.25)]);
+        let alone = pose.shares(&[(0, 0.4), (2, 0.6)]);
+        assert_eq!(alone, [(2, 0.6), (0, -0.4)]);
+    }
 }

@@ -141,7 +141,7 @@ pub struct Verdict {
     pub missing: f64,
     /// RMS distance of corresponding points after alignment, as a fraction of the original's diagonal.
     pub residual: Option<f64>,
-    /// Takes the suspect to the original.
+    /// Takes the suspect to the original; `None` if it does not fit, or was [bent](MatchedBy::is_bent): then no one transform does.
     pub transform: Option<Similarity>,
     /// What moved the suspect beside the mark; `None` where the paper's rule alone read it, or nothing did.
     pub attack_model: Option<AttackModel>,
@@ -154,6 +154,11 @@ pub struct Verdict {
 }
 
 impl Verdict {
+    /// How the suspect was laid onto the original; `None` if it does not fit.
+    pub fn registration(&self) -> Option<MatchedBy> {
+        self.residual.map(|_| self.matched_by)
+    }
+
     /// The probability that one of 2⁸⁰ claims that a stranger tried would have come as far, an upper bound: 2⁸⁰ p, at most 1. For marks
     /// that do not bind the original it is 1, since they can be forged without trying; so it is where the verdict [informs the owner alone](Self::is_for_owner_alone). For a tag it is 2⁻⁴⁸ at least: whoever looks for statements under which some tag would be read needs a signature that has it, one of 2¹²⁸.
     pub fn p_dispute(&self) -> f64 {

@@ -246,6 +246,9 @@ impl Verifier {
         let reading = found.read(&self.method, wanted, job)?;
         let mut verdict = self.judge(&reading, decoder);
         (verdict.poses, verdict.matched_by) = (found.poses(), found.matched_by());
+        if verdict.matched_by.is_bent() {
+            verdict.transform = None;
+        }
         match found.alignment() {
             Some(alignment) => {
                 (verdict.overlap, verdict.coverage) = (alignment.overlap, alignment.coverage);

@@ -6,7 +6,7 @@ use anyhow::{Context, Result};
 use job::{Job, JobError};
 use library::{Candidate, Index, Library, OriginalRecord, Query};
 use mesh::{Rig, Similarity, TriMesh};
-use registration::{AlignOptions, PreparedMesh};
+use registration::{AlignOptions, MatchedBy, PreparedMesh};
 use sigmark::{
     Certificate, GeometryDigest, Outcome, PublicKey, SigmarkError, Verdict, Verifier,
     claim::{EVIDENCE, Tracer},
@@ -62,6 +62,8 @@ pub(super) struct Lying {
     pub(super) overlap: f64,
     pub(super) coverage: f64,
     pub(super) transform: Option<Similarity>,
+    /// What it was recognised by.
+    pub(super) registration: Option<MatchedBy>,
 }
 
 /// What was found of a suspect.
@@ -91,6 +93,7 @@ impl Finding {
                 overlap: marked.verdict.overlap,
                 coverage: marked.verdict.coverage,
                 transform: marked.verdict.transform,
+                registration: marked.verdict.registration(),
             }),
             Self::Shape(lying) => Some(*lying),
             Self::Another => None,
@@ -317,6 +320,7 @@ fn verify(
             overlap: verdict.overlap,
             coverage: verdict.coverage,
             transform: verdict.transform,
+            registration: verdict.registration(),
         }),
         (false, Some(_)) => Finding::Another,
     })
@@ -352,8 +356,9 @@ fn trace(
             overlap: trace.overlap,
             coverage: trace.coverage,
             transform: trace.transform,
+            registration: trace.registration(),
         };
-        return Ok(match trace.mismatch.is_none() && trace.transform.is_some() {
+        return Ok(match trace.mismatch.is_none() && trace.registration().is_some() {
             true => Finding::Shape(lying),
             false => Finding::Another,
         });
@@ -379,6 +384,7 @@ fn align(mesh: &TriMesh, suspect: &PreparedMesh, job: &Job) -> Result<Finding> {
             overlap: aligned.overlap,
             coverage: aligned.coverage,
             transform: Some(aligned.transform),
+            registration: Some(aligned.matched_by),
         }),
         false => Finding::Another,
     })

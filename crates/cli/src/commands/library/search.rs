@@ -123,6 +123,7 @@ fn described(catalogue: &Catalogue, found: &LookedUp) -> Result<Map<String, Valu
         "margin": marked.and_then(|marked| marked.margin),
         "overlap": lying.map(|lying| lying.overlap),
         "coverage": lying.map(|lying| lying.coverage),
+        "registration": lying.and_then(|lying| lying.registration),
         "transform": lying.and_then(|lying| lying.transform).map(|transform| transform.to_matrix()),
         "candidates": candidates.collect::<Vec<_>>(),
         "searched": catalogue.index.len(),

@@ -8,7 +8,7 @@ use sigmark::Outcome;
 use super::look_up::{Catalogue, Finding, Looked, LookedUp, Marked};
 use crate::{
     args::Searching,
-    commands::verify::probability,
+    commands::verify::{probability, recognised_by},
     report::{self, Lines, Seconds},
 };
 
@@ -87,7 +87,11 @@ fn of_original(suspect: &str, catalogue: &Catalogue, found: &LookedUp, best: &Lo
     for file in catalogue.library.files(best.record.id)? {
         lines.field("  file", file.path);
     }
-    if let Some(lying) = best.finding.as_ref().and_then(Finding::lying) {
+    let lying = best.finding.as_ref().and_then(Finding::lying);
+    if let Some(by) = lying.and_then(|lying| lying.registration) {
+        lines.field("recognised", recognised_by(by));
+    }
+    if let Some(lying) = lying {
         lines.field(
             "lies there",
             format!(

@@ -8,7 +8,7 @@ use sigmark::claim::{Accused, Trace};
 use super::issued::{Copies, IssuedCopy};
 use crate::{
     args,
-    commands::verify::{probability, remark},
+    commands::verify::{probability, recognised_by, remark},
     report::{self, Lines, Seconds},
 };
 
@@ -62,8 +62,8 @@ pub(super) fn summary(
             false => key,
         },
     );
-    if trace.transform.is_some() {
-        lines.field("registered", registered(trace));
+    if let Some(by) = trace.registration() {
+        lines.field("registered", registered(by, trace));
     }
     if !accused.is_empty() {
         lines.field(
@@ -117,26 +117,14 @@ fn tell_of_certificates(lines: &mut Lines, trace: &Trace, copies: &Copies) {
     }
 }
 
-fn registered(trace: &Trace) -> String {
-    let by = match trace.matched_by {
-        MatchedBy::Connectivity => "by its vertices",
-        MatchedBy::Surroundings => "by the vertices that are left",
-        MatchedBy::Parts => "part by part, each put back by itself",
-        MatchedBy::Rig => {
-            "by its vertices, brought back from its pose by the original's joints and morph targets"
-        }
-        MatchedBy::RigSurface => "by its surface, brought back from its pose by the original's joints",
-        MatchedBy::LocalFrames => {
-            "by its vertices, each seen from its own surroundings: it was bent or posed"
-        }
-        _ => "by its surface",
-    };
+fn registered(by: MatchedBy, trace: &Trace) -> String {
     let poses = match trace.poses {
         0 | 1 => String::new(),
         poses => format!("; it could lie there in {poses} ways, which the probability allows for"),
     };
     format!(
-        "{by}: {:.1} % of the suspect lies on the original, {:.1} % of the original's vertices were seen{poses}",
+        "{}: {:.1} % of the suspect lies on the original, {:.1} % of the original's vertices were seen{poses}",
+        recognised_by(by),
         100.0 * trace.overlap,
         100.0 * (1.0 - trace.missing)
     )

@@ -83,11 +83,13 @@ pub(super) fn summary(
         }
         tell_how_sure(&mut lines, verdict);
     }
-    if let (Some(transform), Some(residual)) = (verdict.transform, verdict.residual) {
-        lines.field("registered", registered(verdict));
-        let mirrored = if transform.mirrors() { ", mirrored" } else { "" };
-        let scale = transform.scale;
-        let apart = format!("{residual:.2e} of the diagonal apart (RMS), scale {scale:.6}{mirrored}");
+    if let (Some(by), Some(residual)) = (verdict.registration(), verdict.residual) {
+        lines.field("registered", registered(by, verdict));
+        let placed = verdict.transform.map_or_else(String::new, |transform| {
+            let mirrored = if transform.mirrors() { ", mirrored" } else { "" };
+            format!(", scale {:.6}{mirrored}", transform.scale)
+        });
+        let apart = format!("{residual:.2e} of the diagonal apart (RMS){placed}");
         lines.field("alignment", apart);
     }
     if verdict.outcome.is_found() && verdict.marked_parts > 1 {
@@ -213,12 +215,12 @@ pub(crate) fn remark(mismatch: Mismatch) -> String {
     }
 }
 
-/// What the suspect was recognised by, and how much of the original it is.
-fn registered(verdict: &Verdict) -> String {
-    let by = match verdict.matched_by {
+/// What a suspect was recognised by.
+pub(crate) fn recognised_by(by: MatchedBy) -> &'static str {
+    match by {
         MatchedBy::Connectivity => "by its vertices",
         MatchedBy::Surroundings => "by the vertices that are left",
-        MatchedBy::Parts => "by its parts, each for itself",
+        MatchedBy::Parts => "by its parts, each put back by itself",
         MatchedBy::Rig => {
             "by its vertices, brought back from its pose by the original's joints and morph targets"
         }
@@ -227,13 +229,18 @@ fn registered(verdict: &Verdict) -> String {
             "by its vertices, each seen from its own surroundings: it was bent or posed"
         }
         _ => "by its surface",
-    };
+    }
+}
+
+/// What the suspect was recognised by, and how much of the original it is.
+fn registered(by: MatchedBy, verdict: &Verdict) -> String {
     let poses = match verdict.poses {
         0 | 1 => String::new(),
         poses => format!("; it could lie there in {poses} ways, which the probability allows for"),
     };
     format!(
-        "{by}: {:.1} % of the suspect lies on the original, {:.1} % of the original's vertices were seen{poses}",
+        "{}: {:.1} % of the suspect lies on the original, {:.1} % of the original's vertices were seen{poses}",
+        recognised_by(by),
         100.0 * verdict.overlap,
         100.0 * (1.0 - verdict.missing)
     )

@@ -7,20 +7,50 @@ use mesh::Vec3;
 use super::{Motion, Pose, Rigid, skeleton::Skeleton};
 use crate::{PreparedMesh, RegistrationError, sampled::GRAIN};
 
-/// Tolerances, in diagonals, how many rounds at each, and about how many samples are looked at: while joints are still looked for, and in the end.
-pub(super) const COARSE: [(f64, usize, usize); 3] = [(0.03, 6, 2000), (0.015, 10, 2000), (0.006, 10, 3000)];
-pub(super) const FINE: [(f64, usize, usize); 4] = [
-    (0.01, 4, 3000),
-    (0.006, 4, 3000),
-    (0.004, 6, 20_000),
-    (0.002, 8, 20_000),
+/// How joints are moved for a while.
+pub(super) struct Stage {
+    /// What is farther from the suspect, in diagonals, is not looked at.
+    tolerance: f64,
+    rounds: usize,
+    /// About so many samples are looked at.
+    samples: usize,
+    /// How much places between joints count, as [`HELD`].
+    held: f64,
+}
+
+const fn stage(tolerance: f64, rounds: usize, samples: usize, held: f64) -> Stage {
+    Stage {
+        tolerance,
+        rounds,
+        samples,
+        held,
+    }
+}
+
+/// While joints are still looked for, and in the end.
+pub(super) const COARSE: [Stage; 3] = [
+    stage(0.03, 6, 2000, HELD),
+    stage(0.015, 10, 2000, HELD),
+    stage(0.006, 10, 3000, HELD),
+];
+pub(super) const FINE: [Stage; 4] = [
+    stage(0.01, 4, 3000, HELD),
+    stage(0.006, 4, 3000, LOOSE),
+    stage(0.004, 6, 20_000, LOOSE),
+    stage(0.002, 8, 20_000, LOOSE),
 ];
 
 /// Normals that are farther apart belong to different sides.
 const SAME_SIDE: f64 = 0.4;
 
 /// What of a sample two joints count that move the place between them to the same place: joints are not dislocated, but where exactly they are, weights hardly tell.
-const HELD: f64 = 3e-4;
+pub(super) const HELD: f64 = 3e-4;
+
+/// As much in the end: a joint of which enough is seen says better itself where it is.
+const LOOSE: f64 = 1e-5;
+
+/// How far, squared and in diagonals of a radian, the place about which two joints turn is looked for from the middle of what they share.
+const NEAR_MIDDLE: f64 = 0.01;
 
 /// Damping at first, beside the normal equations' diagonal, and what it is multiplied by after a step that helped, and one that did not.
 const DAMPING: f64 = 1e-3;
@@ -108,6 +138,7 @@ impl<'a> Fit<'a> {
         samples: &[usize],
         tolerance: f64,
         rounds: usize,
+        held: f64,
         job: &Job,
     ) -> Result<Rigid, JobError> {
         let mut damping = DAMPING;
@@ -117,7 +148,7 @@ impl<'a> Fit<'a> {
             if matches.is_empty() {
                 break;
             }
-            let (normal, right) = self.equations(&pose, &matches);
+            let (normal, right) = self.equations(&pose, &matches, held);
             let before = self.left(&pose, &matches, samples.len(), tolerance);
             let mut is_better = false;
             for _try in 0..TRIES {
@@ -148,7 +179,7 @@ impl<'a> Fit<'a> {
         near + (samples - matches.len()) as f64
     }
 
-    fn equations(&self, pose: &Rigid, matches: &[Match]) -> (Mat<f64>, Mat<f64>) {
+    fn equations(&self, pose: &Rigid, matches: &[Match], held: f64) -> (Mat<f64>, Mat<f64>) {
         let mut off: Vec<f64> = matches.iter().map(|found| found.rest.abs()).collect();
         let middle = off.len() / 2;
         let median = *off.select_nth_unstable_by(middle, f64::total_cmp).1;
@@ -165,17 +196,19 @@ impl<'a> Fit<'a> {
             let weight = (-0.5 * (found.rest / width).powi(2)).exp();
             add(&mut normal, &mut right, &numbers, found.rest, weight);
         }
-        self.hold(pose, matches.len(), &mut normal, &mut right);
+        let weight = held * matches.len() as f64 / self.skeleton.links.len().max(1) as f64;
+        self.hold(pose, weight, &mut normal, &mut right);
         (normal, right)
     }
 
-    /// Neighbours keep the place between them together.
-    fn hold(&self, pose: &Rigid, matches: usize, normal: &mut Mat<f64>, right: &mut Mat<f64>) {
+    /// Neighbours keep the place together about which they turn.
+    fn hold(&self, pose: &Rigid, weight: f64, normal: &mut Mat<f64>, right: &mut Mat<f64>) {
         let scale = pose.scale();
-        let weight = HELD * matches as f64 / self.skeleton.links.len().max(1) as f64;
         for link in &self.skeleton.links {
             let [a, b] = link.joints;
-            let [there, here] = [a, b].map(|joint| pose.joints()[joint].apply(link.pivot));
+            let motions = [a, b].map(|joint| pose.joints()[joint]);
+            let pivot = hinge(&motions, link.pivot);
+            let [there, here] = motions.map(|motion| motion.apply(pivot));
             for axis in 0..3 {
                 let unit = Vec3(std::array::from_fn(|i| if i == axis { 1.0 } else { 0.0 }));
                 let mut numbers = Vec::with_capacity(12);
@@ -193,16 +226,11 @@ impl<'a> Fit<'a> {
     }
 
     /// All joints together, from coarse to fine.
-    pub(super) fn together(
-        &self,
-        mut pose: Rigid,
-        course: &[(f64, usize, usize)],
-        job: &Job,
-    ) -> Result<Rigid, JobError> {
+    pub(super) fn together(&self, mut pose: Rigid, course: &[Stage], job: &Job) -> Result<Rigid, JobError> {
         let all = self.skeleton.samples.len();
-        for &(tolerance, rounds, most) in course {
-            let samples: Vec<usize> = (0..all).step_by((all / most).max(1)).collect();
-            pose = self.descend(pose, &samples, tolerance, rounds, job)?;
+        for stage in course {
+            let samples: Vec<usize> = (0..all).step_by((all / stage.samples).max(1)).collect();
+            pose = self.descend(pose, &samples, stage.tolerance, stage.rounds, stage.held, job)?;
         }
         Ok(pose)
     }
@@ -235,6 +263,24 @@ pub(super) fn add(
             normal[(i, k)] += weight * a * b;
         }
     }
+}
+
+/// The place that two motions take most nearly to the same place, not far from a given one: on the axis about which the second turns against the first.
+fn hinge(motions: &[Motion; 2], middle: Vec3) -> Vec3 {
+    let apart = |p: Vec3| motions[0].apply(p) - motions[1].apply(p);
+    let (origin, rest) = (apart(Vec3::ZERO), apart(middle));
+    let (mut normal, mut right) = (Mat::<f64>::zeros(3, 3), Mat::<f64>::zeros(3, 1));
+    let columns: [Vec3; 3] = std::array::from_fn(|axis| {
+        apart(Vec3(std::array::from_fn(|i| if i == axis { 1.0 } else { 0.0 }))) - origin
+    });
+    for i in 0..3 {
+        let numbers: Vec<(usize, f64)> = (0..3).map(|axis| (axis, columns[axis].0[i])).collect();
+        add(&mut normal, &mut right, &numbers, -rest.0[i], 1.0);
+        normal[(i, i)] += NEAR_MIDDLE;
+    }
+    solved(&normal, &right, 0.0).map_or(middle, |step| {
+        middle + Vec3(std::array::from_fn(|i| step[(i, 0)]))
+    })
 }
 
 /// A joint that moves as another, turned about a place of the original.

@@ -6,7 +6,7 @@ use mesh::{Similarity, Vec3};
 
 use super::{
     BLENDINGS, Blending, Motion, Pose, Rigid,
-    fit::{COARSE, FINE, Fit, add, solved, turned_about},
+    fit::{COARSE, FINE, Fit, HELD, add, solved, turned_about},
     skeleton::Link,
 };
 use crate::matrix::Mat3;
@@ -79,7 +79,7 @@ impl Fit<'_> {
             }
             is_placed[next] = true;
             order.push((link, from, next));
-            pose = self.descend(pose, &self.samples_of(&is_placed), WIDE, SO_FAR, job)?;
+            pose = self.descend(pose, &self.samples_of(&is_placed), WIDE, SO_FAR, HELD, job)?;
         }
         for _pass in 0..PASSES {
             pose = self.together(pose, &COARSE, job)?;

@@ -26,12 +26,14 @@ pub struct Trace {
     pub coverage: f64,
     /// Share of the original's vertices at which the suspect has no surface, from 0 to 1.
     pub missing: f64,
-    /// Takes the suspect to the original; none where it does not fit.
+    /// Takes the suspect to the original; none where it does not fit, or was [bent](MatchedBy::is_bent): then no one transform does.
     pub transform: Option<Similarity>,
     /// What moved the suspect beside the marks.
     pub attack_model: Option<AttackModel>,
     /// Why the suspect is another shape, if it is: nobody is named then.
     pub mismatch: Option<Mismatch>,
+    /// Whether it was laid onto the original and read there.
+    is_laid: bool,
 }
 
 /// One whose copy is in a suspect.
@@ -81,7 +83,13 @@ impl Trace {
             transform: None,
             attack_model: None,
             mismatch: None,
+            is_laid: false,
         }
+    }
+
+    /// How the suspect was laid onto the original; none where it does not fit.
+    pub fn registration(&self) -> Option<MatchedBy> {
+        self.is_laid.then_some(self.matched_by)
     }
 
     /// Whether anybody was named.
@@ -94,8 +102,9 @@ impl Trace {
         let Some(first) = readings.iter().max_by(|a, b| a.in_place.total_cmp(&b.in_place)) else {
             return;
         };
+        self.is_laid = true;
         self.missing = first.missing;
-        self.transform = Some(first.transform);
+        self.transform = (!self.matched_by.is_bent()).then_some(first.transform);
         self.attack_model = first.attack_model;
         if by_vertices {
             (self.overlap, self.coverage) = (first.in_place, first.in_place);
@@ -114,6 +123,7 @@ impl Trace {
             return;
         };
         (self.overlap, self.coverage) = (first.overlap, first.coverage);
+        self.is_laid = true;
         self.missing = first.reading.missing;
         self.transform = Some(first.reading.transform);
         self.attack_model = first.reading.attack_model;
