@@ -115,6 +115,11 @@ fn a_rig_that_was_not_signed_is_named_and_passed_over() {
         plain.out
     );
     assert!(
+        plain.out.contains("ask where the suspect comes from"),
+        "{}",
+        plain.out
+    );
+    assert!(
         plain
             .err
             .contains("plain.glb: the joints or morph targets that were signed with it are not in this file"),

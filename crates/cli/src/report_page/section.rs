@@ -8,7 +8,12 @@ use super::{
     pictures::{Pictures, Sides},
     words,
 };
-use crate::{args::Verify, claims::Claim, commands::verify::found_parts, report};
+use crate::{
+    args::Verify,
+    claims::Claim,
+    commands::verify::{caveat, found_parts},
+    report,
+};
 
 /// Verdict, probabilities, pictures, and what was measured.
 pub(super) fn section(verdict: &Verdict, arguments: &Verify, claim: &Claim, pictures: &Pictures) -> Html {
@@ -94,7 +99,9 @@ pub(super) fn gallery(pictures: &Pictures, registration: Option<MatchedBy>) -> H
         (None, Some(_)) => {
             "The suspect, as its file has it: it was bent or posed, and read in the surroundings of each vertex"
         }
-        (None, None) => "The suspect, as its file has it: no position was found in which it lies on the original",
+        (None, None) => {
+            "The suspect, as its file has it: no position was found in which it lies on the original"
+        }
     };
     figures.push(&figure(&pictures.suspect, suspect, "The suspect"));
     if let Some(difference) = &pictures.difference {
@@ -192,6 +199,13 @@ fn measured(verdict: &Verdict, claim: &Claim) -> Html {
     );
     if verdict.registration().is_some() {
         facts.add("Recognised", Html::text(words::registration(verdict)));
+        if let Some(caveat) = verdict
+            .registration()
+            .and_then(caveat)
+            .filter(|_| verdict.outcome.is_found())
+        {
+            facts.add("Mind", Html::text(format!("{caveat}.")));
+        }
         facts.add(
             "Vertices seen",
             Html::text(format!(

@@ -19,7 +19,7 @@ use crate::{
     claims::{ReadFile, ReadMesh},
     commands::{
         trace::{Copies, accused, named},
-        verify::remark,
+        verify::{caveat, remark},
     },
     files::{self, Text},
     report,
@@ -208,7 +208,10 @@ fn measured(trace: &Trace, copies: &Copies) -> Html {
         "Suspect\u{2019}s surface",
         Html::text(format!("{} of it lies on the original", share(trace.overlap))),
     );
-    if trace.registration().is_some() {
+    if let Some(by) = trace.registration() {
+        if let Some(caveat) = caveat(by).filter(|_| trace.is_found()) {
+            facts.add("Mind", Html::text(format!("{caveat}.")));
+        }
         let seen = share(1.0 - trace.missing);
         facts.add(
             "Vertices seen",

@@ -8,7 +8,7 @@ use sigmark::Outcome;
 use super::look_up::{Catalogue, Finding, Looked, LookedUp, Marked};
 use crate::{
     args::Searching,
-    commands::verify::{probability, recognised_by},
+    commands::verify::{caveat, probability, recognised_by},
     report::{self, Lines, Seconds},
 };
 
@@ -90,6 +90,9 @@ fn of_original(suspect: &str, catalogue: &Catalogue, found: &LookedUp, best: &Lo
     let lying = best.finding.as_ref().and_then(Finding::lying);
     if let Some(by) = lying.and_then(|lying| lying.registration) {
         lines.field("recognised", recognised_by(by));
+        if let Some(caveat) = caveat(by).filter(|_| matches!(best.finding, Some(Finding::Marked(_)))) {
+            lines.field("mind", caveat);
+        }
     }
     if let Some(lying) = lying {
         lines.field(

@@ -8,7 +8,7 @@ use sigmark::claim::{Accused, Trace};
 use super::issued::{Copies, IssuedCopy};
 use crate::{
     args,
-    commands::verify::{probability, recognised_by, remark},
+    commands::verify::{caveat, probability, recognised_by, remark},
     report::{self, Lines, Seconds},
 };
 
@@ -70,6 +70,9 @@ pub(super) fn summary(
             "mind",
             "it says of which copy the file was made, not who gave it away: copies can be stolen, and who issues them has them all",
         );
+        if let Some(caveat) = trace.registration().and_then(caveat) {
+            lines.field("mind", caveat);
+        }
     }
     lines.field("time", report::seconds_text(seconds));
     lines

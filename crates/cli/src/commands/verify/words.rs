@@ -92,6 +92,13 @@ pub(super) fn summary(
         let apart = format!("{residual:.2e} of the diagonal apart (RMS){placed}");
         lines.field("alignment", apart);
     }
+    if let Some(caveat) = verdict
+        .registration()
+        .and_then(caveat)
+        .filter(|_| verdict.outcome.is_found())
+    {
+        lines.field("mind", caveat);
+    }
     if verdict.outcome.is_found() && verdict.marked_parts > 1 {
         lines.field("parts", found_parts(verdict, claim));
     }
@@ -230,6 +237,13 @@ pub(crate) fn recognised_by(by: MatchedBy) -> &'static str {
         }
         _ => "by its surface",
     }
+}
+
+/// What is not said of a mark that was read in local frames.
+pub(crate) fn caveat(by: MatchedBy) -> Option<&'static str> {
+    const OF_A_BEND: &str = "it does not say that the mark was there before the suspect was bent: who has a signed copy can put its mark on another mesh of the same triangles, \
+        such as another figure that was shaped from one template; ask where the suspect comes from";
+    (by == MatchedBy::LocalFrames).then_some(OF_A_BEND)
 }
 
 /// What the suspect was recognised by, and how much of the original it is.
