@@ -68,7 +68,7 @@ pub(crate) enum Command {
     Align(Align),
     /// Measure how far two meshes differ
     Compare(Compare),
-    /// Report on a mesh file: topology, size, oddities
+    /// Report on a mesh file: topology, size, oddities, and what a mark in it would hold and survive
     Inspect(Inspect),
     /// Compute the lower Laplace-Beltrami spectrum of a mesh
     Spectrum(Spectrum),
