@@ -139,18 +139,44 @@ impl Fit<'_> {
                     hanging.push(other.joint);
                 }
             }
-            let base = pose.joints()[from];
-            let Some((_, found)) = self.placed(joint, &base, pivot, pose, &hanging, job)? else {
-                continue;
-            };
-            let mut tried = pose.clone();
-            hanging.iter().for_each(|&joint| tried.set_joint(joint, found));
-            if self.score_in(&tried, joint, NARROW) > own + BETTER {
-                *pose = tried;
-                changed[joint] = true;
+            let mut best = own + BETTER;
+            let before = pose.clone();
+            for (from, pivot) in self.neighbours(joint, &hanging, (from, pivot)) {
+                let base = before.joints()[from];
+                let Some((_, found)) = self.placed(joint, &base, pivot, &before, &hanging, job)? else {
+                    continue;
+                };
+                let mut tried = before.clone();
+                hanging.iter().for_each(|&joint| tried.set_joint(joint, found));
+                let reached = self.score_in(&tried, joint, NARROW);
+                if reached > best {
+                    (best, *pose, changed[joint]) = (reached, tried, true);
+                }
             }
         }
         Ok(changed.contains(&true))
+    }
+
+    /// From whom a joint may be placed again, and about which place: the one it was placed from, and those with the strongest links that don't hang on it.
+    fn neighbours(&self, joint: usize, hanging: &[usize], first: (usize, Vec3)) -> Vec<(usize, Vec3)> {
+        let mut links: Vec<&Link> = self
+            .skeleton
+            .links
+            .iter()
+            .filter(|link| link.joints.contains(&joint))
+            .collect();
+        links.sort_by(|a, b| b.strength.total_cmp(&a.strength));
+        let others = links
+            .into_iter()
+            .map(|link| (link.joints[usize::from(link.joints[0] == joint)], link.pivot));
+        let others = others.filter(|(other, _)| *other != first.0 && !hanging.contains(other));
+        let most = self.most_tried();
+        std::iter::once(first).chain(others).take(most).collect()
+    }
+
+    /// Of so many ways to place a joint the best is taken.
+    fn most_tried(&self) -> usize {
+        (MOST_PLACED / self.skeleton.joints()).clamp(1, MOST_TRIED)
     }
 
     /// The motion of the whole original by which a transform of the suspect is undone, and the suspect's size to a diagonal of the original.
@@ -178,7 +204,7 @@ impl Fit<'_> {
                 });
             }
         }
-        next.truncate((MOST_PLACED / is_placed.len()).clamp(1, MOST_TRIED));
+        next.truncate(self.most_tried());
         next
     }
 
