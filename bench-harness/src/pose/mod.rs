@@ -81,7 +81,7 @@ impl PoseBench {
         for model in models::all().filter(|model| is_chosen(model.name, &self.only)) {
             let original = model.make(&self.file_of(&model)?, &blender, &attacks)?;
             let kept = format!("{}-{}-{}", model.name, self.every, self.trials);
-            let figures = || self.of_model(&model, &original, &blender);
+            let figures = || self.of_model(&model, &original, &blender, &attacks);
             found.push(kept::figures(&finished, &kept, figures)?);
             if let Some(pose) = model.drawn {
                 page::picture(&model, &original, pose, &blender)?;
@@ -104,7 +104,7 @@ impl PoseBench {
         found.with_context(|| format!("{}: no file there begins with {}", folder.display(), model.file))
     }
 
-    fn of_model(&self, model: &Model, original: &Path, blender: &Blender) -> Result<Found> {
+    fn of_model(&self, model: &Model, original: &Path, blender: &Blender, attacks: &Python) -> Result<Found> {
         let asset = Asset::open(original)?;
         let signed = Signed::new(&asset)?;
         let marked = blender.keep(model.name, original, &signed.file(&asset)?)?;
@@ -117,6 +117,7 @@ impl PoseBench {
         let mut rows = Vec::new();
         for (pose, file) in poses.into_iter().zip(posed) {
             let suspect = pose.suspect(&signed, file.as_deref());
+            let suspect = suspect.and_then(|suspect| pose.attacked(suspect, attacks, model.name));
             let read = suspect.and_then(|suspect| Ok((suspect.vertex_count(), signed.read(&suspect)?)));
             let (vertices, read) = match read {
                 Ok((vertices, read)) => (vertices, Some(read)),

@@ -40,11 +40,13 @@ pub(super) struct Pose {
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) enum By {
-    /// What `pose.py` is asked for, what happens to it afterwards, and the format in which it comes back.
+    /// What `pose.py` is asked for, what happens to it afterwards, the format in which it comes back, and by which of our attacks it is changed then, if any.
     Blender {
         pose: Value,
         after: Value,
         format: String,
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        attack: Option<String>,
     },
     /// Our own linear blend skinning: every joint turned about its middle by up to so many degrees, every target taken at random; rounded to so many bits, if any.
     Own {
@@ -100,6 +102,7 @@ pub(super) fn all() -> impl Iterator<Item = Model> {
             ..scan("horse 48k", "horse", None)
         },
         scan("armadillo 43k", "armadillo_43k", None),
+        scan("laurana 25k", "laurana_25k", None),
     ]
     .into_iter()
 }
@@ -146,12 +149,11 @@ impl Model {
         }
         poses.extend(["lattice", "proportional"].map(shaped));
         if !self.is_asset {
-            let after = [
-                ("decimated to 30 %", json!({"decimate": 0.3})),
-                ("cropped to half", json!({"crop": true})),
-                ("subdivided", json!({"subdivide": 1})),
-            ];
-            poses.extend(after.map(|(name, after)| changed(name, after)));
+            poses.extend([30, 60, 110].map(|degrees| decimated(degrees, false)));
+            poses.extend([30, 60, 110].map(|degrees| decimated(degrees, true)));
+            poses.push(changed(60, false, "cropped to half", json!({"crop": true})));
+            poses.push(changed(60, false, "subdivided", json!({"subdivide": 1})));
+            poses.extend([false, true].map(remeshed));
         }
         poses.into_iter()
     }
@@ -165,6 +167,7 @@ fn blender(group: &str, name: String, pose: Value, after: Value, format: &str) -
             pose,
             after,
             format: format.into(),
+            attack: None,
         },
     }
 }
@@ -249,15 +252,38 @@ fn shaped(kind: &str) -> Pose {
     )
 }
 
-fn changed(name: &str, after: Value) -> Pose {
-    let pose = json!({"kind": "bones", "degrees": 60, "seed": 60});
+fn changed(degrees: u32, preserve_volume: bool, name: &str, after: Value) -> Pose {
+    let mut pose = json!({"kind": "bones", "degrees": degrees, "seed": degrees});
+    let mut way = "";
+    if preserve_volume {
+        pose["preserve_volume"] = true.into();
+        way = ", dual quaternions";
+    }
     blender(
         OTHER_VERTICES,
-        format!("bones up to 60°, {name}"),
+        format!("bones up to {degrees}°{way}, {name}"),
         pose,
         after,
         "obj",
     )
+}
+
+fn decimated(degrees: u32, preserve_volume: bool) -> Pose {
+    changed(
+        degrees,
+        preserve_volume,
+        "decimated to 30 %",
+        json!({"decimate": 0.3}),
+    )
+}
+
+/// With triangles as even as MeshLab makes them, as many as before.
+fn remeshed(preserve_volume: bool) -> Pose {
+    let mut pose = changed(60, preserve_volume, "re-meshed", json!({}));
+    if let By::Blender { attack, .. } = &mut pose.by {
+        *attack = Some("remesh:100".into());
+    }
+    pose
 }
 
 impl Pose {
@@ -271,6 +297,19 @@ impl Pose {
         match &self.by {
             By::Blender { format, .. } => format!("Blender, {}", format.to_uppercase()),
             By::Own { .. } => "our skinning".into(),
+        }
+    }
+
+    /// The suspect after the attack that it is put through, if any.
+    pub(super) fn attacked(&self, suspect: TriMesh, attacks: &Python, model: &str) -> Result<TriMesh> {
+        match &self.by {
+            By::Blender {
+                attack: Some(spec), ..
+            } => {
+                let name = format!("posed-{}", model.replace(' ', "-"));
+                attacked(attacks, &suspect, &name, spec, 0)
+            }
+            _ => Ok(suspect),
         }
     }
 

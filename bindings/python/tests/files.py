@@ -45,6 +45,30 @@ def glb(mesh: sigmark.Mesh) -> bytes:
     return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
 
 
+def rigged_glb(mesh: sigmark.Mesh, weights: np.ndarray[tuple[int, int], np.dtype[np.float64]]) -> bytes:
+    """The model with a joint for each column of weights, four at most."""
+    joints, count = weights.shape[1], len(mesh.vertices)
+    own = np.zeros((count, 4), "<f4")
+    own[:, :joints] = weights
+    views = [np.tile(np.arange(4, dtype=np.uint8) % joints, (count, 1)).tobytes(), own.tobytes()]
+    plain = glb(mesh)
+    length = struct.unpack_from("<I", plain, 12)[0]
+    document, binary = json.loads(plain[20 : 20 + length]), plain[28 + length :]
+    for number, (view, kind) in enumerate(zip(views, (5121, 5126), strict=True), start=2):
+        document["bufferViews"].append({"buffer": 0, "byteOffset": len(binary), "byteLength": len(view)})
+        document["accessors"].append({"bufferView": number, "componentType": kind, "count": count, "type": "VEC4"})
+        binary += view
+    document["buffers"][0]["byteLength"] = len(binary)
+    document["nodes"] = [{"mesh": 0, "skin": 0}, *({} for _ in range(joints))]
+    document["scenes"] = [{"nodes": list(range(joints + 1))}]
+    document["skins"] = [{"joints": list(range(1, joints + 1))}]
+    document["meshes"][0]["primitives"][0]["attributes"] |= {"JOINTS_0": 2, "WEIGHTS_0": 3}
+    text = json.dumps(document).encode()
+    text += b" " * (-len(text) % 4)
+    chunks = struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(binary), b"BIN\0") + binary
+    return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
+
+
 def with_broken_rig(data: bytes) -> bytes:
     """The same model with a skin whose joints and weights are no such thing."""
     length = struct.unpack_from("<I", data, 12)[0]

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 import sigmark
 import sigmark.shapes
-from files import glb, glb_parts, obj, with_broken_rig
+from files import glb, glb_parts, obj, rigged_glb, with_broken_rig
 
 SCRIPT = [sys.executable, "-m", "sigmark"]
 
@@ -223,3 +223,26 @@ def test_a_damaged_rig_costs_nobody_a_claim(torus: sigmark.Mesh, key: sigmark.Si
     signed = sigmark.embed(original, key)
     assert sigmark.verify(signed.mesh, signed.certificate, original, key.public_key).outcome == "verified"
     assert sigmark.trace(signed.mesh, original, [signed.certificate]).accused
+
+
+def test_a_copy_that_its_own_rig_posed_is_read_by_it(
+    tmp_path: Path, torus: sigmark.Mesh, key: sigmark.SigningKey
+) -> None:
+    share = np.clip(0.5 + torus.vertices[:, 0] / np.ptp(torus.vertices[:, 0]), 0.0, 1.0)
+    original = tmp_path / "model.glb"
+    original.write_bytes(rigged_glb(torus, np.c_[1.0 - share, share]))
+    signed = sigmark.embed(original, key)
+
+    def turned(points: NDArray[np.float64], angle: float) -> NDArray[np.float64]:
+        cos, sin = np.cos(angle), np.sin(angle)
+        return np.asarray(points @ np.array([[cos, 0.0, sin], [0.0, 1.0, 0.0], [-sin, 0.0, cos]]))
+
+    posed = (1.0 - share)[:, None] * signed.vertices + share[:, None] * turned(signed.vertices, 0.8)
+    suspect = sigmark.Mesh(rotated(posed), torus.faces)
+    verdict = sigmark.verify(suspect, signed.certificate, original, key.public_key)
+    assert verdict.outcome == "verified" and verdict.is_evidence
+    # No one transform takes a suspect back that was posed.
+    assert verdict.to_dict()["registration"] == "rig" and verdict.transform is None
+    # The same geometry without what was signed with it.
+    bare = sigmark.verify(suspect, signed.certificate, sigmark.Mesh(torus.vertices, torus.faces))
+    assert bare.to_dict()["registration"] != "rig"

@@ -1,13 +1,14 @@
 //! The pose of a model by its own rig, where the suspect has none of its vertices: decimated, divided, re-meshed, cropped.
 //!
 //! Joints are found one after the other along the rig (`growth.rs`): the first lies where the surfaces, or one joint's part of them, were aligned; each other
-//! begins where its neighbour takes it, and is turned about the place between both until its part of the surface lies on the suspect. Then all move together, point to plane
+//! begins where its neighbour takes it, and is turned about the place between both until what it moves lies on the suspect (`placing.rs`); which lies best comes next. Then all move together, point to plane
 //! (`fit.rs`). Of several beginnings the one counts by which the surfaces lie on each other best. Nothing is asked of a mark.
 //!
 //! What was found is undone point by point: what lies over a point of the posed original is put over the same point of the original as it was.
 
 mod fit;
 mod growth;
+mod placing;
 mod skeleton;
 
 use job::{Job, JobError};
@@ -22,6 +23,7 @@ use crate::{
     sampled::{GRAIN, Sampled},
 };
 use fit::Fit;
+use growth::Beginning;
 use skeleton::Skeleton;
 
 /// A suspect whose surface was brought back into the original's pose.
@@ -43,8 +45,12 @@ const MOST_LAID: usize = 256;
 /// With so much of both on each other, no other beginning is tried.
 const GOOD: f64 = 0.95;
 
-/// Parts of so many joints, the largest, are aligned each by itself.
-const PARTS: usize = 3;
+/// From so many of the given transforms, those at which a joint lies best, a pose is looked for.
+const SEEDS: usize = 2;
+
+/// Parts of so many joints, the largest, are aligned each by itself; from so many of these places, the best, a pose is looked for.
+const PARTS: usize = 5;
+const PLACES: usize = 3;
 
 /// Samples of each surface by which a pose is judged.
 const JUDGED: usize = 4000;
@@ -95,9 +101,10 @@ pub fn unpose_surface(
         fit: Fit::new(&skeleton, suspect)?,
     };
     let mut best: Option<Found> = None;
-    for seed in seeds {
-        laying.better(&mut best, seed, None, job)?;
-    }
+    let begun = seeds.iter().filter(|seed| !seed.mirrors());
+    let begun = begun.filter_map(|seed| laying.fit.beginning(seed, None));
+    laying.better(&mut best, begun.collect(), SEEDS, job)?;
+    let mut begun = Vec::new();
     let aligner = Aligner::new(suspect, &AlignOptions::default())?;
     for joint in skeleton.largest(PARTS) {
         if best.as_ref().is_some_and(Found::is_good) {
@@ -113,11 +120,15 @@ pub fn unpose_surface(
         };
         if let Placement::BySurface(alignment) = placement {
             let poses = [alignment.transform].into_iter().chain(alignment.alternatives);
-            for pose in poses.take(2) {
-                laying.better(&mut best, &pose.inverse(), Some(joint), job)?;
-            }
+            let seeds = poses.map(|pose| pose.inverse()).filter(|seed| !seed.mirrors());
+            begun.extend(
+                seeds
+                    .take(2)
+                    .filter_map(|seed| laying.fit.beginning(&seed, Some(joint))),
+            );
         }
     }
+    laying.better(&mut best, begun, PLACES, job)?;
     let Some(best) = best else {
         return Ok(None);
     };
@@ -138,24 +149,25 @@ struct Laying<'a> {
 }
 
 impl Laying<'_> {
-    /// Begins from another transform, unless what was found is good.
+    /// Looks for a pose from so many beginnings, those of which most lies on the suspect first, until a good one is found.
     fn better(
         &self,
         best: &mut Option<Found>,
-        seed: &Similarity,
-        joint: Option<usize>,
+        mut begun: Vec<Beginning>,
+        most: usize,
         job: &Job,
     ) -> Result<(), RegistrationError> {
-        if best.as_ref().is_some_and(Found::is_good) || seed.mirrors() {
-            return Ok(());
-        }
-        let Some(pose) = self.fit.grown(seed, joint, job)? else {
-            return Ok(());
-        };
-        if let Some(found) = self.judged(pose, job)?
-            && best.as_ref().is_none_or(|best| found.score() > best.score())
-        {
-            *best = Some(found);
+        begun.sort_by(|a, b| b.score.total_cmp(&a.score));
+        for begun in begun.iter().take(most) {
+            if best.as_ref().is_some_and(Found::is_good) {
+                break;
+            }
+            let pose = self.fit.grown(begun, job)?;
+            if let Some(found) = self.judged(pose, job)?
+                && best.as_ref().is_none_or(|best| found.score() > best.score())
+            {
+                *best = Some(found);
+            }
         }
         Ok(())
     }

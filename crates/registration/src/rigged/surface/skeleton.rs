@@ -5,8 +5,16 @@ use mesh::{Rig, TriMesh, Vec3};
 use super::Row;
 use crate::{PreparedMesh, RegistrationError};
 
-/// What a joint moves nearly alone.
+/// What a joint moves nearly alone, and the least share of what it moves most of which that is said.
 const ALONE: f64 = 0.85;
+const LEAST_ALONE: usize = 4;
+
+/// Fewer triangles are not aligned by themselves.
+const FEWEST_TRIANGLES: usize = 500;
+
+/// A joint is told by what it moves so much more than what hangs on it does, or by so many samples of which that is truest.
+const MUCH: f64 = 0.4;
+const FEWEST: usize = 60;
 
 /// Joints with less of a vertex do not have it.
 const LEAST_SHARE: f64 = 0.05;
@@ -33,7 +41,7 @@ pub(super) struct Skeleton<'a> {
     pub(super) links: Vec<Link>,
     /// The samples of each joint.
     pub(super) of_joint: Vec<Vec<usize>>,
-    /// Those that it moves nearly alone, or all where these are few.
+    /// Those that it moves nearly alone, or a quarter, where these are fewer.
     pub(super) core_of_joint: Vec<Vec<usize>>,
     diagonal: f64,
     centre: Vec3,
@@ -76,12 +84,12 @@ impl<'a> Skeleton<'a> {
                     .find(|(j, _)| *j as usize == joint)
                     .map_or(0.0, |&(_, share)| share)
             };
-            let core: Vec<usize> = own.iter().copied().filter(|i| share(i) > ALONE).collect();
-            if core.len() * 4 > own.len() {
-                core
-            } else {
-                own.clone()
-            }
+            let mut core = own.clone();
+            core.sort_by(|a, b| share(b).total_cmp(&share(a)));
+            let alone = core.iter().filter(|i| share(i) > ALONE).count();
+            core.truncate(alone.max(own.len() / LEAST_ALONE));
+            core.sort_unstable();
+            core
         };
         skeleton.core_of_joint = skeleton.of_joint.iter().enumerate().map(core).collect();
         skeleton.link();
@@ -138,15 +146,32 @@ impl<'a> Skeleton<'a> {
         self.centre
     }
 
-    /// The joints that move most of the surface, the first of them first.
+    /// The samples that tell where a joint is while others hang on it: it moves them much, these little.
+    pub(super) fn telling(&self, joint: usize, hanging: &[usize]) -> Vec<usize> {
+        let mut sign = vec![0.0; self.joints()];
+        hanging.iter().for_each(|&other| sign[other] = -1.0);
+        sign[joint] = 1.0;
+        let told = |sample: &Sample<'_>| -> f64 {
+            let weights = sample.row.weights.iter();
+            weights.map(|&(joint, share)| sign[joint as usize] * share).sum()
+        };
+        let told = self.samples.iter().map(told).zip(0..);
+        let mut told: Vec<(f64, usize)> = told.filter(|(told, _)| *told > LEAST_SHARE).collect();
+        told.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let much = told.iter().filter(|(told, _)| *told > MUCH).count();
+        told.truncate(much.max(FEWEST));
+        told.into_iter().map(|(_, i)| i).collect()
+    }
+
+    /// The joints that move most of the surface nearly alone, the first of them first.
     pub(super) fn largest(&self, count: usize) -> Vec<usize> {
         let mut joints: Vec<usize> = (0..self.joints()).collect();
-        joints.sort_by_key(|&joint| std::cmp::Reverse(self.of_joint[joint].len()));
+        joints.sort_by_key(|&joint| std::cmp::Reverse(self.core_of_joint[joint].len()));
         joints.truncate(count);
         joints
     }
 
-    /// The triangles of which a joint moves all corners more than any other does.
+    /// The triangles of which a joint moves all corners nearly alone, or where these are few, more than any other does.
     pub(super) fn part(&self, mesh: &TriMesh, joint: usize) -> Option<TriMesh> {
         let main = |v: u32| {
             let weights = self.rig.weights_of(v as usize).iter();
@@ -154,8 +179,18 @@ impl<'a> Skeleton<'a> {
                 .max_by(|a, b| a.1.total_cmp(&b.1))
                 .map(|&(main, _)| main as usize)
         };
-        let own = |corners: &&[u32; 3]| corners.iter().all(|&v| main(v) == Some(joint));
-        let triangles: Vec<[u32; 3]> = mesh.triangles().iter().filter(own).copied().collect();
+        let alone = |v: u32| {
+            let mut weights = self.rig.weights_of(v as usize).iter();
+            weights.any(|&(other, share)| other as usize == joint && share > ALONE)
+        };
+        let of = |is_own: &dyn Fn(u32) -> bool| -> Vec<[u32; 3]> {
+            let own = |corners: &&[u32; 3]| corners.iter().all(|&v| is_own(v));
+            mesh.triangles().iter().filter(own).copied().collect()
+        };
+        let mut triangles = of(&alone);
+        if triangles.len() < FEWEST_TRIANGLES {
+            triangles = of(&|v| main(v) == Some(joint));
+        }
         let mut numbers = vec![u32::MAX; mesh.vertex_count()];
         let mut positions = Vec::new();
         let mut number = |v: u32| {

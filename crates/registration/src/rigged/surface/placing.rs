@@ -1,0 +1,227 @@
+//! One joint, laid on the suspect where its neighbours lie already.
+
+use faer::Mat;
+use job::{Job, JobError};
+use mesh::Vec3;
+
+use super::{
+    Motion, Pose, Rigid,
+    fit::{Fit, add, solved, turned_about},
+};
+
+/// Turns that are tried about a joint: so many axes, by these angles in degrees, and no turn.
+const AXES: usize = 42;
+const ANGLES: [f64; 9] = [15.0, 30.0, 45.0, 60.0, 75.0, 90.0, 105.0, 125.0, 150.0];
+
+/// How near, in diagonals, a joint's samples have to come to count, while turns are tried and in the end.
+pub(super) const WIDE: f64 = 0.03;
+pub(super) const NARROW: f64 = 0.01;
+
+/// Turns from which a joint is fitted, at which tolerances, and rounds at each: turns are coarse, and about a place that only weights tell.
+const FITTED: usize = 8;
+const TOLERANCES: [f64; 3] = [0.12, 0.06, 0.03];
+const ROUNDS: usize = 8;
+
+/// Samples of a joint that are looked at.
+const A_FEW: usize = 200;
+
+/// A joint by itself is damped by this much: where nothing is told of a direction, it stays.
+const HELD_ALONE: f64 = 1e-4;
+
+/// A joint of which no more than this lies on the suspect stays as its neighbour moves it: it may be cut off.
+pub(super) const LEAST: f64 = 0.15;
+
+impl Fit<'_> {
+    /// A joint turned about the place that it shares with its neighbour until it lies on the suspect, with what hangs on it; and how much of what tells where it is does, 0 to 1. None where nearly nothing does.
+    pub(super) fn placed(
+        &self,
+        joint: usize,
+        base: &Motion,
+        pivot: Vec3,
+        pose: &Rigid,
+        hanging: &[usize],
+        job: &Job,
+    ) -> Result<Option<(f64, Motion)>, JobError> {
+        let turns = turns();
+        let told = self.skeleton.telling(joint, hanging);
+        let score = |motion: &Motion, tolerance| {
+            let mut tried = pose.clone();
+            hanging.iter().for_each(|&joint| tried.set_joint(joint, *motion));
+            self.score_of(&tried, &told, tolerance)
+        };
+        let tried = job.quiet().map(turns.len(), 8, |i| {
+            let motion = turned_about(base, pivot, turns[i]);
+            (score(&motion, WIDE), motion)
+        })?;
+        let mut order: Vec<usize> = (0..tried.len()).collect();
+        order.sort_by(|&a, &b| tried[b].0.total_cmp(&tried[a].0));
+        let fitted = job.quiet().map(FITTED.min(order.len()), 1, |i| {
+            let begun = tried[order[i]].1;
+            let motion = self.settled_with(joint, begun, pose, hanging, &told);
+            let [begun, motion] = [begun, motion].map(|motion| (score(&motion, NARROW), motion));
+            if motion.0 > begun.0 { motion } else { begun }
+        })?;
+        let best = fitted.into_iter().max_by(|a, b| a.0.total_cmp(&b.0));
+        Ok(best.filter(|(score, _)| *score > LEAST))
+    }
+
+    /// A joint, with what hangs on it, laid on the suspect where it and all others take its samples, point to plane.
+    fn settled_with(
+        &self,
+        joint: usize,
+        motion: Motion,
+        pose: &Rigid,
+        hanging: &[usize],
+        told: &[usize],
+    ) -> Motion {
+        let mut now = pose.clone();
+        hanging.iter().for_each(|&joint| now.set_joint(joint, motion));
+        let mut best = (self.score_of(&now, told, NARROW), motion);
+        for tolerance in TOLERANCES {
+            for _round in 0..ROUNDS {
+                let Some(step) = self.step_with(told, &now, hanging, tolerance) else {
+                    return best.1;
+                };
+                let mut all = Mat::<f64>::zeros(now.unknowns(), 1);
+                for &joint in hanging {
+                    (0..6).for_each(|i| all[(6 * joint + i, 0)] = step[(i, 0)]);
+                }
+                now = now.stepped(&all);
+            }
+            let score = self.score_of(&now, told, NARROW);
+            if score > best.0 {
+                best = (score, now.joints()[joint]);
+            }
+        }
+        best.1
+    }
+
+    /// The least squares of what a joint's samples leave over a turn and a shift of all that hang together; none where nothing is near.
+    fn step_with(&self, told: &[usize], pose: &Rigid, hanging: &[usize], tolerance: f64) -> Option<Mat<f64>> {
+        const STEP: f64 = 1e-4;
+        let (mut normal, mut right) = (Mat::<f64>::zeros(6, 6), Mat::<f64>::zeros(6, 1));
+        let limit = tolerance * pose.scale();
+        let mut hangs = vec![false; self.skeleton.joints() + 1];
+        hanging.iter().for_each(|&joint| hangs[joint] = true);
+        let mut columns = Vec::new();
+        for &i in told.iter().step_by((told.len() / A_FEW).max(1)) {
+            let sample = &self.skeleton.samples[i];
+            let place = pose.moved(&sample.row);
+            let ahead = pose.moved(&sample.row.shifted(sample.normal * STEP));
+            let Some((across, rest, distance)) = self.near(place, (ahead - place).unit(), limit) else {
+                continue;
+            };
+            columns.clear();
+            pose.columns(&sample.row, &mut columns);
+            let mut numbers = [0.0; 6];
+            // The last is the scale's, which stays.
+            for &(k, column) in &columns {
+                if hangs[k / 6] {
+                    numbers[k % 6] += column.dot(across);
+                }
+            }
+            let numbers: Vec<(usize, f64)> = numbers.into_iter().enumerate().collect();
+            let weight = (1.0 - (distance / limit).powi(2)).max(0.0).powi(2);
+            add(&mut normal, &mut right, &numbers, rest, weight);
+        }
+        solved(&normal, &right, HELD_ALONE)
+    }
+
+    /// A joint's samples laid on the suspect by themselves, point to plane; they say how large the suspect is, too.
+    pub(super) fn settled(&self, joint: usize, motion: Motion, scale: f64) -> (Motion, f64) {
+        let mut best = (motion, scale);
+        let mut score = self.score(joint, &motion, scale, NARROW);
+        let (mut now, mut size) = best;
+        for round in 0..2 * ROUNDS {
+            let tolerance = if round < ROUNDS { WIDE } else { NARROW };
+            let Some(step) = self.step_alone(joint, &now, size, tolerance) else {
+                break;
+            };
+            let [turn, shift] = [0, 3].map(|first| Vec3(std::array::from_fn(|axis| step[(first + axis, 0)])));
+            now = now.turned(turn).shifted(shift);
+            size *= step[(6, 0)].clamp(-0.1, 0.1).exp();
+            let reached = self.score(joint, &now, size, NARROW);
+            if reached > score {
+                (best, score) = ((now, size), reached);
+            }
+        }
+        best
+    }
+
+    /// The least squares of what a joint's samples leave, over a turn, a shift and the logarithm of the scale; none where nothing is near.
+    fn step_alone(&self, joint: usize, motion: &Motion, scale: f64, tolerance: f64) -> Option<Mat<f64>> {
+        let (mut normal, mut right) = (Mat::<f64>::zeros(7, 7), Mat::<f64>::zeros(7, 1));
+        let origin = motion.apply(Vec3::ZERO);
+        for i in self.few_of(joint) {
+            let sample = &self.skeleton.samples[i];
+            let place = motion.apply(sample.row.x);
+            let facing = motion.apply(sample.normal) - origin;
+            let limit = tolerance * scale;
+            let Some((across, rest, distance)) = self.near(place * scale, facing, limit) else {
+                continue;
+            };
+            let weight = (1.0 - (distance / limit).powi(2)).max(0.0).powi(2);
+            let Vec3([x, y, z]) = place.cross(across);
+            let numbers = [x, y, z, across[0], across[1], across[2], across.dot(place)];
+            let numbers: Vec<(usize, f64)> = numbers.into_iter().enumerate().collect();
+            add(&mut normal, &mut right, &numbers, rest / scale, weight);
+        }
+        solved(&normal, &right, HELD_ALONE)
+    }
+
+    fn few_of(&self, joint: usize) -> impl Iterator<Item = usize> + '_ {
+        let own = &self.skeleton.core_of_joint[joint];
+        own.iter().step_by((own.len() / A_FEW).max(1)).copied()
+    }
+
+    /// How much of a joint's samples lies on the suspect, 0 to 1; the nearer the more.
+    pub(super) fn score(&self, joint: usize, motion: &Motion, scale: f64, tolerance: f64) -> f64 {
+        let origin = motion.apply(Vec3::ZERO);
+        let limit = tolerance * scale;
+        let (mut sum, mut count) = (0.0, 0.0);
+        for i in self.few_of(joint) {
+            let sample = &self.skeleton.samples[i];
+            let place = motion.apply(sample.row.x) * scale;
+            let facing = motion.apply(sample.normal) - origin;
+            if let Some((_, _, distance)) = self.near(place, facing, limit) {
+                sum += 1.0 - (distance / limit).powi(2);
+            }
+            count += 1.0;
+        }
+        sum / f64::max(count, 1.0)
+    }
+
+    /// As [`score`](Self::score), of a joint's samples where all joints take them.
+    pub(super) fn score_in(&self, pose: &Rigid, joint: usize, tolerance: f64) -> f64 {
+        self.score_of(pose, &self.skeleton.of_joint[joint], tolerance)
+    }
+
+    /// As [`score_in`](Self::score_in), of any samples.
+    fn score_of(&self, pose: &Rigid, own: &[usize], tolerance: f64) -> f64 {
+        const STEP: f64 = 1e-4;
+        let limit = tolerance * pose.scale();
+        let (mut sum, mut count) = (0.0, 0.0);
+        for &i in own.iter().step_by((own.len() / A_FEW).max(1)) {
+            let sample = &self.skeleton.samples[i];
+            let place = pose.moved(&sample.row);
+            let ahead = pose.moved(&sample.row.shifted(sample.normal * STEP));
+            if let Some((_, _, distance)) = self.near(place, (ahead - place).unit(), limit) {
+                sum += 1.0 - (distance / limit).powi(2);
+            }
+            count += 1.0;
+        }
+        sum / f64::max(count, 1.0)
+    }
+}
+
+/// Turns all around: axes evenly over the sphere (Fibonacci's lattice).
+fn turns() -> Vec<Vec3> {
+    const GOLDEN: f64 = 2.399_963_229_728_653;
+    let axis = |i: usize| {
+        let z = 1.0 - (2.0 * i as f64 + 1.0) / AXES as f64;
+        let (radius, angle) = ((1.0 - z * z).sqrt(), GOLDEN * i as f64);
+        Vec3([radius * angle.cos(), radius * angle.sin(), z])
+    };
+    let all = (0..AXES).flat_map(|i| ANGLES.map(|angle| axis(i) * angle.to_radians()));
+    [Vec3::ZERO].into_iter().chain(all).collect()
+}
