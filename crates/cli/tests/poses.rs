@@ -229,6 +229,22 @@ fn align_writes_a_suspect_back_in_the_pose_of_the_original() {
     );
     assert_eq!(folder.read("back.obj"), folder.read("again.obj"));
 
+    // With other vertices.
+    let divided = shapes::divided(&posed(&Asset::open(folder.path("signed.glb")).unwrap(), 0.4, 0.0));
+    folder.write_mesh("divided.ply", &divided, Precision::Single);
+    let report = folder
+        .done("align divided.ply model.glb -o whole.ply --pose --json")
+        .json();
+    assert_eq!(report["pose"]["undone_by"], "rig_surface");
+    assert!(report["overlap"].as_f64() > Some(0.95), "{report}");
+    let back = Asset::open(folder.path("whole.ply")).unwrap();
+    let surface = mesh::Surface::new(&signed);
+    let off = |p: &[f64; 3]| surface.nearest(*p).distance;
+    let mut off: Vec<f64> = back.mesh().positions().iter().map(off).collect();
+    off.sort_by(f64::total_cmp);
+    let median = off[off.len() / 2] / signed.bounding_box().diagonal();
+    assert!(median < 2e-3, "{median}");
+
     // Without a rig, without the vertices.
     folder.write("plain.glb", without_skin(&folder.read("model.glb")));
     folder.refused(

@@ -115,6 +115,8 @@ pub use pieces::{Piece, PiecePlace};
 pub use points::PointPair;
 pub use prepared::PreparedMesh;
 pub use resample::{ResampleOptions, Resampled, resample};
-pub use rigged::{Unposed, UnposedSurface, unpose, unpose_any, unpose_surface};
+pub use rigged::{
+    Unposed, UnposedSurface, UnposedSuspect, unpose, unpose_any, unpose_placed, unpose_surface,
+};
 pub use stage::RegistrationStage;
 pub use umeyama::{Fit, Handedness, fit_similarity};

@@ -6,9 +6,11 @@
 //! A few numbers a joint and one a target are few beside the vertices that they move, so a mark stays; nothing is assumed smooth.
 
 mod linear;
+mod placed;
 mod rigid;
 mod surface;
 
+pub use placed::{UnposedSuspect, unpose_placed};
 pub use surface::{UnposedSurface, unpose_surface};
 
 use std::collections::HashMap;

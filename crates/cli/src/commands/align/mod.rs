@@ -185,6 +185,7 @@ fn summary(
     });
     let by = match brought.map_or(found.matched_by, |brought| brought.by) {
         MatchedBy::Rig => "its vertices, and its pose undone by the original's joints and morph targets",
+        MatchedBy::RigSurface => "its surface, and its pose undone by the original's joints",
         MatchedBy::Connectivity => "its vertices",
         MatchedBy::Surroundings => "the vertices that are left",
         MatchedBy::Points => "its surface, from the given points",

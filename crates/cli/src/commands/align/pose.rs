@@ -6,7 +6,7 @@ use anyhow::{Context, Result, bail};
 use job::Job;
 use mesh::TriMesh;
 use mesh_io::Asset;
-use registration::{Aligner, Alignment, MatchedBy, Placement, unpose_any};
+use registration::{Aligner, Alignment, MatchedBy, PreparedMesh, UnposedSuspect, unpose_placed};
 
 use crate::claims;
 
@@ -20,7 +20,7 @@ pub(super) struct Brought {
     pub(super) between: usize,
 }
 
-/// The suspect before it was posed, and how it lies on the original then; none where its vertices are not found.
+/// The suspect before it was posed, and how it lies on the original then; none where no pose of the joints explains it.
 pub(super) fn undone(
     aligner: &Aligner,
     (original, path): (&Asset, &Path),
@@ -33,17 +33,19 @@ pub(super) fn undone(
             path.display()
         );
     };
-    let Placement::ByVertices(maps) = aligner.find(suspect, job)? else {
-        return Ok(None);
+    let placement = aligner.find(suspect, job)?;
+    let [reference, prepared] = [original.mesh(), suspect].map(|mesh| PreparedMesh::from(mesh.clone()));
+    let (positions, between, by) = match unpose_placed(&reference, &rig, &prepared, &placement, job)? {
+        None => return Ok(None),
+        Some(UnposedSuspect::ByVertices(found)) => {
+            let (positions, between) = found.completed(suspect);
+            (positions, between, MatchedBy::Rig)
+        }
+        Some(UnposedSuspect::BySurface(found)) => (found.positions, 0, MatchedBy::RigSurface),
     };
-    let Some(unposed) = unpose_any(original.mesh(), &rig, suspect, &maps, job)? else {
-        return Ok(None);
-    };
-    let (positions, between) = unposed.completed(suspect);
     let back = suspect.with_positions(positions.clone());
     let back = back.with_context(|| format!("{}: its pose can't be undone", path.display()))?;
     let alignment = aligner.align(back, job)?;
-    let by = MatchedBy::Rig;
     Ok(Some((
         Brought {
             positions,

@@ -27,7 +27,7 @@ use job::Job;
 use mesh::{Rig, Similarity};
 use registration::{
     AlignOptions, Aligner, Alignment, Correspondence, MatchedBy, Placement, PreparedMesh, RegistrationStage,
-    match_surroundings, unpose_any, unpose_surface,
+    UnposedSuspect, unpose_placed,
 };
 
 use super::{MarkError, MarkLayout, MarkStage};
@@ -140,18 +140,6 @@ pub struct Found {
     brought_back: BroughtBack,
 }
 
-/// A suspect of which more of the surface lies on the reference was not posed.
-const NOT_POSED: f64 = 0.99;
-
-/// A suspect that has vertices of its own, more than this share, was not cut alone.
-const MOSTLY: f64 = 0.6;
-
-/// Where joints leave more than this of the vertices that are left, in diagonals, these were not theirs.
-const UNDONE: f64 = 1e-3;
-
-/// From so many of the ways in which its surface may lie a pose is looked for.
-const MOST_SEEDS: usize = 4;
-
 /// What was undone before a suspect is read.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum BroughtBack {
@@ -181,66 +169,35 @@ impl Found {
     /// where the rig says nothing of it, or its surface lies on the reference as it is.
     ///
     /// # Errors
-    /// [`MarkError::Job`]; as [`unpose_surface`].
+    /// [`MarkError::Job`]; as [`unpose_placed`].
     pub fn unposed(&self, rig: &Rig, job: &Job) -> Result<Option<Self>, MarkError> {
-        let maps = match &self.placement {
-            Placement::ByVertices(maps) => maps,
-            Placement::BySurface(alignment) => return self.part_unposed(alignment, rig, job),
-        };
-        let (original, suspect) = (self.reference.mesh(), self.suspect.mesh());
-        let Some(best) = unpose_any(original, rig, suspect, maps, job)? else {
-            return Ok(None);
+        let found = unpose_placed(&self.reference, rig, &self.suspect, &self.placement, job)?;
+        let (positions, placement) = match found {
+            None => return Ok(None),
+            Some(UnposedSuspect::ByVertices(found)) => {
+                (found.positions, Placement::ByVertices(vec![found.map]))
+            }
+            Some(UnposedSuspect::BySurface(found)) => {
+                let alignment = Alignment {
+                    transform: Similarity::IDENTITY,
+                    matched_by: MatchedBy::RigSurface,
+                    overlap: found.overlap,
+                    coverage: found.coverage,
+                    residual: found.residual,
+                    aligned: found.overlap >= AlignOptions::default().least_overlap,
+                    correspondence: None,
+                    alternatives: Vec::new(),
+                    free_directions: 0,
+                };
+                (found.positions, Placement::BySurface(alignment))
+            }
         };
         Ok(Some(Self {
             reference: self.reference.clone(),
-            suspect: self.suspect.mesh().with_positions(best.positions)?.into(),
-            placement: Placement::ByVertices(vec![best.map]),
+            suspect: self.suspect.mesh().with_positions(positions)?.into(),
+            placement,
             brought_back: BroughtBack::ByRig,
         }))
-    }
-
-    /// As [`unposed`](Self::unposed), of a suspect that lost vertices: by those that are left where most of its own are, as after a cut, else by its surface. None where that lies on the reference as it is.
-    fn part_unposed(&self, alignment: &Alignment, rig: &Rig, job: &Job) -> Result<Option<Self>, MarkError> {
-        if alignment.overlap > NOT_POSED {
-            return Ok(None);
-        }
-        let (original, suspect) = (self.reference.mesh(), self.suspect.mesh());
-        let brought_back = |positions, placement| -> Result<Option<Self>, MarkError> {
-            Ok(Some(Self {
-                reference: self.reference.clone(),
-                suspect: suspect.with_positions(positions)?.into(),
-                placement,
-                brought_back: BroughtBack::ByRig,
-            }))
-        };
-        let left = match_surroundings(original, suspect, job)?;
-        let in_use = suspect.used_vertices().into_iter().filter(|used| *used).count();
-        if left.matched() as f64 > MOSTLY * in_use as f64
-            && let Some(found) = unpose_any(original, rig, suspect, &[left], job)?
-            && found.residual < UNDONE
-        {
-            return brought_back(found.positions, Placement::ByVertices(vec![found.map]));
-        }
-        let seeds: Vec<Similarity> = std::iter::once(&alignment.transform)
-            .chain(&alignment.alternatives)
-            .take(MOST_SEEDS)
-            .copied()
-            .collect();
-        let Some(found) = unpose_surface(&self.reference, rig, &self.suspect, &seeds, job)? else {
-            return Ok(None);
-        };
-        let alignment = Alignment {
-            transform: Similarity::IDENTITY,
-            matched_by: MatchedBy::RigSurface,
-            overlap: found.overlap,
-            coverage: found.coverage,
-            residual: found.residual,
-            aligned: found.overlap >= AlignOptions::default().least_overlap,
-            correspondence: None,
-            alternatives: Vec::new(),
-            free_directions: 0,
-        };
-        brought_back(found.positions, Placement::BySurface(alignment))
     }
 
     /// The same suspect, to be read in the frames of each vertex' own surroundings: whatever bent, dragged or posed it. None where its vertices were not found again, or lie as if nothing had: which looks at no bits.
