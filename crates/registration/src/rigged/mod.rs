@@ -73,9 +73,11 @@ pub fn unpose(
         return Ok(None);
     };
     let mut explained = vec![pairs.explained(&linear, suspect, map)];
+    let mut before = None;
     for blending in [Blending::Linear, Blending::DualQuaternions] {
-        if let Some(rigid) = Rigid::fit(&pairs, blending, &linear, job)? {
+        if let Some(rigid) = Rigid::fit(&pairs, blending, &linear, before.as_ref(), job)? {
             explained.push(pairs.explained(&rigid, suspect, map));
+            before = Some(rigid);
         }
     }
     let found = simplest(explained);
@@ -545,7 +547,7 @@ mod tests {
         let suspect = mesh.with_positions(moved.collect()).unwrap();
         let pairs = Pairs::of(&mesh, &rig, &suspect, &map);
         let affine = Linear::fit(&pairs, &Job::default()).unwrap().unwrap();
-        let rigid = Rigid::fit(&pairs, Blending::Linear, &affine, &Job::default())
+        let rigid = Rigid::fit(&pairs, Blending::Linear, &affine, None, &Job::default())
             .unwrap()
             .unwrap();
         assert!(rigid.unknowns() < 6 * JOINTS + 2 && affine.unknowns() == 12 * JOINTS);

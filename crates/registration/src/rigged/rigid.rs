@@ -7,7 +7,7 @@ use mesh::Vec3;
 use super::{
     Pairs, Pose, Row,
     linear::{Affine, FLATTEST, Linear, apply, undo},
-    robust_weights,
+    median, robust_weights,
 };
 use crate::{Handedness, fit_similarity, matrix::Mat3};
 
@@ -24,6 +24,9 @@ const A_FEW: usize = 6000;
 
 /// The power of its weight by which a vertex tells of one joint's motion alone.
 const ALMOST_ALONE: i32 = 4;
+
+/// With more damping than this no step helps.
+const MOST_DAMPED: f64 = 1e6;
 
 /// Damping at first, beside the mean of the normal equations' diagonal.
 const DAMPING: f64 = 1e-3;
@@ -88,25 +91,33 @@ impl Rigid {
         }
     }
 
-    /// Gauss–Newton from a linear pose, with robust weights; none where the joints are too many.
+    /// Gauss–Newton with robust weights from a linear pose, and from another that was fitted before: what leaves the middle one of the vertices nearer; none where the joints are too many.
     pub(super) fn fit(
         pairs: &Pairs<'_>,
         blending: Blending,
         linear: &Linear,
+        other: Option<&Self>,
         job: &Job,
     ) -> Result<Option<Self>, JobError> {
         if pairs.joints > MOST_JOINTS {
             return Ok(None);
         }
-        let Some(mut pose) = Self::near(pairs, blending, linear) else {
-            return Ok(None);
-        };
         let step = (pairs.rows.len() / A_FEW).max(1);
         let few: Vec<&Row<'_>> = pairs.rows.iter().step_by(step).collect();
-        let mut is_found = pose.settle(&few, ROUNDS, job)?;
-        if step > 1 && is_found {
-            is_found = pose.settle(&pairs.rows.iter().collect::<Vec<_>>(), LAST_ROUNDS, job)?;
+        let left = |pose: &Self| median(few.iter().map(|row| (pose.moved(row) - row.y).norm()).collect());
+        let near = Self::near(pairs, blending, linear);
+        let mut best: Option<(f64, Self)> = None;
+        for mut pose in near.into_iter().chain(other.map(|pose| pose.blended(blending))) {
+            if pose.settle(&few, ROUNDS, job)? {
+                let left = left(&pose);
+                best = best.filter(|(least, _)| *least <= left).or(Some((left, pose)));
+            }
         }
+        let Some((_, mut pose)) = best else {
+            return Ok(None);
+        };
+        let all: Vec<&Row<'_>> = pairs.rows.iter().collect();
+        let is_found = step == 1 || pose.settle(&all, LAST_ROUNDS, job)?;
         Ok(is_found.then_some(pose))
     }
 
@@ -167,7 +178,7 @@ impl Rigid {
         })
     }
 
-    /// Takes damped steps while they help; false where there are none.
+    /// Takes damped steps while they help; false where they are no numbers.
     fn settle(&mut self, rows: &[&Row<'_>], rounds: usize, job: &Job) -> Result<bool, JobError> {
         let mut damping = DAMPING;
         for _round in 0..rounds {
@@ -193,10 +204,10 @@ impl Rigid {
                 damping *= 10.0;
             }
             let largest = (0..size).map(|i| step[(i, 0)].abs()).fold(0.0, f64::max);
-            if !largest.is_finite() || damping > 1e6 {
+            if !largest.is_finite() {
                 return Ok(false);
             }
-            if largest < SETTLED {
+            if largest < SETTLED || damping > MOST_DAMPED {
                 break;
             }
         }

@@ -23,6 +23,9 @@ const BETTER: f64 = 0.03;
 const MOST_TRIED: usize = 4;
 const MOST_PLACED: usize = 96;
 
+/// Where less of the original lies on the suspect, 0 to 1, once joints are placed, this is not its pose: of other models a third does, of the right one half and more.
+const LIES: f64 = 0.35;
+
 /// By this power of how many samples tell of a joint, its place is worth more.
 const WORTH: f64 = 0.125;
 
@@ -63,13 +66,16 @@ impl Fit<'_> {
         (self.score(joint, &motion, scale, WIDE) > LEAST).then_some(begun)
     }
 
-    /// The pose of all joints, from one of them.
-    pub(super) fn grown(&self, begun: &Beginning, job: &Job) -> Result<Rigid, JobError> {
+    /// The pose of all joints, from one of them; none where too little of the original lies on the suspect then.
+    pub(super) fn grown(&self, begun: &Beginning, job: &Job) -> Result<Option<Rigid>, JobError> {
         let joints = vec![begun.motion; self.skeleton.joints()];
         let mut pose = Rigid::of_joints(Blending::Linear, joints, begun.scale);
         let order = self.place_all(&mut pose, begun.joint, job)?;
         for _pass in 0..PASSES {
             pose = self.together(pose, &COARSE, job)?;
+            if self.lies(&pose) < LIES {
+                return Ok(None);
+            }
             if !self.placed_again(&mut pose, &order, job)? {
                 break;
             }
@@ -85,7 +91,7 @@ impl Fit<'_> {
                 best = Some((off, fitted));
             }
         }
-        Ok(best.map_or(pose, |(_, pose)| pose))
+        Ok(best.map(|(_, pose)| pose))
     }
 
     /// One joint after the other, that which lies best first, until nothing is linked to those that are placed; in the order in which they were.
@@ -123,6 +129,15 @@ impl Fit<'_> {
                 job,
             )?;
         }
+    }
+
+    /// How much of the original lies on the suspect, 0 to 1.
+    fn lies(&self, pose: &Rigid) -> f64 {
+        let joints = 0..self.skeleton.joints();
+        let sum: f64 = joints
+            .map(|joint| self.score_in(pose, joint, NARROW) * self.skeleton.of_joint[joint].len() as f64)
+            .sum();
+        sum / self.skeleton.samples.len().max(1) as f64
     }
 
     /// Joints that lie badly are looked for anew from where the neighbours are by now, with what hangs on them; whether any was placed better.

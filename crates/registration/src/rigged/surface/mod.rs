@@ -162,8 +162,8 @@ impl Laying<'_> {
             if best.as_ref().is_some_and(Found::is_good) {
                 break;
             }
-            let pose = self.fit.grown(begun, job)?;
-            if let Some(found) = self.judged(pose, job)?
+            if let Some(pose) = self.fit.grown(begun, job)?
+                && let Some(found) = self.judged(pose, job)?
                 && best.as_ref().is_none_or(|best| found.score() > best.score())
             {
                 *best = Some(found);
