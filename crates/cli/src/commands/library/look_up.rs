@@ -136,7 +136,7 @@ impl Catalogue {
     /// Looks a suspect up.
     pub(super) fn look_up(&self, suspect: &TriMesh, path: &Path, job: &Job) -> Result<LookedUp> {
         let shown = || path.display().to_string();
-        let query = Query::of(suspect).with_context(shown)?;
+        let query = Query::of(suspect, job).with_context(shown)?;
         let nearest = self.index.search(&self.library, &query, self.most, job)?;
         let candidates = nearest.into_iter().map(|candidate| self.candidate(candidate));
         let mut candidates: Vec<Looked> = candidates.collect::<Result<_>>()?;
