@@ -93,7 +93,9 @@ impl Votes {
 
     /// The votes for which most speaks, the most first.
     pub(super) fn most(votes: &[[Vote; 2]], most: usize) -> Vec<Vote> {
-        let mut votes: Vec<Vote> = votes.as_flattened().to_vec();
+        let second = |[a, b]: &[Vote; 2]| (a.size != b.size).then_some(*b);
+        let of_one = |votes: &[Vote; 2]| [Some(votes[0]), second(votes)];
+        let mut votes: Vec<Vote> = votes.iter().flat_map(of_one).flatten().collect();
         let by = |a: &Vote, b: &Vote| {
             let order = b.score.total_cmp(&a.score);
             order.then((a.original, a.size).cmp(&(b.original, b.size)))
@@ -103,7 +105,6 @@ impl Votes {
             votes.truncate(most);
         }
         votes.sort_by(by);
-        votes.dedup_by_key(|vote| (vote.original, vote.size));
         votes
     }
 
