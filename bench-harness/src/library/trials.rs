@@ -105,7 +105,7 @@ impl Found {
         let mut near = compared
             .iter()
             .take(FIRST)
-            .take_while(|candidate| candidate.score > 0.0);
+            .take_while(|candidate| candidate.is_worth_a_look);
         match near.position(|candidate| candidate.original == wanted) {
             Some(place) => {
                 self.first += usize::from(place == 0);
@@ -183,7 +183,7 @@ pub(super) fn strangers(
         let queries = job.map(count, 1, |i| Query::of(&stranger(bases, start + i), &job.alone()))?;
         for (i, query) in queries.into_iter().enumerate() {
             let mut candidates = built.index.search(&built.library, &query?, FIRST, job)?;
-            candidates.retain(|candidate| candidate.score > 0.0);
+            candidates.retain(|candidate| candidate.is_worth_a_look);
             let searched = &mut told.searched[(start + i) % 2];
             searched.suspects += 1;
             searched.with_candidates += usize::from(!candidates.is_empty());

@@ -46,6 +46,8 @@ pub struct Candidate {
     pub by: By,
     /// How much that is: from 1, the same, to 0, no more than may speak for a stranger's model.
     pub score: f64,
+    /// Whether an alignment is worth its while: of those that score, and of the likeliest few.
+    pub is_worth_a_look: bool,
     /// How near it is by each of [`By::ALL`], from 1, the same, to 0.
     pub likeness: [f64; 4],
 }
@@ -121,6 +123,7 @@ impl Measures {
             original,
             by: By::ALL[best],
             score: beyond[best].clamp(0.0, 1.0),
+            is_worth_a_look: beyond[best] > 0.0,
             likeness: [
                 WHOLE.likeness(self.whole),
                 self.share,

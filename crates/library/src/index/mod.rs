@@ -26,6 +26,9 @@ const NEAREST: usize = 16;
 /// Of all these, those on which it is laid: where most samples lie near.
 const LAID: usize = 40;
 
+/// So many of the likeliest are worth an alignment whatever they score: of twisted and cropped models some come to nothing by each measure alone, and are the likeliest all the same.
+const ALWAYS: usize = 3;
+
 /// Originals that one thread compares at a time.
 const AT_A_TIME: usize = 256;
 
@@ -73,7 +76,7 @@ impl Index {
         self.ids.is_empty()
     }
 
-    /// The originals that a suspect resembles most, `most` of them, the likeliest first. Those with a score of 0 are worth no alignment.
+    /// The originals that a suspect resembles most, `most` of them, the likeliest first. What scores, and the first three whatever they score, is [worth an alignment](Candidate::is_worth_a_look).
     ///
     /// # Errors
     /// When samples can't be read from the library, or the job is cancelled.
@@ -120,7 +123,12 @@ impl Index {
         let mut found: Vec<(f64, Candidate)> = by_original.map(of_one).collect();
         found.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.original.cmp(&b.1.original)));
         found.truncate(most);
-        Ok(found.into_iter().map(|(_, candidate)| candidate).collect())
+        let mut found: Vec<Candidate> = found.into_iter().map(|(_, candidate)| candidate).collect();
+        found
+            .iter_mut()
+            .take(ALWAYS)
+            .for_each(|candidate| candidate.is_worth_a_look = true);
+        Ok(found)
     }
 
     /// Finds which share of the suspect lies on originals: guesses how it may lie on each, and lays it on those where most samples come near.
