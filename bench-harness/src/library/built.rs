@@ -12,7 +12,7 @@ use super::models::{Base, original};
 use crate::kept;
 
 /// What has no part in the library.
-const NO_PART: [&str; 9] = [
+const NO_PART: [&str; 12] = [
     "crates/cli",
     "crates/evaluation/src/pages",
     "crates/sigmark",
@@ -20,7 +20,10 @@ const NO_PART: [&str; 9] = [
     "crates/code",
     "crates/partition",
     "crates/library/tests",
+    "crates/library/src/index",
     "bench-harness/src/library/page.rs",
+    "bench-harness/src/library/mod.rs",
+    "bench-harness/src/library/suspects.rs",
     "bench-harness/src/library/trials.rs",
 ];
 

@@ -39,7 +39,7 @@ pub struct LibraryBench {
     /// Only attacks in whose names this is; may be given again
     #[arg(long, value_name = "TEXT")]
     pub only: Vec<String>,
-    /// Take suspects of the models on which thresholds are chosen, print distances, and write no page
+    /// Take suspects of the models on which thresholds were chosen, and write no page
     #[arg(long)]
     pub tune: bool,
 }

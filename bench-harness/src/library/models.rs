@@ -86,7 +86,7 @@ const ONE_THING: f64 = 6.0;
 fn tuning(bases: &[Base], job: &Job) -> Result<Vec<bool>> {
     let described = job.map(bases.len(), 1, |base| {
         let mesh = &bases[base].small;
-        Ok((Query::of(mesh)?, Descriptor::of(mesh)?))
+        Ok((Query::of(mesh, &job.alone())?, Descriptor::of(mesh)?))
     })?;
     let described: Vec<(Query, Descriptor)> = described.into_iter().collect::<Result<_>>()?;
     let is_one_thing = |a: usize, b: usize| described[a].0.distance(&described[b].1) < ONE_THING;
@@ -169,14 +169,26 @@ pub(super) fn original(bases: &[Base], number: usize) -> Model {
     let base = number % bases.len();
     Model {
         name: format!("{} {number}", bases[base].name),
-        mesh: variation(bases, base, number as u64),
+        mesh: variation(bases, &bases[base].small, number as u64),
     }
 }
 
-/// Another model, of a base. Numbers that no library has are those of strangers.
-pub(super) fn variation(bases: &[Base], base: usize, seed: u64) -> TriMesh {
+/// Numbers of variations that are in no library.
+pub(super) const STRANGERS: u64 = 1 << 40;
+
+/// A model that is in no library: in turn a variation of a base, and of a shape by formula of which no original was made.
+pub(super) fn stranger(bases: &[Base], number: usize) -> TriMesh {
+    let seed = STRANGERS + number as u64;
+    match number.is_multiple_of(2) {
+        true => variation(bases, &bases[(number / 2) % bases.len()].small, seed),
+        false => variation(bases, &unit(&formula(&mut Draw::new(13, seed))), seed),
+    }
+}
+
+/// Another model, of a base; a second model that is stuck on it is one of the library's bases.
+pub(super) fn variation(bases: &[Base], base: &TriMesh, seed: u64) -> TriMesh {
     let mut draw = Draw::new(7, seed);
-    let mut mesh = bases[base].small.clone();
+    let mut mesh = base.clone();
     let kind = draw.unit();
     if kind < 0.2 {
         let other = &bases[draw.one_of(bases.len())].small;

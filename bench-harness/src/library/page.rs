@@ -137,12 +137,24 @@ fn attacks(found: &[Found]) -> Table {
 }
 
 fn of_strangers(strangers: &Strangers) -> String {
+    let searched = |kind: usize, what: &str| {
+        let of = strangers.searched[kind];
+        format!(
+            "Of {} {what}, {} ({:.1} %) have candidates near enough to be aligned, {:.2} each on average.",
+            of.suspects,
+            of.with_candidates,
+            100.0 * share(of.with_candidates, of.suspects),
+            of.candidates as f64 / of.suspects.max(1) as f64,
+        )
+    };
     format!(
-        "## Models that are not in it\n\n{} variations that are not in the library were searched: {} of them have candidates near enough to be aligned, {} candidates in all. The {} nearest pairs of those whose original can be signed were read: the original was signed, and the mark looked for in the stranger's model. It lies on the original in {} \
+        "## Models that are not in it\n\n{} {} The {} likeliest pairs of those whose original can be signed were read: the original was signed, and the mark looked for in the stranger's model. It lies on the original in {} \
          of them; marks found: **{}**; the least p, ten readings counted, is {:.1e}, and 1e-6 would be a claim. An alignment and reading takes {:.2} s (median).\n",
-        strangers.suspects,
-        strangers.with_candidates,
-        strangers.candidates,
+        searched(0, "new variations of the library's bases"),
+        searched(
+            1,
+            "variations of other shapes by formula, of which nothing in the library was made"
+        ),
         strangers.read,
         strangers.lying,
         strangers.claims,
@@ -156,10 +168,11 @@ fn speed_words(library: &Figures, found: &[Found]) -> String {
         .iter()
         .map(|found| found.milliseconds[0])
         .fold(0.0, f64::max);
+    let cpu = found.iter().map(|found| found.cpu).fold(0.0, f64::max);
     let describing = found.iter().map(|found| found.describing).fold(0.0, f64::max);
     format!(
-        "## Time and memory\n\nOpening the file and reading the descriptors of {} originals takes {:.2} s; the index has {:.0} MiB in memory ({:.1} KiB an original), the file without geometry {:.0} MiB. Describing a suspect takes up to {describing:.0} ms (median of an attack), the search up to {slowest:.0} ms \
-         of wall time on all cores.\n",
+        "## Time and memory\n\nOpening the file and reading the descriptors of {} originals takes {:.2} s; the index has {:.0} MiB in memory ({:.1} KiB an original), the file without geometry {:.0} MiB. From a suspect's mesh to its candidates it takes up to {slowest:.0} ms of wall time on all cores (median of an attack), of which up to {describing:.0} ms go into describing it; \
+         the search by itself takes up to {cpu:.0} ms of CPU time (mean of an attack).\n",
         library.size,
         library.seconds_to_open,
         library.bytes_in_memory as f64 / (1 << 20) as f64,

@@ -4,8 +4,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result};
 use job::Job;
-use library::{Entry, Index, Library, OriginalId, Query};
-use rayon::prelude::*;
+use library::{Candidate, Entry, Library, OriginalId, Query};
 use serde::Serialize;
 use sigmark::{Curve, Embedder, SigningKey, Verifier};
 
@@ -15,8 +14,8 @@ use super::{
     FIRST, LibraryBench,
     built::Built,
     draw::Draw,
-    models::{Base, original, variation},
-    suspects::{ATTACKS, Group},
+    models::{Base, STRANGERS, original, stranger, variation},
+    suspects::{ATTACKS, Attack, Group},
 };
 use crate::measure::{median, timed};
 
@@ -30,16 +29,14 @@ pub(super) struct Found {
     /// The original was the first, among the first ten.
     pub(super) first: usize,
     pub(super) among_ten: usize,
-    /// It was among the first three by the whole, by the surface, by small shapes.
+    /// It was among the first three by each of [`By::ALL`](library::By::ALL) alone.
     pub(super) by: [usize; 4],
-    /// The distances of originals that were among the ten, by what was nearest: the greatest.
-    pub(super) farthest: [f64; 4],
-    /// Of the nearest other.
-    pub(super) nearest_other: [f64; 4],
-    /// Milliseconds of a search, wall time: median and the worst of a hundred.
+    /// Milliseconds to describe a suspect and to search for it, wall time: median and the worst of a hundred.
     pub(super) milliseconds: [f64; 2],
-    /// To describe a suspect.
+    /// Of them, to describe it: median.
     pub(super) describing: f64,
+    /// Milliseconds of CPU time of a search: mean.
+    pub(super) cpu: f64,
     /// Those that were missed: numbers of originals.
     pub(super) missed: Vec<usize>,
 }
@@ -56,66 +53,21 @@ pub(super) fn attacked(
     let only =
         |name: &str| options.only.is_empty() || options.only.iter().any(|part| name.contains(part.as_str()));
     for (a, attack) in ATTACKS.iter().enumerate().filter(|(_, attack)| only(attack.name)) {
-        let seeds: Vec<u64> = (0..chosen.len() as u64).map(|i| i + 1000 * a as u64).collect();
-        let queries: Vec<Result<(Query, f64)>> = job.install(|| {
-            (0..chosen.len())
-                .into_par_iter()
-                .map(|i| {
-                    let mesh = attack.on(&original(bases, chosen[i]).mesh, seeds[i])?;
-                    let begun = Instant::now();
-                    let query =
-                        Query::of(&mesh).with_context(|| format!("{} of {}", attack.name, chosen[i]))?;
-                    Ok((query, begun.elapsed().as_secs_f64()))
-                })
-                .collect()
+        let suspects = job.map(chosen.len(), 1, |i| {
+            attack.on(&original(bases, chosen[i]).mesh, i as u64 + 1000 * a as u64)
         })?;
-        let mut found = Found {
-            attack: attack.name,
-            group: attack.group,
-            suspects: 0,
-            first: 0,
-            among_ten: 0,
-            by: [0; 4],
-            farthest: [0.0; 4],
-            nearest_other: [f64::INFINITY; 4],
-            milliseconds: [0.0; 2],
-            describing: 0.0,
-            missed: Vec::new(),
-        };
+        let mut found = Found::of(attack);
         let (mut seconds, mut describing) = (Vec::new(), Vec::new());
-        for (query, &number) in queries.into_iter().zip(&chosen) {
-            let (query, took) = query?;
-            describing.push(1e3 * took);
-            let wanted = built.ids[number];
+        for (suspect, &number) in suspects.into_iter().zip(&chosen) {
+            let suspect = suspect?;
             let begun = Instant::now();
-            let lists = built.index.lists(&built.library, &query, FIRST, job)?;
-            // `sigmark library search` looks at no others.
-            let mut candidates = Index::candidates(&lists, FIRST);
-            candidates.retain(|candidate| candidate.score > 0.0);
+            let query = Query::of(&suspect, job).with_context(|| format!("{} of {number}", attack.name))?;
+            describing.push(1e3 * begun.elapsed().as_secs_f64());
+            let (compared, cost) = timed(|| built.index.search(&built.library, &query, usize::MAX, job));
+            let compared = compared?;
             seconds.push(1e3 * begun.elapsed().as_secs_f64());
-            found.suspects += 1;
-            found.first += usize::from(
-                candidates
-                    .first()
-                    .is_some_and(|candidate| candidate.original == wanted),
-            );
-            match candidates.iter().any(|candidate| candidate.original == wanted) {
-                true => found.among_ten += 1,
-                false => found.missed.push(number),
-            }
-            if options.tune {
-                tell(attack.name, number, &lists, |id| id == wanted);
-                tell("others", number, &lists, |id| id != wanted);
-            }
-            for (by, list) in lists.iter().enumerate() {
-                if let Some(place) = list.iter().position(|&(id, _)| id == wanted) {
-                    found.by[by] += usize::from(place < 3);
-                    found.farthest[by] = found.farthest[by].max(list[place].1);
-                }
-                if let Some(&(_, distance)) = list.iter().find(|&&(id, _)| id != wanted) {
-                    found.nearest_other[by] = found.nearest_other[by].min(distance);
-                }
-            }
+            found.cpu += 1e3 * cost.cpu / chosen.len() as f64;
+            found.count(&compared, built.ids[number], number);
         }
         seconds.sort_by(f64::total_cmp);
         let worst = seconds.len().saturating_sub(1) * 99 / 100;
@@ -130,14 +82,46 @@ pub(super) fn attacked(
     Ok(all)
 }
 
-/// Prints the least distance of some originals by each of [`By::ALL`](library::By::ALL), to choose thresholds by.
-fn tell(what: &str, number: usize, lists: &[Vec<(OriginalId, f64)>], is_asked: impl Fn(OriginalId) -> bool) {
-    let least = |list: &Vec<(OriginalId, f64)>| {
-        let asked = list.iter().filter(|(id, _)| is_asked(*id));
-        asked.map(|(_, distance)| *distance).fold(f64::INFINITY, f64::min)
-    };
-    let least: Vec<String> = lists.iter().map(|list| format!("{:.3}", least(list))).collect();
-    println!("{what},{number},{}", least.join(","));
+impl Found {
+    fn of(attack: &Attack) -> Self {
+        Self {
+            attack: attack.name,
+            group: attack.group,
+            suspects: 0,
+            first: 0,
+            among_ten: 0,
+            by: [0; 4],
+            milliseconds: [0.0; 2],
+            describing: 0.0,
+            cpu: 0.0,
+            missed: Vec::new(),
+        }
+    }
+
+    /// Counts what a search said of a suspect.
+    fn count(&mut self, compared: &[Candidate], wanted: OriginalId, number: usize) {
+        self.suspects += 1;
+        // `sigmark library search` looks at no others.
+        let mut near = compared
+            .iter()
+            .take(FIRST)
+            .take_while(|candidate| candidate.is_worth_a_look);
+        match near.position(|candidate| candidate.original == wanted) {
+            Some(place) => {
+                self.first += usize::from(place == 0);
+                self.among_ten += 1;
+            }
+            None => self.missed.push(number),
+        }
+        let Some(own) = compared.iter().find(|candidate| candidate.original == wanted) else {
+            return;
+        };
+        for (by, count) in self.by.iter_mut().enumerate() {
+            let likeness = own.likeness[by];
+            let nearer = compared.iter().filter(|other| other.likeness[by] > likeness);
+            *count += usize::from(likeness > 0.0 && nearer.count() < 3);
+        }
+    }
 }
 
 /// The originals that are attacked: the real meshes first, then by chance.
@@ -160,10 +144,8 @@ fn chosen(bases: &[Base], options: &LibraryBench) -> Vec<usize> {
 /// What strangers' models brought up.
 #[derive(Debug, Default, Serialize)]
 pub(super) struct Strangers {
-    pub(super) suspects: usize,
-    /// Those with a candidate near enough to be aligned, and all such candidates.
-    pub(super) with_candidates: usize,
-    pub(super) candidates: usize,
+    /// How many variations of the library's bases, and of other shapes, were searched, how many have a candidate that is near enough to be aligned, and all such candidates.
+    pub(super) searched: [Searched; 2],
     /// Candidates that were signed, and whose mark was looked for in the stranger's model.
     pub(super) read: usize,
     /// Of these, on how many the stranger's model lies.
@@ -176,8 +158,13 @@ pub(super) struct Strangers {
     pub(super) seconds: f64,
 }
 
-/// Numbers of variations that are in no library.
-const STRANGERS: u64 = 1 << 40;
+/// How many strangers came how far.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub(super) struct Searched {
+    pub(super) suspects: usize,
+    pub(super) with_candidates: usize,
+    pub(super) candidates: usize,
+}
 
 /// Looks for models that are not in the library, and reads some of what comes up.
 pub(super) fn strangers(
@@ -186,7 +173,6 @@ pub(super) fn strangers(
     options: &LibraryBench,
     job: &Job,
 ) -> Result<Strangers> {
-    let stranger = |i: usize| variation(bases, i % bases.len(), STRANGERS + i as u64);
     let mut told = Strangers {
         least_p: 1.0,
         ..Strangers::default()
@@ -194,27 +180,23 @@ pub(super) fn strangers(
     let mut near = Vec::new();
     for start in (0..options.strangers).step_by(64) {
         let count = 64.min(options.strangers - start);
-        let queries = job.map(count, 1, |i| Query::of(&stranger(start + i)))?;
+        let queries = job.map(count, 1, |i| Query::of(&stranger(bases, start + i), &job.alone()))?;
         for (i, query) in queries.into_iter().enumerate() {
-            let lists = built.index.lists(&built.library, &query?, FIRST, job)?;
-            if options.tune {
-                tell("strangers", start + i, &lists, |_| true);
-            }
-            let candidates: Vec<_> = Index::candidates(&lists, FIRST)
-                .into_iter()
-                .filter(|candidate| candidate.score > 0.0)
-                .collect();
-            told.suspects += 1;
-            told.with_candidates += usize::from(!candidates.is_empty());
-            told.candidates += candidates.len();
+            let mut candidates = built.index.search(&built.library, &query?, FIRST, job)?;
+            candidates.retain(|candidate| candidate.is_worth_a_look);
+            let searched = &mut told.searched[(start + i) % 2];
+            searched.suspects += 1;
+            searched.with_candidates += usize::from(!candidates.is_empty());
+            searched.candidates += candidates.len();
             near.extend(
                 candidates
                     .into_iter()
-                    .map(|candidate| (candidate.score, start + i, candidate.original)),
+                    .map(|found| (found.score, start + i, found.original)),
             );
         }
     }
     if options.tune {
+        println!("{}", serde_json::to_string(&told)?);
         return Ok(told);
     }
     // The nearest say most.
@@ -238,7 +220,7 @@ pub(super) fn strangers(
         let verifier =
             Verifier::new(&model.mesh, signed.certificate(), &key.public_key())?.p_bound(1e-6 / FIRST as f64);
         let begun = Instant::now();
-        let verdict = verifier.verify(stranger(number), job)?;
+        let verdict = verifier.verify(stranger(bases, number), job)?;
         seconds.push(begun.elapsed().as_secs_f64());
         told.read += 1;
         told.lying += usize::from(verdict.mismatch.is_none());
@@ -270,7 +252,7 @@ pub(super) fn speed(bases: &[Base]) -> Result<Vec<Speed>> {
     let mut library = Library::create(&folder.path().join("speed.sigmark"))?;
     let mut all = Vec::new();
     let variations = (0..40)
-        .map(|i| variation(bases, i % bases.len(), STRANGERS - 1 - i as u64))
+        .map(|i| variation(bases, &bases[i % bases.len()].small, STRANGERS - 1 - i as u64))
         .collect();
     let mut sets = vec![("variations".to_string(), variations)];
     sets.extend(

@@ -16,7 +16,7 @@
 //! }
 //! let index = Index::load(&library)?;
 //! let suspect = shapes::jittered(&shapes::bumpy_sphere(4, 2), 0.1, 7);
-//! let found = index.search(&library, &Query::of(&suspect)?, 10, &Job::default())?;
+//! let found = index.search(&library, &Query::of(&suspect, &Job::default())?, 10, &Job::default())?;
 //! assert_eq!(library.original(found[0].original)?.name, "ball 2");
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -37,7 +37,7 @@
 //! checked it. A database is a stranger's file: its tables are compared with what they have to be, lengths are checked before anything is allocated, geometry by its digest; nothing panics.
 //!
 //! # Costs
-//! Some 4 KiB an original in memory, and 30 KiB in the file beside the geometry. `results/library.md` has the seconds, and how often the right original is found.
+//! Some 6 KiB an original in memory, and 30 KiB in the file beside the geometry. `results/library.md` has the seconds, and how often the right original is found.
 //!
 //! # Sources
 //! Kazhdan, Funkhouser, Rusinkiewicz, *Rotation invariant spherical harmonic representation of 3D shape descriptors*, SGP 2003 (energies by shell and degree). Pottmann, Wallner, Huang, Yang,

@@ -44,7 +44,7 @@ fn every_original_is_the_first_for_itself_and_for_what_is_left_of_it() {
     let index = Index::load(&library).expect("an index");
     assert_eq!(index.len(), models.len());
     let first = |mesh: &TriMesh| {
-        let query = Query::of(mesh).expect("a shape");
+        let query = Query::of(mesh, &Job::default()).expect("a shape");
         index
             .search(&library, &query, 3, &Job::new(2))
             .expect("an answer")[0]
@@ -69,7 +69,11 @@ fn halves_bring_their_originals_up() {
     let index = Index::load(&library).expect("an index");
     let mut found = 0;
     for (i, (mesh, &id)) in models.iter().zip(&ids).enumerate() {
-        let query = Query::of(&half(mesh, Vec3([1.0, 0.3 * i as f64 - 2.0, 0.7]).unit())).expect("a shape");
+        let query = Query::of(
+            &half(mesh, Vec3([1.0, 0.3 * i as f64 - 2.0, 0.7]).unit()),
+            &Job::default(),
+        )
+        .expect("a shape");
         let candidates = index
             .search(&library, &query, 4, &Job::default())
             .expect("an answer");
@@ -83,7 +87,7 @@ fn answers_do_not_depend_on_the_number_of_threads() {
     let models = models();
     let (_folder, library, _) = library(&models);
     let index = Index::load(&library).expect("an index");
-    let query = Query::of(&half(&models[3], Vec3([0.0, 1.0, 0.2]).unit())).expect("a shape");
+    let query = Query::of(&half(&models[3], Vec3([0.0, 1.0, 0.2]).unit()), &Job::default()).expect("a shape");
     let answer = |threads| {
         index
             .search(&library, &query, 10, &Job::new(threads))
@@ -102,7 +106,7 @@ proptest! {
         let transform = Similarity { scale, translation: [1e3, -2.0, 5.0], ..Similarity::from_quaternion(angles) };
         let moved = shapes::moved(&mesh, &transform);
         let original = Descriptor::of(&mesh).expect("a shape");
-        let distance = |mesh: &TriMesh| Query::of(mesh).expect("a shape").distance(&original);
+        let distance = |mesh: &TriMesh| Query::of(mesh, &Job::default()).expect("a shape").distance(&original);
         // A mirror turns triangles around, so that samples lie elsewhere in them.
         if mirrored {
             prop_assert!(distance(&shapes::mirrored(&moved)) < 2.0);
@@ -115,7 +119,7 @@ proptest! {
     fn other_triangles_matter_less_than_another_shape(seed in 0..50_u64) {
         let (mesh, other) = (shapes::bumpy_sphere(4, seed), shapes::bumpy_sphere(4, seed + 100));
         let original = Descriptor::of(&mesh).expect("a shape");
-        let distance = |mesh: &TriMesh| Query::of(mesh).expect("a shape").distance(&original);
+        let distance = |mesh: &TriMesh| Query::of(mesh, &Job::default()).expect("a shape").distance(&original);
         let same = [shapes::flipped(&mesh, seed), shapes::divided(&mesh), shapes::shuffled(&mesh, seed)];
         for same in &same {
             prop_assert!(distance(same) < 0.5 * distance(&other));

@@ -86,7 +86,7 @@ impl Cloud {
         };
         cloud.normalise();
         let counts: Vec<f64> = {
-            let grid = Grid::new(cloud.points.clone(), DENSITY_RADIUS);
+            let grid = Grid::new(&cloud.points, DENSITY_RADIUS);
             let count = |p: &Vec3| {
                 let mut count = 0.0;
                 grid.near(*p, |_| count += 1.0);

@@ -2,81 +2,105 @@
 
 use mesh::Vec3;
 
-/// Buckets of the table of cells; points of other cells that fall into the same are passed over.
-const BUCKETS: usize = 1 << 13;
+/// Cells at most.
+const CELLS: usize = 1 << 16;
 
-/// Points by cells as wide as the radius that is asked for.
+/// Points by cells at least as wide as the radius that is asked for.
 #[derive(Debug)]
 pub(crate) struct Grid {
+    /// Cell by cell.
     points: Vec<Vec3>,
+    numbers: Vec<u32>,
     radius: f64,
-    cells: Vec<[i32; 3]>,
-    /// Where each bucket begins in `order`, and the end.
+    least: Vec3,
+    width: f64,
+    /// Cells along each axis.
+    counts: [usize; 3],
+    /// Where the points of each cell begin, and the end.
     starts: Vec<u32>,
-    order: Vec<u32>,
 }
 
 impl Grid {
-    pub(crate) fn new(points: Vec<Vec3>, radius: f64) -> Self {
-        let cells: Vec<[i32; 3]> = points.iter().map(|&p| cell(p, radius)).collect();
-        let mut starts = vec![0_u32; BUCKETS + 1];
-        for &cell in &cells {
-            starts[bucket(cell) + 1] += 1;
+    pub(crate) fn new(points: &[Vec3], radius: f64) -> Self {
+        let corner = |pick: fn(f64, f64) -> f64, start: f64| {
+            let of = |axis: usize| points.iter().fold(start, |m, p| pick(m, p.0[axis]));
+            Vec3([of(0), of(1), of(2)])
+        };
+        let (least, most) = match points.is_empty() {
+            true => (Vec3::ZERO, Vec3::ZERO),
+            false => (
+                corner(f64::min, f64::INFINITY),
+                corner(f64::max, f64::NEG_INFINITY),
+            ),
+        };
+        let extent = most - least;
+        let along = |width: f64| extent.0.map(|x| (x / width).min(CELLS as f64) as usize + 1);
+        let mut width = radius;
+        // A needle has cells wider than the radius.
+        while along(width).iter().product::<usize>() > CELLS && width < f64::MAX / 2.0 {
+            width *= 1.3;
         }
-        for i in 0..BUCKETS {
-            starts[i + 1] += starts[i];
+        let mut grid = Self {
+            points: vec![Vec3::ZERO; points.len()],
+            numbers: vec![0; points.len()],
+            radius,
+            least,
+            width,
+            counts: match extent.squared().is_finite() {
+                true => along(width),
+                false => [1; 3],
+            },
+            starts: Vec::new(),
+        };
+        let cells: Vec<usize> = points.iter().map(|&p| grid.cell_of(p)).collect();
+        let mut starts = vec![0_u32; grid.counts.iter().product::<usize>() + 1];
+        cells.iter().for_each(|&cell| starts[cell + 1] += 1);
+        for i in 1..starts.len() {
+            starts[i] += starts[i - 1];
         }
         let mut next = starts.clone();
-        let mut order = vec![0_u32; points.len()];
         for (i, &cell) in cells.iter().enumerate() {
-            let place = &mut next[bucket(cell)];
-            order[*place as usize] = i as u32;
-            *place += 1;
+            let place = next[cell] as usize;
+            (grid.points[place], grid.numbers[place]) = (points[i], i as u32);
+            next[cell] += 1;
         }
-        Self {
-            points,
-            radius,
-            cells,
-            starts,
-            order,
-        }
+        grid.starts = starts;
+        grid
+    }
+
+    /// The cell of a point that is in the grid.
+    fn cell_of(&self, p: Vec3) -> usize {
+        let along = |axis: usize| {
+            let place = (p.0[axis] - self.least.0[axis]) / self.width;
+            (place as usize).min(self.counts[axis] - 1)
+        };
+        (along(2) * self.counts[1] + along(1)) * self.counts[0] + along(0)
     }
 
     /// Calls with every point within the radius, in an order that depends on the points alone.
     pub(crate) fn near(&self, p: Vec3, mut visit: impl FnMut(usize)) {
-        let centre = cell(p, self.radius);
         let limit = self.radius * self.radius;
-        for dx in -1..=1 {
-            for dy in -1..=1 {
-                for dz in -1..=1 {
-                    let wanted = [
-                        centre[0].saturating_add(dx),
-                        centre[1].saturating_add(dy),
-                        centre[2].saturating_add(dz),
-                    ];
-                    let bucket = bucket(wanted);
-                    let range = self.starts[bucket] as usize..self.starts[bucket + 1] as usize;
-                    for &i in &self.order[range] {
-                        let i = i as usize;
-                        if self.cells[i] == wanted && (self.points[i] - p).squared() <= limit {
-                            visit(i);
-                        }
+        let [xs, ys, zs]: [[usize; 2]; 3] = std::array::from_fn(|axis| {
+            let place = ((p.0[axis] - self.least.0[axis]) / self.width).floor();
+            let end = (place + 2.0).clamp(0.0, self.counts[axis] as f64) as usize;
+            [((place - 1.0).max(0.0) as usize).min(end), end]
+        });
+        if xs[0] == xs[1] {
+            return;
+        }
+        for z in zs[0]..zs[1] {
+            for y in ys[0]..ys[1] {
+                let row = (z * self.counts[1] + y) * self.counts[0];
+                let range = self.starts[row + xs[0]] as usize..self.starts[row + xs[1]] as usize;
+                let points = self.points[range.clone()].iter();
+                for (point, &number) in points.zip(&self.numbers[range]) {
+                    if (*point - p).squared() <= limit {
+                        visit(number as usize);
                     }
                 }
             }
         }
     }
-}
-
-fn cell(p: Vec3, radius: f64) -> [i32; 3] {
-    p.0.map(|x| (x / radius).floor() as i32)
-}
-
-fn bucket([x, y, z]: [i32; 3]) -> usize {
-    let hash = (x as u32).wrapping_mul(73_856_093)
-        ^ (y as u32).wrapping_mul(19_349_663)
-        ^ (z as u32).wrapping_mul(83_492_791);
-    hash as usize % BUCKETS
 }
 
 #[cfg(test)]
@@ -86,14 +110,16 @@ mod tests {
 
     proptest! {
         #[test]
-        fn the_points_near_a_place_are_those_within_the_radius(points in prop::collection::vec(prop::array::uniform3(-2.0..2.0_f64), 1..200), radius in 0.05..1.0_f64) {
+        fn the_points_near_a_place_are_those_within_the_radius(points in prop::collection::vec(prop::array::uniform3(-2.0..2.0_f64), 1..200), place in prop::array::uniform3(-3.0..3.0_f64), radius in 0.01..1.0_f64) {
             let points: Vec<Vec3> = points.into_iter().map(Vec3).collect();
-            let grid = Grid::new(points.clone(), radius);
-            let mut near = Vec::new();
-            grid.near(points[0], |i| near.push(i));
-            near.sort_unstable();
-            let all: Vec<usize> = (0..points.len()).filter(|&i| (points[i] - points[0]).squared() <= radius * radius).collect();
-            prop_assert_eq!(near, all);
+            let grid = Grid::new(&points, radius);
+            for place in [points[0], Vec3(place)] {
+                let mut near = Vec::new();
+                grid.near(place, |i| near.push(i));
+                near.sort_unstable();
+                let all: Vec<usize> = (0..points.len()).filter(|&i| (points[i] - place).squared() <= radius * radius).collect();
+                prop_assert_eq!(near, all);
+            }
         }
     }
 }

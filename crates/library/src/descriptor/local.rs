@@ -40,7 +40,7 @@ pub(super) fn describe(cloud: &Cloud) -> [u8; LENGTH] {
         let radius = radius * root;
         let thinned: Vec<Vec3> = cloud.points.iter().step_by(SEEN[r]).copied().collect();
         let total: f64 = cloud.weights.iter().step_by(SEEN[r]).sum();
-        let grid = Grid::new(thinned, radius);
+        let grid = Grid::new(&thinned, radius);
         for (c, seen) in seen.iter_mut().enumerate() {
             seen[r] = look(cloud, &grid, SEEN[r], c * STEP, radius);
             seen[r].mass /= total;

@@ -1,5 +1,6 @@
 //! Shapes in some bytes.
 
+mod balls;
 mod cloud;
 mod grid;
 mod harmonics;
@@ -8,7 +9,9 @@ mod places;
 mod smoothing;
 mod stars;
 mod surface;
+mod words;
 
+use job::Job;
 use mesh::{Edges, TriMesh, Vec3};
 
 use crate::LibraryError;
@@ -48,9 +51,10 @@ pub(crate) struct Summary {
 /// What is asked of a suspect.
 ///
 /// ```
+/// use job::Job;
 /// use library::{Descriptor, Query};
 /// let mesh = mesh::shapes::bumpy_torus(48, 24, 1);
-/// let (original, suspect) = (Descriptor::of(&mesh)?, Query::of(&mesh::shapes::scaled(&mesh, 3.0))?);
+/// let (original, suspect) = (Descriptor::of(&mesh)?, Query::of(&mesh::shapes::scaled(&mesh, 3.0), &Job::default())?);
 /// assert!(suspect.distance(&original) < 2.0);
 /// # Ok::<(), library::LibraryError>(())
 /// ```
@@ -98,15 +102,15 @@ impl Query {
     /// Describes a suspect.
     ///
     /// # Errors
-    /// [`LibraryError::NoArea`].
-    pub fn of(mesh: &TriMesh) -> Result<Self, LibraryError> {
+    /// [`LibraryError::NoArea`], or that the job was cancelled.
+    pub fn of(mesh: &TriMesh, job: &Job) -> Result<Self, LibraryError> {
         let fine = Cloud::fine(mesh)?;
         let cloud = fine.evened();
         let fine = fine.in_roots();
         Ok(Self {
             whole: WHOLE.bytes(&cloud.points, &cloud.weights),
             local: local::describe(&cloud),
-            sizes: places::sought(&fine, &places::borders(mesh, &Edges::of(mesh), &fine)),
+            sizes: places::sought(&fine, &places::borders(mesh, &Edges::of(mesh), &fine), job)?,
             stars: stars::of_suspect(mesh),
         })
     }

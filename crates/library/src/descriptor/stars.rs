@@ -4,16 +4,22 @@
 //! h₀(v) is the number of its triangles, and hₜ₊₁(v) hashes hₜ(v) with the sum of the hashes hₜ of its triangles' other corners. It depends on triangles t steps away at most, and on no coordinate: neither noise nor
 //! rounding nor a pose changes it. Models that were made of one another have it in common; so of a vertex its *shape* is kept, too: how lengths and areas around it compare, free of scale.
 //!
-//! An original keeps those of its vertices that have the least words (Broder's sketch by the smallest hashes), so that a crop, of which all words are known, has those that lie in it.
+//! An original keeps those of its vertices that have the least words (Broder's sketch by the smallest hashes), so that a crop, of which all words are known, has those that lie in it. Words that are rare in it come first; where
+//! triangles are regular, some of those that several of its vertices have are kept, too, since the shapes tell these apart.
 
 use mesh::{TriMesh, Vec3};
 
-/// Vertices that an original keeps.
-pub(crate) const STARS: usize = 128;
-/// How far around a vertex one looks: farther where triangles are so regular that there are too few words.
-const STEPS: [usize; 3] = [2, 3, 4];
-/// Words that more of an original's vertices have tell it little.
+/// Vertices that an original keeps, and how many of them at first have words that are rare in it. A border or a part that was added may have all of those; a crop may have neither.
+pub(crate) const STARS: usize = 192;
+const RARE: usize = 128;
+/// How far around a vertex one looks; farthest where triangles are so regular that there are too few words.
+const STEPS: [usize; 4] = [2, 3, 4, 6];
+const ENOUGH: usize = 4;
+/// Words that so few of an original's vertices have are rare, and those that more than so many have tell nothing: their shapes alone would tell them apart.
 const ALIKE: usize = 2;
+const MOST_ALIKE: usize = 128;
+/// A suspect may have several copies of an original.
+const MANY: usize = 4 * MOST_ALIKE;
 /// A suspect may be a scene with much beside an original: so many of its vertices are looked up, for each of [`STEPS`].
 const ASKED: usize = 8192;
 /// Numbers of a shape.
@@ -44,21 +50,34 @@ impl Star {
 /// The stars that an original keeps, sorted.
 pub(super) fn of_original(mesh: &TriMesh) -> Vec<Star> {
     let mut kept = Vec::new();
-    refined(mesh, |words| {
+    let (mut more, mut repeated) = (Vec::new(), Vec::new());
+    refined(mesh, |step, words| {
+        more.clear();
+        repeated.clear();
         for alike in words.chunk_by(|a, b| a.0 == b.0) {
-            if alike.len() <= ALIKE && kept.len() + alike.len() <= STARS {
-                kept.extend_from_slice(alike);
+            match alike.len() {
+                ..=ALIKE if kept.len() + alike.len() <= RARE => kept.extend_from_slice(alike),
+                ..=ALIKE => more.extend_from_slice(alike),
+                ..=MOST_ALIKE => repeated.push(alike.to_vec()),
+                _ => {}
             }
         }
-        kept.len() + ALIKE <= STARS
+        step < ENOUGH || kept.len() + ALIKE <= RARE
     });
+    // The rarest first, and of the last word's vertices some from everywhere.
+    repeated.sort_by_key(Vec::len);
+    repeated.push(more);
+    for alike in repeated {
+        let count = alike.len().min(STARS - kept.len());
+        kept.extend((0..count).map(|k| alike[k * alike.len() / count]));
+    }
     stars(mesh, &kept)
 }
 
 /// The stars of a suspect that are looked up, sorted.
 pub(super) fn of_suspect(mesh: &TriMesh) -> Vec<Star> {
     let mut asked = Vec::new();
-    refined(mesh, |words| {
+    refined(mesh, |_, words| {
         asked.extend_from_slice(words);
         true
     });
@@ -66,7 +85,7 @@ pub(super) fn of_suspect(mesh: &TriMesh) -> Vec<Star> {
 }
 
 /// Hands over the least words of a mesh with their vertices, sorted, for one of [`STEPS`] after the other while more are asked for.
-fn refined(mesh: &TriMesh, mut take: impl FnMut(&[(u32, u32)]) -> bool) {
+fn refined(mesh: &TriMesh, mut take: impl FnMut(usize, &[(u32, u32)]) -> bool) {
     let count = mesh.vertex_count();
     let mut hashes = vec![0_u64; count];
     let used = mesh.used_vertices();
@@ -86,20 +105,40 @@ fn refined(mesh: &TriMesh, mut take: impl FnMut(&[(u32, u32)]) -> bool) {
             .iter_mut()
             .for_each(|hash| *hash = mixed(*hash ^ step as u64));
         if STEPS.contains(&step) {
-            let mut words: Vec<(u32, u32)> = (0..count)
-                .filter(|&v| used[v])
-                .map(|v| ((hashes[v] >> 32) as u32, v as u32))
-                .collect();
-            if words.len() > ASKED {
-                words.select_nth_unstable(ASKED);
-                words.truncate(ASKED);
-            }
-            words.sort_unstable();
-            if !take(&words) {
+            let words = (0..count).filter(|&v| used[v]);
+            let words = words.map(|v| ((hashes[v] >> 32) as u32, v as u32)).collect();
+            if !take(step, &least(words)) {
                 return;
             }
         }
     }
+}
+
+/// The least words that tell something, [`ASKED`] of them, sorted.
+fn least(mut words: Vec<(u32, u32)>) -> Vec<(u32, u32)> {
+    let mut kept: Vec<(u32, u32)> = Vec::new();
+    let mut count = ASKED;
+    while !words.is_empty() && kept.len() < ASKED {
+        // The least of what is left; where a grid's vertices are all alike there is much to pass over.
+        let mut rest = match count < words.len() {
+            true => {
+                words.select_nth_unstable(count);
+                words.split_off(count)
+            }
+            false => Vec::new(),
+        };
+        if let Some(&(last, _)) = words.iter().max() {
+            words.extend(rest.iter().filter(|(word, _)| *word == last));
+            rest.retain(|(word, _)| *word != last);
+        }
+        words.sort_unstable();
+        let telling = words.chunk_by(|a, b| a.0 == b.0);
+        kept.extend(telling.filter(|alike| alike.len() <= MANY).flatten());
+        words = rest;
+        count *= 2;
+    }
+    kept.truncate(ASKED);
+    kept
 }
 
 /// The finaliser of Steele, Lea and Flood's SplitMix64.
@@ -269,7 +308,7 @@ mod tests {
             let rounded = moved.positions().iter().map(|p| p.map(|x| f64::from(x as f32))).collect();
             let moved = moved.with_positions(rounded).unwrap();
             let (a, b) = (of_original(&mesh), of_original(&moved));
-            prop_assert_eq!(a.len(), STARS);
+            prop_assert!(a.len() >= RARE);
             prop_assert_eq!(words(&a), words(&b));
             // Of two vertices with one word either may come first.
             let near = |star: &Star| b.iter().any(|other| other.word == star.word && (0..SHAPE).all(|i| star.shape[i].abs_diff(other.shape[i]) <= 1));

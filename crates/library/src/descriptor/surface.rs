@@ -4,7 +4,8 @@ use mesh::Vec3;
 
 use super::{
     cloud::{Cloud, FINE},
-    places::{CODE, LEVELS, Place},
+    places::{LEVELS, Place},
+    words::CODE,
 };
 use crate::LibraryError;
 

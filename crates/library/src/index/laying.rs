@@ -55,7 +55,7 @@ pub(super) struct Guess {
 impl Guess {
     pub(super) fn of(sought: &Sought, surface: &Surface) -> Self {
         let mut poses = poses(&pairs(sought, surface));
-        let grid = Grid::new(surface.points.clone(), NEAR);
+        let grid = Grid::new(&surface.points, NEAR);
         let near = |pose: &Pose| {
             let samples = sought.samples.iter().step_by(EVERY);
             let is_near = |&&(point, normal): &&(Vec3, Vec3)| {
@@ -77,7 +77,7 @@ impl Guess {
 
     /// The share of the suspect that lies on the original, samples weighed by how near they come: from 0 to 1.
     pub(super) fn share(&self, sought: &Sought, surface: &Surface) -> f64 {
-        let grid = Grid::new(surface.points.clone(), REACHES[0]);
+        let grid = Grid::new(&surface.points, REACHES[0]);
         let shares = self
             .poses
             .iter()
@@ -348,7 +348,7 @@ mod tests {
     }
 
     fn share(suspect: &TriMesh, size: usize, original: &TriMesh) -> f64 {
-        let query = Query::of(suspect).unwrap();
+        let query = Query::of(suspect, &job::Job::default()).unwrap();
         let surface = Surface::of(&Descriptor::of(original).unwrap().surface).unwrap();
         Guess::of(&query.sizes[size], &surface).share(&query.sizes[size], &surface)
     }

@@ -1,13 +1,11 @@
 //! All descriptors in memory, and the exact scan.
 
+mod candidate;
 mod laying;
 mod tessellation;
 mod votes;
 
-use std::{
-    cmp::Reverse,
-    collections::{HashMap, HashSet},
-};
+use std::cmp::Reverse;
 
 use job::{Job, JobError};
 
@@ -15,70 +13,24 @@ use crate::{
     Library, LibraryError, OriginalId, Query,
     descriptor::{LOCAL_LENGTH, Summary, Surface, WHOLE_LENGTH, difference},
 };
+pub use candidate::{By, Candidate};
+use candidate::{Measures, TENTH};
 use laying::Guess;
 use tessellation::Tessellations;
 use votes::Votes;
 
 /// Originals, with sizes, for which it is guessed how the suspect lies: those for which its places speak most.
-const GUESSED: usize = 160;
-/// Of these, those on which it is laid: where most samples lie near.
+const GUESSED: usize = 96;
+/// The nearest by each of the others, for which it is guessed, too.
+const NEAREST: usize = 16;
+/// Of all these, those on which it is laid: where most samples lie near.
 const LAID: usize = 40;
+
+/// So many of the likeliest are worth an alignment whatever they score: of twisted and cropped models some come to nothing by each measure alone, and are the likeliest all the same.
+const ALWAYS: usize = 3;
 
 /// Originals that one thread compares at a time.
 const AT_A_TIME: usize = 256;
-
-/// By what an original is near.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum By {
-    /// The whole shape.
-    Whole,
-    /// Its surface, on which the suspect lies.
-    Surface,
-    /// Small shapes, wherever they lie.
-    Local,
-    /// Vertices that the files have in common.
-    Tessellation,
-}
-
-impl By {
-    /// All of them.
-    pub const ALL: [Self; 4] = [Self::Whole, Self::Surface, Self::Local, Self::Tessellation];
-
-    /// The name in reports for programs.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Whole => "whole",
-            Self::Surface => "surface",
-            Self::Local => "local",
-            Self::Tessellation => "tessellation",
-        }
-    }
-
-    /// The distance at which nothing is said any more.
-    pub fn farthest(self) -> f64 {
-        match self {
-            // What was attacked as in Table 4 stays below 4, what was posed below 6.
-            Self::Whole => 8.0,
-            Self::Local => 10.0,
-            // A quarter of the suspect lies on the original.
-            Self::Surface => 0.75,
-            Self::Tessellation => 0.9,
-        }
-    }
-}
-
-/// An original that a suspect may have been made of.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct Candidate {
-    /// Its number.
-    pub original: OriginalId,
-    /// What speaks most for it.
-    pub by: By,
-    /// How near it is by that, from 1, the same, to 0: no attack leaves an original so far away.
-    pub score: f64,
-}
 
 /// What is known of all originals of a library, at the time when it was loaded.
 #[derive(Debug, Default)]
@@ -124,7 +76,7 @@ impl Index {
         self.ids.is_empty()
     }
 
-    /// The originals that a suspect resembles most, `most` of them, the nearest first: in turn those nearest by the whole, by the surface, and by small shapes.
+    /// The originals that a suspect resembles most, `most` of them, the likeliest first. What scores, and the first three whatever they score, is [worth an alignment](Candidate::is_worth_a_look).
     ///
     /// # Errors
     /// When samples can't be read from the library, or the job is cancelled.
@@ -135,104 +87,79 @@ impl Index {
         most: usize,
         job: &Job,
     ) -> Result<Vec<Candidate>, LibraryError> {
-        Ok(Self::candidates(&self.lists(library, query, most, job)?, most))
-    }
-
-    /// The candidates that [lists](Self::lists) make: in turn from each.
-    pub fn candidates(lists: &[Vec<(OriginalId, f64)>; 4], most: usize) -> Vec<Candidate> {
-        let mut best: HashMap<OriginalId, Candidate> = HashMap::new();
-        for (by, list) in By::ALL.into_iter().zip(lists) {
-            for &(original, distance) in list {
-                let score = (1.0 - distance / by.farthest()).max(0.0);
-                let found = Candidate { original, by, score };
-                let known = best.entry(original).or_insert(found);
-                if score > known.score {
-                    *known = found;
-                }
-            }
-        }
-        let turns = lists.iter().map(Vec::len).max().unwrap_or(0);
-        let in_turn = (0..turns).flat_map(|i| lists.iter().filter_map(move |list| list.get(i)));
-        let mut chosen = Vec::new();
-        for (original, _) in in_turn {
-            if chosen.len() < most
-                && let Some(candidate) = best.remove(original)
-            {
-                chosen.push(candidate);
-            }
-        }
-        chosen.sort_by(|a, b| b.score.total_cmp(&a.score).then(a.original.cmp(&b.original)));
-        chosen
-    }
-
-    /// For each of [`By::ALL`] the nearest originals with their distances, the nearest first.
-    ///
-    /// # Errors
-    /// As [`search`](Self::search).
-    pub fn lists(
-        &self,
-        library: &Library,
-        query: &Query,
-        most: usize,
-        job: &Job,
-    ) -> Result<[Vec<(OriginalId, f64)>; 4], LibraryError> {
         let whole = self.of_each(job, |i| query.distance_from_whole(&self.summaries[i]))?;
         let local = self.of_each(job, |i| difference(&self.summaries[i].local, &query.local))?;
-        let of = |differences: &[u32], length: usize| -> Vec<(OriginalId, f64)> {
-            let nearest = nearest(differences, most).into_iter();
-            nearest
-                .map(|i| (self.ids[i], f64::from(differences[i]) / length as f64))
-                .collect()
+        let shared = self.tessellations.shared(&query.stars, job)?;
+        let votes = self.votes.of_all(&query.sizes, job)?;
+        let (near_whole, near_local) = (nearest(&whole, NEAREST), nearest(&local, NEAREST));
+
+        let likeliest = Votes::most(&votes, GUESSED).into_iter();
+        let mut tried: Vec<Try> = likeliest.map(|vote| Try::of(vote.original, vote.size)).collect();
+        let sharing = Tessellations::most(&shared, NEAREST).into_iter();
+        tried.extend(sharing.map(|i| Try::of(i, votes[i][0].size)));
+        tried.extend(near_whole.iter().chain(&near_local).map(|&i| Try::of(i, 0)));
+        tried.sort_unstable_by_key(|tried| (tried.original, tried.size));
+        tried.dedup();
+        self.lay(library, query, &mut tried, job)?;
+
+        let mean = |differences: &[u32], length: usize, i: usize| f64::from(differences[i]) / length as f64;
+        let whole = |i: usize| mean(&whole, WHOLE_LENGTH, i);
+        let local = |i: usize| mean(&local, LOCAL_LENGTH, i);
+        let tenth = [
+            near_whole.get(TENTH - 1).map_or(f64::INFINITY, |&i| whole(i)),
+            near_local.get(TENTH - 1).map_or(f64::INFINITY, |&i| local(i)),
+        ];
+        let of_one = |tries: &[Try]| {
+            let i = tries[0].original;
+            let measures = Measures {
+                whole: whole(i),
+                local: local(i),
+                share: tries.iter().fold(0.0, |most, tried| f64::max(most, tried.share)),
+                tessellation: shared[i].score(),
+            };
+            measures.candidate(self.ids[i], tenth)
         };
-        Ok([
-            of(&whole, WHOLE_LENGTH),
-            self.by_surface(library, query, most, job)?,
-            of(&local, LOCAL_LENGTH),
-            self.by_tessellation(query, most),
-        ])
+        let by_original = tried.chunk_by(|a, b| a.original == b.original);
+        let mut found: Vec<(f64, Candidate)> = by_original.map(of_one).collect();
+        found.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.original.cmp(&b.1.original)));
+        found.truncate(most);
+        let mut found: Vec<Candidate> = found.into_iter().map(|(_, candidate)| candidate).collect();
+        found
+            .iter_mut()
+            .take(ALWAYS)
+            .for_each(|candidate| candidate.is_worth_a_look = true);
+        Ok(found)
     }
 
-    /// Those that have vertices in common with the suspect.
-    fn by_tessellation(&self, query: &Query, most: usize) -> Vec<(OriginalId, f64)> {
-        let shared = self.tessellations.shared(&query.stars);
-        let mut with: Vec<usize> = (0..shared.len()).filter(|&i| shared[i].alike > 0.0).collect();
-        with.sort_by(|&a, &b| shared[b].alike.total_cmp(&shared[a].alike).then(a.cmp(&b)));
-        with.truncate(most);
-        with.into_iter()
-            .map(|i| (self.ids[i], 1.0 - shared[i].score()))
-            .collect()
-    }
-
-    /// Those on which most of the suspect lies.
-    fn by_surface(
+    /// Finds which share of the suspect lies on originals: guesses how it may lie on each, and lays it on those where most samples come near.
+    fn lay(
         &self,
         library: &Library,
         query: &Query,
-        most: usize,
+        tried: &mut [Try],
         job: &Job,
-    ) -> Result<Vec<(OriginalId, f64)>, LibraryError> {
-        let votes = self.votes.most(&query.sizes, GUESSED.max(most), job)?;
-        let surfaces = votes.iter().map(|vote| library.surface(self.ids[vote.original]));
+    ) -> Result<(), LibraryError> {
+        let surfaces = tried
+            .iter()
+            .map(|tried| library.surface(self.ids[tried.original]));
         let surfaces: Vec<Vec<u8>> = surfaces.collect::<Result<_, _>>()?;
         let surfaces = surfaces.iter().map(|bytes| Surface::of(bytes));
         let surfaces: Vec<Surface> = surfaces.collect::<Result<_, _>>()?;
-        let size = |vote: usize| &query.sizes[votes[vote].size];
-        let guesses = job.map(votes.len(), 1, |i| Guess::of(size(i), &surfaces[i]))?;
+        let size = |k: usize| &query.sizes[tried[k].size];
+        let guesses = job.map(tried.len(), 1, |k| Guess::of(size(k), &surfaces[k]))?;
         job.go_on()?;
-        let mut order: Vec<usize> = (0..votes.len()).collect();
-        order.sort_by_key(|&i| (Reverse(guesses[i].near), i));
-        order.truncate(LAID.max(most));
-        let mut laid = job.map(order.len(), 1, |k| {
-            let i = order[k];
-            let share = guesses[i].share(size(i), &surfaces[i]);
-            (self.ids[votes[i].original], 1.0 - share)
+        let mut order: Vec<usize> = (0..tried.len()).collect();
+        order.sort_by_key(|&k| (Reverse(guesses[k].near), k));
+        order.truncate(LAID);
+        let shares = job.map(order.len(), 1, |n| {
+            let k = order[n];
+            guesses[k].share(size(k), &surfaces[k])
         })?;
-        laid.sort_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
-        // An original may have been tried in two sizes.
-        let mut seen = HashSet::new();
-        laid.retain(|(original, _)| seen.insert(*original));
-        laid.truncate(most);
-        Ok(laid)
+        job.go_on()?;
+        for (k, share) in order.into_iter().zip(shares) {
+            tried[k].share = share;
+        }
+        Ok(())
     }
 
     /// Something of each original.
@@ -246,6 +173,24 @@ impl Index {
         })?;
         job.go_on()?;
         Ok(chunks.into_iter().flatten().collect())
+    }
+}
+
+/// An original, in which size the suspect is tried on it, and which share came to lie there.
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+struct Try {
+    original: usize,
+    size: usize,
+    share: f64,
+}
+
+impl Try {
+    fn of(original: usize, size: usize) -> Self {
+        Self {
+            original,
+            size,
+            share: 0.0,
+        }
     }
 }
 

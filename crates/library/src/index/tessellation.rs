@@ -1,15 +1,23 @@
 //! Which originals have a suspect's vertices.
 //!
-//! Stars of all originals lie sorted by their words. A star of an original whose word a suspect has says as much for it as its shape is the suspect's: fully where it is the same, nothing from [`FAR`] on.
+//! Stars of all originals lie sorted by their words. A star of an original whose word a suspect has says as much for it as its shape is the suspect's, and as few others are as near: fully where it is the same and the only one, nothing from [`FAR`] on.
+
+use job::{Job, JobError};
 
 use crate::descriptor::{Star, difference};
 
 /// Shapes that differ by so much say nothing.
-const FAR: f64 = 48.0;
+const FAR: u32 = 48;
+/// A small library is as good as one of so many originals.
+const NOMINAL: usize = 1000;
 /// Fewer words that two models have in common may be chance.
 const FEW: f64 = 8.0;
 /// The first bits of a word's hash, by which one begins to look.
 const PREFIX: u32 = 16;
+
+/// Words that one thread looks up at a time, and how many pairs of stars with one word are compared.
+const AT_A_TIME: usize = 512;
+const COMPARED: usize = 4_000_000;
 
 /// Stars by words.
 #[derive(Debug, Default)]
@@ -29,16 +37,26 @@ struct Posting {
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Shared {
     /// Words that it has in common with the suspect.
-    pub(super) words: u32,
+    words: u32,
     /// How like their shapes are, 1 for each that is the same.
-    pub(super) alike: f32,
+    alike: f32,
+    /// How rare it is to have such a word with so like a shape, 1 for each that nobody else has.
+    rare: f32,
 }
 
 impl Shared {
-    /// The mean likeness of what they share, from 0 to 1.
+    /// The mean rarity times the mean likeness of what they share, from 0 to 1.
     pub(super) fn score(&self) -> f64 {
-        f64::from(self.alike) / f64::from(self.words).max(FEW)
+        let words = f64::from(self.words).max(FEW);
+        f64::from(self.rare) / words * (f64::from(self.alike) / words)
     }
+}
+
+/// What a star of an original says.
+struct Said {
+    original: u32,
+    alike: f32,
+    rare: f32,
 }
 
 impl Tessellations {
@@ -71,21 +89,67 @@ impl Tessellations {
     }
 
     /// What a suspect's stars, sorted, have in common with each original.
-    pub(super) fn shared(&self, suspect: &[Star]) -> Vec<Shared> {
+    pub(super) fn shared(&self, suspect: &[Star], job: &Job) -> Result<Vec<Shared>, JobError> {
+        let words: Vec<&[Star]> = suspect.chunk_by(|a, b| a.word == b.word).collect();
+        let count = words.len().div_ceil(AT_A_TIME);
+        let said = job.map(count, 1, |chunk| {
+            let words = words.iter().skip(chunk * AT_A_TIME).take(AT_A_TIME);
+            words.flat_map(|alike| self.said(alike)).collect::<Vec<Said>>()
+        })?;
+        job.go_on()?;
         let mut shared = vec![Shared::default(); self.count];
-        if self.postings.is_empty() {
-            return shared;
+        for said in said.into_iter().flatten() {
+            let of_it = &mut shared[said.original as usize];
+            of_it.words += 1;
+            of_it.alike += said.alike;
+            of_it.rare += said.rare;
         }
-        for alike in suspect.chunk_by(|a, b| a.word == b.word) {
-            for posting in self.with(alike[0].word) {
-                let distance = |star: &Star| difference(&star.shape, &posting.star.shape);
-                let least = alike.iter().map(distance).min().unwrap_or(u32::MAX);
-                let of_it = &mut shared[posting.original as usize];
-                of_it.words += 1;
-                of_it.alike += (1.0 - f64::from(least) / FAR).max(0.0) as f32;
-            }
+        Ok(shared)
+    }
+
+    /// The originals for which most speaks, the most first.
+    pub(super) fn most(shared: &[Shared], most: usize) -> Vec<usize> {
+        let mut with: Vec<usize> = (0..shared.len()).filter(|&i| shared[i].rare > 0.0).collect();
+        let by = |&a: &usize, &b: &usize| shared[b].rare.total_cmp(&shared[a].rare).then(a.cmp(&b));
+        if most < with.len() {
+            with.select_nth_unstable_by(most, by);
+            with.truncate(most);
         }
-        shared
+        with.sort_unstable_by(by);
+        with
+    }
+
+    /// What all stars with the word of some of a suspect's say.
+    fn said(&self, alike: &[Star]) -> Vec<Said> {
+        let postings = self.with(alike[0].word);
+        // Of very many some are enough.
+        let step = (postings.len() * alike.len()).div_ceil(COMPARED).max(1);
+        let nearest = |posting: &Posting| {
+            let asked = alike.iter().step_by(step);
+            let least = asked
+                .map(|star| difference(&star.shape, &posting.star.shape))
+                .min();
+            least.unwrap_or(FAR).min(FAR)
+        };
+        let distances: Vec<u32> = postings.iter().map(nearest).collect();
+        // How many are as near, of all that there are, or would be if every original had one.
+        let mut nearer = [0_u32; FAR as usize + 1];
+        distances
+            .iter()
+            .for_each(|&distance| nearer[distance as usize] += 1);
+        for distance in 0..FAR as usize {
+            nearer[distance + 1] += nearer[distance];
+        }
+        let all = postings.len().max(self.count).max(NOMINAL) as f32;
+        let said = |(posting, &distance): (&Posting, &u32)| Said {
+            original: posting.original,
+            alike: 1.0 - distance as f32 / FAR as f32,
+            rare: match distance < FAR {
+                true => 1.0 - (nearer[distance as usize] as f32).ln() / all.ln(),
+                false => 0.0,
+            },
+        };
+        postings.iter().zip(&distances).map(said).collect()
     }
 
     fn with(&self, word: u32) -> &[Posting] {
@@ -125,25 +189,35 @@ mod tests {
             let (own, others) = words.split_at(words.len() / 2);
             let stars = |words: &[u32]| words.iter().map(|&word| star(word, 9)).collect::<Vec<Star>>();
             let index = Tessellations::of(&[stars(own), stars(others)]);
-            let shared = index.shared(&stars(own));
+            let shared = index.shared(&stars(own), &Job::default()).unwrap();
             prop_assert_eq!((shared[0].words, shared[1].words), (own.len() as u32, 0));
             prop_assert_eq!(shared[0].alike, own.len() as f32);
         }
     }
 
+    fn scores(originals: &[Vec<Star>], suspect: &[Star]) -> Vec<f64> {
+        let shared = Tessellations::of(originals).shared(suspect, &Job::default());
+        shared.unwrap().iter().map(Shared::score).collect()
+    }
+
     #[test]
     fn of_two_with_the_same_triangles_the_one_with_the_same_shapes_is_nearer() {
         let of = |shape: u8| (0..20).map(|word| star(word, shape)).collect::<Vec<Star>>();
-        let shared = Tessellations::of(&[of(100), of(104), of(120)]).shared(&of(100));
-        assert_eq!(shared[0].score(), 1.0);
-        assert!(shared[1].score() > 0.2 && shared[1].score() < 0.5);
-        assert_eq!(shared[2].score(), 0.0);
+        let scores = scores(&[of(100), of(104), of(120)], &of(100));
+        assert_eq!(scores[0], 1.0);
+        assert!(scores[1] > 0.2 && scores[1] < 0.5);
+        assert_eq!(scores[2], 0.0);
+    }
+
+    #[test]
+    fn shapes_that_all_have_say_little() {
+        let of = |shape: u8| (0..20).map(|word| star(word, shape)).collect::<Vec<Star>>();
+        assert!(scores(&vec![of(7); 900], &of(7))[0] < 0.05);
     }
 
     #[test]
     fn few_words_in_common_are_little() {
-        let shared = Tessellations::of(&[vec![star(5, 1)]]).shared(&[star(5, 1)]);
-        assert!(shared[0].score() < 0.2);
-        assert!(Tessellations::default().shared(&[star(5, 1)]).is_empty());
+        assert!(scores(&[vec![star(5, 1)]], &[star(5, 1)])[0] < 0.2);
+        assert!(scores(&[], &[star(5, 1)]).is_empty());
     }
 }

@@ -4,6 +4,8 @@
 //! proportion to c + α: the logarithms add up, as if places were independent (naive Bayes with Laplace's smoothing), less those of the mean of all originals, so that sizes can be compared. Who has all words of the world has few
 //! places for each, and gains little by it.
 
+use std::sync::OnceLock;
+
 use job::{Job, JobError};
 
 use crate::descriptor::{Sought, WORDS};
@@ -13,6 +15,9 @@ const SMOOTHING: f64 = 1.0;
 
 /// Sizes that are so many steps apart are told apart.
 const APART: usize = 3;
+
+/// How many postings are visited for a size: the places whose words are rarest come first, which say most, so that the time of a search does not grow without bound.
+const VISITED: usize = 2_000_000;
 
 /// Bits of how many of an original's places have a word.
 const COUNT_BITS: u32 = 8;
@@ -65,26 +70,32 @@ impl Votes {
         4 * (self.starts.len() + self.postings.len())
     }
 
-    /// The originals for which most speaks, each in its likeliest size and in the likeliest of those that are [`APART`] from it.
-    pub(super) fn most(&self, sizes: &[Sought], most: usize, job: &Job) -> Result<Vec<Vote>, JobError> {
+    /// What speaks for each original, in its likeliest size and in the likeliest of those that are [`APART`] from it.
+    pub(super) fn of_all(&self, sizes: &[Sought], job: &Job) -> Result<Vec<[Vote; 2]>, JobError> {
         let scores = job.map(sizes.len(), 1, |size| self.scores(&sizes[size]))?;
-        let mut votes = Vec::new();
-        for original in 0..self.count {
-            let score = |size: usize| scores[size][original];
-            let likeliest = |is_asked: &dyn Fn(usize) -> bool| {
-                let asked = (0..sizes.len()).filter(|&size| is_asked(size));
-                asked.max_by(|&a, &b| score(a).total_cmp(&score(b)).then(b.cmp(&a)))
-            };
-            let Some(first) = likeliest(&|_| true) else {
-                continue;
-            };
-            let second = likeliest(&|size| size.abs_diff(first) >= APART);
-            votes.extend([Some(first), second].into_iter().flatten().map(|size| Vote {
+        job.go_on()?;
+        let of_one = |original: usize| {
+            let vote = |size: usize| Vote {
                 original,
                 size,
-                score: score(size),
-            }));
-        }
+                score: scores[size][original],
+            };
+            let likeliest = |is_asked: &dyn Fn(usize) -> bool| {
+                let asked = (0..sizes.len()).filter(|&size| is_asked(size)).map(vote);
+                asked.max_by(|a, b| a.score.total_cmp(&b.score).then(b.size.cmp(&a.size)))
+            };
+            let first = likeliest(&|_| true).unwrap_or(vote(0));
+            let second = likeliest(&|size| size.abs_diff(first.size) >= APART);
+            [first, second.unwrap_or(first)]
+        };
+        Ok((0..self.count).map(of_one).collect())
+    }
+
+    /// The votes for which most speaks, the most first.
+    pub(super) fn most(votes: &[[Vote; 2]], most: usize) -> Vec<Vote> {
+        let second = |[a, b]: &[Vote; 2]| (a.size != b.size).then_some(*b);
+        let of_one = |votes: &[Vote; 2]| [Some(votes[0]), second(votes)];
+        let mut votes: Vec<Vote> = votes.iter().flat_map(of_one).flatten().collect();
         let by = |a: &Vote, b: &Vote| {
             let order = b.score.total_cmp(&a.score);
             order.then((a.original, a.size).cmp(&(b.original, b.size)))
@@ -94,20 +105,29 @@ impl Votes {
             votes.truncate(most);
         }
         votes.sort_by(by);
-        Ok(votes)
+        votes
     }
 
     fn scores(&self, sought: &Sought) -> Vec<f32> {
+        let gains = gains();
+        let gain = |count: u32| gains[(count as usize).min(gains.len() - 1)];
         let mut scores = vec![0_f32; self.count];
         let mut counts = vec![0_u32; self.count];
         let mut found: Vec<u32> = Vec::new();
-        let gain = |count: f64| (1.0 + count / SMOOTHING).ln() as f32;
         let mut expected = 0.0;
-        for words in &sought.words {
+        let cost = |words: &[u16]| words.iter().map(|&word| self.with(word).len()).sum::<usize>();
+        let mut places: Vec<(usize, &Vec<u16>)> =
+            sought.words.iter().map(|words| (cost(words), words)).collect();
+        places.sort_by_key(|(cost, _)| *cost);
+        let mut visited = 0;
+        for (cost, words) in places {
+            visited += cost;
+            if visited > VISITED && visited > cost {
+                break;
+            }
             let mut all = 0_u64;
             for &word in words {
-                let word = usize::from(word);
-                for posting in &self.postings[self.starts[word] as usize..self.starts[word + 1] as usize] {
+                for posting in self.with(word) {
                     let (original, count) = (posting >> COUNT_BITS, posting & ((1 << COUNT_BITS) - 1));
                     let sum = &mut counts[original as usize];
                     if *sum == 0 {
@@ -118,14 +138,28 @@ impl Votes {
                 }
             }
             for original in found.drain(..) {
-                scores[original as usize] += gain(f64::from(counts[original as usize]));
+                scores[original as usize] += gain(counts[original as usize]);
                 counts[original as usize] = 0;
             }
-            expected += gain(all as f64 / self.count.max(1) as f64);
+            expected += (1.0 + all as f64 / self.count.max(1) as f64 / SMOOTHING).ln();
         }
-        scores.iter_mut().for_each(|score| *score -= expected);
+        scores.iter_mut().for_each(|score| *score -= expected as f32);
         scores
     }
+
+    fn with(&self, word: u16) -> &[u32] {
+        let word = usize::from(word);
+        &self.postings[self.starts[word] as usize..self.starts[word + 1] as usize]
+    }
+}
+
+/// ln (1 + c / α) for every count c.
+fn gains() -> &'static [f32] {
+    static GAINS: OnceLock<Vec<f32>> = OnceLock::new();
+    GAINS.get_or_init(|| {
+        let gain = |count: u32| (1.0 + f64::from(count) / SMOOTHING).ln() as f32;
+        (0..1 << 12).map(gain).collect()
+    })
 }
 
 #[cfg(test)]
@@ -144,7 +178,7 @@ mod tests {
     fn who_has_the_suspects_words_wins_in_the_size_in_which_it_has_them() {
         let votes = Votes::of(&[vec![1, 2, 3, 4], vec![5, 6, 7, 8], vec![1, 5, 9, 10]]);
         let sizes = [sought(&[11, 12, 13]), sought(&[5, 6, 7]), sought(&[14, 15, 16])];
-        let most = votes.most(&sizes, 2, &Job::default()).unwrap();
+        let most = Votes::most(&votes.of_all(&sizes, &Job::default()).unwrap(), 2);
         assert_eq!((most[0].original, most[0].size), (1, 1));
         assert!(most[0].score > most[1].score);
     }
@@ -169,7 +203,7 @@ mod tests {
     fn an_empty_library_has_no_votes() {
         assert!(
             Votes::of(&[])
-                .most(&[sought(&[1])], 3, &Job::default())
+                .of_all(&[sought(&[1])], &Job::default())
                 .unwrap()
                 .is_empty()
         );

@@ -139,11 +139,11 @@ impl Catalogue {
     /// Looks a suspect up.
     pub(super) fn look_up(&self, suspect: &TriMesh, path: &Path, job: &Job) -> Result<LookedUp> {
         let shown = || path.display().to_string();
-        let query = Query::of(suspect).with_context(shown)?;
+        let query = Query::of(suspect, job).with_context(shown)?;
         let nearest = self.index.search(&self.library, &query, self.most, job)?;
         let candidates = nearest.into_iter().map(|candidate| self.candidate(candidate));
         let mut candidates: Vec<Looked> = candidates.collect::<Result<_>>()?;
-        let is_near = |looked: &&mut Looked| looked.candidate.score > 0.0;
+        let is_near = |looked: &&mut Looked| looked.candidate.is_worth_a_look;
         let readings: usize = candidates
             .iter_mut()
             .filter(is_near)
@@ -155,7 +155,7 @@ impl Catalogue {
         for (number, looked) in candidates
             .iter_mut()
             .enumerate()
-            .filter(|(_, looked)| looked.candidate.score > 0.0)
+            .filter(|(_, looked)| looked.candidate.is_worth_a_look)
         {
             // Once the shape is known, another original is asked only for its marks.
             if best.is_some() && looked.certificates.is_empty() {

@@ -43,7 +43,7 @@ pub(super) fn summary(
     };
     let others = found.candidates.iter().enumerate();
     let others =
-        others.filter(|(number, looked)| Some(*number) != found.best && looked.candidate.score > 0.0);
+        others.filter(|(number, looked)| Some(*number) != found.best && looked.candidate.is_worth_a_look);
     let others: Vec<String> = others
         .take(OTHERS)
         .map(|(_, looked)| {
