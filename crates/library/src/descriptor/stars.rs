@@ -55,11 +55,13 @@ pub(super) fn of_original(mesh: &TriMesh) -> Vec<Star> {
         more.clear();
         repeated.clear();
         for alike in words.chunk_by(|a, b| a.0 == b.0) {
-            match alike.len() {
-                ..=ALIKE if kept.len() + alike.len() <= RARE => kept.extend_from_slice(alike),
-                ..=ALIKE => more.extend_from_slice(alike),
-                ..=MOST_ALIKE => repeated.push(alike.to_vec()),
-                _ => {}
+            let (count, is_rare) = (alike.len(), alike.len() <= ALIKE);
+            if is_rare && kept.len() + count <= RARE {
+                kept.extend_from_slice(alike);
+            } else if is_rare {
+                more.extend_from_slice(alike);
+            } else if count <= MOST_ALIKE {
+                repeated.push(alike.to_vec());
             }
         }
         step < ENOUGH || kept.len() + ALIKE <= RARE
