@@ -57,11 +57,12 @@ fn how_made(bases: &[Base], library: &Figures) -> String {
         "The library has {} originals: {} real meshes and assets as they came ({}), and variations of these, decimated to 8000 triangles, and of {formulae} shapes by Gielis's formula. A variation is another model: stretched along each axis by a factor of e^0.25 (standard \
          deviation), tapered, in half of the cases bent and in half twisted by up to 60 to 70°, and displaced by a random smooth field of 1.5 to 4 % of the diagonal (root mean square, wave lengths from a quarter of the diagonal); every fifth has a second model stuck on, every tenth a piece cut off, every \
          fourth is subdivided first. Variations of one base resemble each other far more than models of a shop do.\n\n\
-         Suspects are originals of the library, real meshes first, then by chance, attacked, then turned, scaled between 1/100 and 100 and shifted. Thresholds were chosen on half of the {} bases; suspects here are of the other {tested}. *Re-meshing* is the clustering of vertices in a grid of 80 cells along the diagonal; \
+         Suspects are originals of the library, real meshes first, then by chance, attacked, then turned, scaled between 1/100 and 100 and shifted. Thresholds were chosen on {} of the {} bases; suspects here are of the other {tested}, of which none resembles one of those. *Re-meshing* is the clustering of vertices in a grid of 80 cells along the diagonal; \
          simplification is fast-simplification's; a joint turns what lies beyond the thinnest of 32 planes. The search is that of `sigmark library search` before any alignment.\n",
         library.size,
         real.len(),
         real.join(", "),
+        bases.len() - tested,
         bases.len(),
     )
 }
