@@ -95,6 +95,10 @@ fn a_copy_in_another_pose_is_verified_also_as_evidence() {
     assert!(page.contains("with all that poses it"), "{page}");
     assert!(page.contains("its pose was undone by the original\u{2019}s joints before it was read"));
     assert!(page.contains("Left apart") && !page.contains("Transform found"));
+    assert!(
+        page.contains("ask where the suspect comes from")
+            && words.contains("ask where the suspect comes from")
+    );
     let run = folder.run(&format!("verify bare.obj {VERIFY} --json"));
     assert_eq!(
         (run.code, run.json()["outcome"].clone()),
@@ -244,6 +248,17 @@ fn align_writes_a_suspect_back_in_the_pose_of_the_original() {
     off.sort_by(f64::total_cmp);
     let median = off[off.len() / 2] / signed.bounding_box().diagonal();
     assert!(median < 2e-3, "{median}");
+
+    // In no other pose than the original's.
+    folder.write_mesh("unposed.ply", &shapes::divided(&signed), Precision::Single);
+    let run = folder.run("align unposed.ply model.glb -o never.ply --pose");
+    assert_eq!(run.code, Some(1));
+    assert!(
+        run.out.contains("as it is; align it without --pose"),
+        "{}",
+        run.out
+    );
+    assert!(!folder.path("never.ply").exists());
 
     // Without a rig, without the vertices.
     folder.write("plain.glb", without_skin(&folder.read("model.glb")));

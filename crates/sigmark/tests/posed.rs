@@ -263,6 +263,34 @@ fn another_model_of_the_same_triangles_is_not_found_by_any_pose() {
     assert!(!verdict.outcome.is_found());
 }
 
+/// The forger's chair. A mark can be copied onto any figure of the same triangles. One that the original's joints could make by stretching, as bodies of one template are, counts as a pose; it can't be told that it was not made of a signed copy.
+#[test]
+fn a_mark_that_was_copied_onto_a_figure_of_other_proportions_is_found_there() {
+    let (mesh, rig, signed) = signed();
+    let girth = |joint: u32| [1.6, 0.7, 1.3, 0.6, 1.5, 0.8][joint as usize];
+    let place = |v: usize| {
+        let copied = Vec3(signed.mesh().positions()[v]) - mesh.point(v);
+        let wide: f64 = rig
+            .weights_of(v)
+            .iter()
+            .map(|&(joint, weight)| girth(joint) * weight)
+            .sum();
+        let Vec3([x, y, z]) = mesh.point(v);
+        (Vec3([x, wide * y, wide * z]) + copied).into()
+    };
+    let other = mesh
+        .with_positions((0..mesh.vertex_count()).map(place).collect())
+        .unwrap();
+    let verdict = judged(&mesh, Some(rig), &signed, &other);
+    assert_eq!(
+        (verdict.outcome, verdict.matched_by),
+        (Outcome::Verified, MatchedBy::Rig)
+    );
+    // Most of it is stretched by more than local frames bear.
+    let bare = judged(&mesh, None, &signed, &other);
+    assert!(!bare.outcome.is_found() && bare.mismatch.is_some(), "{bare:?}");
+}
+
 #[test]
 fn a_posed_copy_names_its_buyer() {
     let ((mesh, rig), job) = (rigged(), Job::default());

@@ -175,12 +175,16 @@ fn summary(
     seconds: &Seconds,
 ) -> Lines {
     let (suspect, original) = (arguments.suspect.display(), arguments.original.display());
+    let lies_unposed = arguments.pose && brought.is_none() && found.overlap >= options.least_overlap;
     let mut lines = Lines::new(match (found.aligned, found.mirrored()) {
         _ if found.aligned && brought.is_some() => {
             format!("ALIGNED: {suspect} lies on {original}, in its pose")
         }
         (true, false) => format!("ALIGNED: {suspect} lies on {original}"),
         (true, true) => format!("ALIGNED: {suspect} lies on {original} as its mirror image"),
+        (false, _) if lies_unposed => {
+            format!("NO POSE TO UNDO: {suspect} lies on {original} as it is; align it without --pose")
+        }
         (false, _) => format!("DOES NOT ALIGN: {suspect} is not {original}, nor a part of it"),
     });
     let by = match brought.map_or(found.matched_by, |brought| brought.by) {
@@ -213,7 +217,7 @@ fn summary(
         if let Some(ambiguity) = ambiguity(found) {
             lines.field("ambiguous", ambiguity);
         }
-    } else {
+    } else if !lies_unposed {
         let needed = 100.0 * options.least_overlap;
         lines.field(
             "needed",

@@ -239,11 +239,11 @@ pub(crate) fn recognised_by(by: MatchedBy) -> &'static str {
     }
 }
 
-/// What is not said of a mark that was read in local frames.
+/// What is not said of a mark that was read of a suspect in another pose.
 pub(crate) fn caveat(by: MatchedBy) -> Option<&'static str> {
-    const OF_A_BEND: &str = "it does not say that the mark was there before the suspect was bent: who has a signed copy can put its mark on another mesh of the same triangles, \
+    const OF_A_BEND: &str = "it does not say that the mark was there before the suspect was bent or posed: who has a signed copy can put its mark on another mesh of the same triangles, \
         such as another figure that was shaped from one template; ask where the suspect comes from";
-    (by == MatchedBy::LocalFrames).then_some(OF_A_BEND)
+    by.is_bent().then_some(OF_A_BEND)
 }
 
 /// What the suspect was recognised by, and how much of the original it is.
