@@ -23,14 +23,17 @@ pub(super) const READERS: [(&str, JointModel); 2] = [
     ("today's", JointModel::Noise),
 ];
 
-/// Strengths that are tried one after the other; each hits better than the last.
-const ROUNDS: usize = 5;
+/// So many strengths are tried at most.
+const ROUNDS: usize = 10;
 
 /// How near the least of T₀ has to come to what it is compared with.
 const NEAR: f64 = 0.02;
 
 /// T₀ at which half of one of 512 bits is wrong: where all are right no more is known, and no more asked for.
 pub(super) const ALL_BITS: f64 = 70.0;
+
+/// [`ALL_BITS`] to the T₀ of which one bit of all draws is wrong; where none is, T₀ is above.
+const ALL_RIGHT_LACKS: f64 = 0.92;
 
 /// No mark is tried that is stronger.
 const STRONGEST: f64 = 2e-3;
@@ -63,28 +66,29 @@ pub(super) fn of(name: &str, asset: &Asset, attacks: &Python) -> Result<Vec<Equa
     let (mut strength, mut found) = (TODAY_REPEATED.strength, Vec::new());
     for (reader, (_, model)) in READERS.into_iter().enumerate() {
         let read = seamed.read(READ.into_iter(), model, attacks)?;
-        let mut best = None;
+        let (mut too_weak, mut enough) = (None, None);
         for _ in 0..ROUNDS {
             let marked = first.with_strength(strength)?;
-            let today = marked.read(READ.into_iter(), JointModel::Noise, attacks)?;
+            let today = marked.read(ATTACKS.into_iter(), JointModel::Noise, attacks)?;
             let lacking = |(then, now): (&Read, &Read)| then.margin.min(ALL_BITS) / now.margin;
-            let both = read.iter().zip(&today).take(ATTACKS.len());
-            let lacking = both.map(lacking).fold(0.0, f64::max);
+            let lacking = read.iter().zip(&today).map(lacking).fold(0.0, f64::max);
             println!("{name}: {strength:.2e} lacks {lacking:.3}");
-            let is_enough = lacking <= 1.0;
-            if is_enough {
-                best = Some((marked, strength, today));
+            if lacking <= 1.0 {
+                enough = Some((marked, strength));
+            } else {
+                too_weak = Some(strength);
             }
-            if is_enough && lacking >= 1.0 - NEAR {
-                break;
+            let strongest = enough.as_ref().map(|&(_, strength)| strength);
+            match next_strength(strength, lacking, too_weak, strongest) {
+                Some(next) => strength = next,
+                None => break,
             }
-            // A little more than is lacking, so that the next is enough.
-            strength = (strength * lacking * (1.0 + 0.5 * NEAR)).min(STRONGEST);
         }
-        let Some((marked, strength, today)) = best else {
+        let Some((marked, strength)) = enough else {
             println!("{name}: no strength was enough in {ROUNDS} rounds");
             continue;
         };
+        let today = marked.read(READ.into_iter(), JointModel::Noise, attacks)?;
         found.push(Equal {
             model: name.into(),
             reader,
@@ -101,4 +105,65 @@ pub(super) fn of(name: &str, asset: &Asset, attacks: &Python) -> Result<Vec<Equa
         });
     }
     Ok(found)
+}
+
+/// The strength to try after one that lacks so much of T₀; none where the least that is enough is known well enough.
+///
+/// T₀ is proportional to the strength. Where all bits are right it may be any above [`ALL_BITS`], and half of the strength enough.
+fn next_strength(tried: f64, lacking: f64, too_weak: Option<f64>, enough: Option<f64>) -> Option<f64> {
+    let by_lack = tried * lacking * (1.0 + 0.5 * NEAR);
+    let is_told = lacking > ALL_RIGHT_LACKS;
+    match (too_weak, enough) {
+        (_, Some(enough)) if tried == enough && lacking >= 1.0 - NEAR => None,
+        (Some(weak), Some(enough)) if enough <= weak * (1.0 + NEAR) => None,
+        (Some(weak), Some(enough)) if is_told && weak < by_lack && by_lack < enough => Some(by_lack),
+        (Some(weak), Some(enough)) => Some((weak * enough).sqrt()),
+        (None, _) if !is_told => Some(0.5 * tried),
+        (None, _) => Some(by_lack),
+        (Some(weak), None) if weak >= STRONGEST => None,
+        (Some(_), None) => Some(by_lack.min(STRONGEST)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use evaluation::margin::margin_of_rate;
+
+    use super::{super::trial::DRAWS, *};
+
+    /// T₀ for a strength, as a search sees it: no more than where all bits of all draws are right.
+    fn seen(strength: f64, per_strength: f64) -> f64 {
+        let read = usize::from(DRAWS) * 512;
+        (strength * per_strength).min(margin_of_rate(1.0, 512, read))
+    }
+
+    #[test]
+    fn the_search_ends_just_above_the_least_strength_that_is_enough() {
+        for (asked, per_strength) in [
+            (70.0, 1.9e5),
+            (70.0, 9e5),
+            (70.0, 3e6),
+            (34.0, 4e5),
+            (60.0, 1.2e5),
+        ] {
+            let least = asked / per_strength;
+            let (mut strength, mut weak, mut enough) = (4e-4, None, None);
+            for _ in 0..ROUNDS {
+                let lacking = asked / seen(strength, per_strength);
+                *(if lacking <= 1.0 { &mut enough } else { &mut weak }) = Some(strength);
+                match next_strength(strength, lacking, weak, enough) {
+                    Some(next) => strength = next,
+                    None => break,
+                }
+            }
+            let found = enough.expect("one is enough");
+            assert!(found >= least && found <= 1.04 * least, "{found:e} for {least:e}");
+        }
+    }
+
+    #[test]
+    fn no_mark_is_tried_beyond_the_strongest() {
+        assert_eq!(next_strength(1e-3, 9.0, Some(1e-3), None), Some(STRONGEST));
+        assert_eq!(next_strength(STRONGEST, 1.2, Some(STRONGEST), None), None);
+    }
 }
