@@ -15,7 +15,7 @@ mod windows;
 
 use mesh::{TriMesh, Vec3};
 
-use crate::matrix::{Mat3, svd};
+use crate::matrix::{Mat3, Svd, svd};
 use fit::{Fitting, Neighbour};
 use windows::Windows;
 
@@ -91,18 +91,20 @@ impl LocalFrames {
             let folded = |values: [f64; 3]| {
                 !(values[0] < FARTHEST_STRETCH * scale && values[2] * FARTHEST_STRETCH > scale)
             };
-            let (beside, stretch) = match gradient {
-                Some((off, svd)) if !folded(svd.values) => {
-                    let (Mat3(left), Mat3(right)) = (svd.left, svd.right);
-                    let undone: Vec3 = (0..3)
-                        .map(|i| right[i] * (left[i].dot(off) / svd.values[i]))
-                        .sum();
-                    (Some(undone), [svd.values[0], svd.values[2]])
-                }
-                _ => (None, [0.0; 2]),
+            let undone = |off: Vec3, svd: &Svd| -> Vec3 {
+                let (Mat3(left), Mat3(right)) = (svd.left, svd.right);
+                (0..3)
+                    .map(|i| right[i] * (left[i].dot(off) / svd.values[i]))
+                    .sum()
             };
-            frames.beside.push(beside);
-            frames.stretch.push(stretch);
+            frames.stretch.push(match &gradient {
+                Some((_, svd)) => [svd.values[0], svd.values[2]],
+                None => [0.0; 2],
+            });
+            frames.beside.push(match gradient {
+                Some((off, svd)) if !folded(svd.values) => Some(undone(off, &svd)),
+                _ => None,
+            });
         }
         frames
     }
@@ -112,7 +114,7 @@ impl LocalFrames {
         &self.beside
     }
 
-    /// By how much lengths at each vertex became larger, along the direction where that is most and where it is least; zeros where that can't be told.
+    /// By how much lengths at each vertex became larger, along the direction where that is most and where it is least; zeros where too little was seen around it.
     pub fn stretch(&self) -> &[[f64; 2]] {
         &self.stretch
     }

@@ -24,9 +24,9 @@ pub struct Pool {
 /// is 56, 78 and 77 (47, 69 and 64; 237, 370 and 363), and after thirty steps of smoothing 29, 21 and 6 (69, 60 and 38; 88, 208 and 99).
 const REPETITIONS: usize = 6;
 
-/// Useful harmonics of a patch. The cost of all harmonics grows with it, and low frequencies need large patches: with half as many, harmonics of the bunny take two
-/// thirds of the time and T₀ after thirty steps of smoothing is 18 in place of 21, with 171 they take twice as long and it is 27.
-const USEFUL_IN_PATCH: usize = 95;
+/// Useful harmonics of a patch. The cost of all harmonics grows with it; harmonics are held at borders, and small patches are mostly border. With 95 they take half of the
+/// time, and T₀ is 0.93 of it under noise and 0.95 after simplification (bunny, armadillo, horse, laurana; docs/decisions.md); with 342 they take more than twice as long, for nothing.
+const USEFUL_IN_PATCH: usize = 171;
 
 /// Patches have at most about so many vertices, which matters from two hundred thousand on. With 12 000 the skull of a million is signed in 6.2 s in place of 7.5,
 /// in 91 patches of 12 harmonics, few of which are low.

@@ -13,8 +13,8 @@ pub(super) struct InFrames {
     frames: Vec<Option<LocalFrames>>,
     /// The suspect as the frames leave it: each vertex of the original, and what it has beside it there.
     registered: Registered,
-    /// Whether each vertex was stretched by little enough to be the same shape in another pose, #V.
-    bearable: Vec<bool>,
+    /// Whether each vertex was stretched by little enough to be the same shape in another pose, #V; none where too little was seen around it.
+    bearable: Vec<Option<bool>>,
 }
 
 /// How far surroundings go, in wavelengths of a patch's highest harmonic: what varies over much more is taken for the pose.
@@ -120,20 +120,21 @@ impl InFrames {
     }
 }
 
-/// Whether each vertex was stretched bearably; none was where the frames say nothing.
-fn bearable(stretch: &[[f64; 2]]) -> Vec<bool> {
+/// Whether each vertex was stretched bearably; none where too little was seen around it. Where space was folded it was not.
+fn bearable(stretch: &[[f64; 2]]) -> Vec<Option<bool>> {
+    let is_told = |[most, _]: &&[f64; 2]| *most > 0.0;
     let mut middle: Vec<f64> = stretch
         .iter()
-        .filter(|[most, _]| *most > 0.0)
+        .filter(is_told)
         .map(|[most, least]| (most * least).sqrt())
         .collect();
     if middle.is_empty() {
-        return vec![false; stretch.len()];
+        return vec![None; stretch.len()];
     }
     let count = middle.len();
     let scale = *middle.select_nth_unstable_by(count / 2, f64::total_cmp).1;
-    let is_bearable = |&[most, least]: &[f64; 2]| {
-        most > 0.0 && most <= BEARABLE_STRETCH * scale && least * BEARABLE_STRETCH >= scale
-    };
-    stretch.iter().map(is_bearable).collect()
+    let is_bearable =
+        |[most, least]: &[f64; 2]| *most <= BEARABLE_STRETCH * scale && least * BEARABLE_STRETCH >= scale;
+    let of_one = |stretch: &[f64; 2]| Some(stretch).filter(is_told).map(is_bearable);
+    stretch.iter().map(of_one).collect()
 }

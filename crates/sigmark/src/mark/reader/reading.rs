@@ -77,14 +77,14 @@ impl Reading {
         }
     }
 
-    /// The same, where places that are another shape are not where they belong.
-    pub(super) fn where_it_is_one_shape(self, is_so: &[bool]) -> Self {
-        let was_seen = 1.0_f64.max((1.0 - self.missing) * self.seen.len() as f64);
+    /// The same, where places that are another shape are not where they belong; nothing is told of places of which too little was seen.
+    pub(super) fn where_it_is_one_shape(self, is_so: &[Option<bool>]) -> Self {
+        let was_seen = is_so.iter().flatten().count().max(1) as f64;
         let seen: Arc<[bool]> = self
             .seen
             .iter()
             .zip(is_so)
-            .map(|(&seen, &is_so)| seen && is_so)
+            .map(|(&seen, &is_so)| seen && is_so == Some(true))
             .collect();
         let in_place = seen.iter().filter(|&&seen| seen).count() as f64 / was_seen;
         Self {
