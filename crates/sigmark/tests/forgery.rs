@@ -662,7 +662,7 @@ fn with_sketch(person: &Person, certificate: &Certificate, edit: impl Fn(&mut Ve
 fn a_sketch_that_was_chosen_is_no_evidence_and_asks_for_no_other_patches() {
     let mesh = shapes::bumpy_sphere(4, 1);
     let forger = Person::numbered(2);
-    let signed = forger.embedder(4e-4).embed(&mesh, &job()).unwrap();
+    let signed = forger.embedder(4e-4).patches(3).embed(&mesh, &job()).unwrap();
     let (certificate, key) = (signed.certificate(), signed.certificate().public_key());
     let other_file = shapes::scaled(&mesh, 10.0);
 
