@@ -46,6 +46,19 @@ impl MarkLayout {
         }
     }
 
+    /// Whether each vertex of the original is of a patch that is read, #V.
+    pub(crate) fn is_read(&self) -> Vec<bool> {
+        let patches = self.original.patches();
+        let mut is_read = vec![false; self.original.mesh().vertex_count()];
+        for &patch in self.read.iter() {
+            patches[patch]
+                .vertices()
+                .iter()
+                .for_each(|&v| is_read[v as usize] = true);
+        }
+        is_read
+    }
+
     /// A mark of a strength that was asked for.
     ///
     /// # Errors

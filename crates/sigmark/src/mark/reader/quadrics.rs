@@ -7,6 +7,8 @@
 //! A vertex whose region is right lies, but for the mark, on the valley of its quadric, in its lowest point. How far off it is along the valley
 //! tells how much its region is to be trusted, and hardly depends on the mark, which moves it across.
 
+use std::borrow::Cow;
+
 use decimation::Quadric;
 use job::Job;
 use mesh::{Similarity, TriMesh, Vec3};
@@ -30,13 +32,14 @@ const WEAK_HOLD: f64 = 1e-4;
 /// In diagonals: the misfit of what has no region.
 const UNKNOWN: f64 = 1.0;
 
-/// Sets [`Registered::quadric_bias`] and [`Registered::misfit`], if the suspect is clearly coarser than the original. Its tessellation bias is known.
+/// Sets [`Registered::quadric_bias`] and [`Registered::misfit`] at vertices that are asked for, if the suspect is clearly coarser than the original. Its tessellation bias is known.
 pub(super) fn foretell(
     reference: &PreparedMesh,
     suspect: &PreparedMesh,
     pose: &Similarity,
     sampled: &Resampled,
-    registered: &mut Registered,
+    registered: &mut Cow<'_, Registered>,
+    is_asked: &[bool],
     job: &Job,
 ) -> Result<(), MarkError> {
     let original = reference.mesh();
@@ -55,6 +58,8 @@ pub(super) fn foretell(
         Some((t, barycentric(lying.corners(t as usize), seen)))
     };
     let places: Vec<Option<Place>> = (0..original.vertex_count()).map(place).collect();
+    let places = around(&lying, places, is_asked);
+    let registered = registered.to_mut();
     let regions = regions(original, &lying, &places, job)?;
     let normals = suspect.vertex_normals().iter();
     let normals: Vec<Vec3> = normals
@@ -62,7 +67,7 @@ pub(super) fn foretell(
         .collect();
     let of_weights = |weights: Weights| {
         let mut sums = vec![Quadric::ZERO; lying.vertex_count()];
-        for (region, quadric) in regions.iter().zip(weights.quadrics(original, centre)) {
+        for (region, quadric) in regions.iter().zip(weights.quadrics(original, centre, &places)) {
             if let Some(w) = region {
                 sums[*w as usize] += quadric;
             }
@@ -71,7 +76,7 @@ pub(super) fn foretell(
         (0..sums.len()).map(at).collect::<Vec<Option<Settled>>>()
     };
     let settled = job.map(Weights::ALL.len(), 1, |i| of_weights(Weights::ALL[i]))?;
-    for (v, place) in places.iter().enumerate() {
+    for (v, place) in places.iter().enumerate().filter(|&(v, _)| is_asked[v]) {
         let (Some((t, weights)), Some(along)) = (place, registered.along[v]) else {
             continue;
         };
@@ -97,6 +102,38 @@ pub(super) fn foretell(
     Ok(())
 }
 
+/// Rings of the suspect's triangles around what is asked for, whose regions end where they should only if those beyond are there.
+const RINGS: usize = 2;
+
+/// The places that have a part in the regions of vertices that are asked for.
+fn around(suspect: &TriMesh, places: Vec<Option<Place>>, is_asked: &[bool]) -> Vec<Option<Place>> {
+    if is_asked.iter().all(|&is_asked| is_asked) {
+        return places;
+    }
+    let mut is_near = vec![false; suspect.triangle_count()];
+    for (place, _) in places.iter().zip(is_asked).filter(|(_, is_asked)| **is_asked) {
+        if let Some((t, _)) = place {
+            is_near[*t as usize] = true;
+        }
+    }
+    let mut is_corner = vec![false; suspect.vertex_count()];
+    for _ in 0..RINGS {
+        for (corners, _) in suspect
+            .triangles()
+            .iter()
+            .zip(&is_near)
+            .filter(|(_, is_near)| **is_near)
+        {
+            corners.iter().for_each(|&w| is_corner[w as usize] = true);
+        }
+        for (corners, is_near) in suspect.triangles().iter().zip(&mut is_near) {
+            *is_near |= corners.iter().any(|&w| is_corner[w as usize]);
+        }
+    }
+    let near = |place: Option<Place>| place.filter(|(t, _)| is_near[*t as usize]);
+    places.into_iter().map(near).collect()
+}
+
 /// Whether the suspect has clearly fewer triangles than the original has where it was seen.
 fn is_coarser(original: &TriMesh, suspect: &TriMesh, registered: &Registered) -> bool {
     let is_seen = |corners: &&[u32; 3]| {
@@ -118,10 +155,13 @@ enum Weights {
 impl Weights {
     const ALL: [Self; 2] = [Self::Alike, Self::ByArea];
 
-    /// Of each vertex of a mesh: those of its triangles' planes.
-    fn quadrics(self, mesh: &TriMesh, centre: Vec3) -> Vec<Quadric> {
+    /// Of each vertex of a mesh that has a place: those of its triangles' planes.
+    fn quadrics(self, mesh: &TriMesh, centre: Vec3, places: &[Option<Place>]) -> Vec<Quadric> {
         let mut quadrics = vec![Quadric::ZERO; mesh.vertex_count()];
         for (t, corners) in mesh.triangles().iter().enumerate() {
+            if corners.iter().all(|&v| places[v as usize].is_none()) {
+                continue;
+            }
             let [a, b, c] = mesh.corners(t).map(|p| p - centre);
             let normal = (b - a).cross(c - a);
             let normal = match self {

@@ -5,10 +5,12 @@ use mesh::Similarity;
 use registration::{Correspondence, Placement};
 
 use super::{
-    BroughtBack, Found, Reading, ReadingMethod, Suspect, Wanted, by_vertices, in_frames::InFrames,
-    looks::looks, suspect::SeenBy,
+    BroughtBack, Found, Reading, ReadingMethod, Suspect, Wanted, by_vertices,
+    in_frames::InFrames,
+    looks::looks,
+    suspect::{Sampled, SeenBy},
 };
-use crate::mark::{MarkError, MarkStage, Registered, correlation};
+use crate::mark::{MarkError, MarkStage, correlation};
 
 /// All that can be read of a suspect, whatever the bits are that are looked for: one suspect can be asked for many.
 ///
@@ -41,8 +43,7 @@ enum ReadBy<'a> {
     /// In a pose, in which it was sampled.
     Surface {
         suspect: Box<Suspect>,
-        pose: Similarity,
-        sampled: Box<Registered>,
+        sampled: Box<Sampled>,
     },
 }
 
@@ -74,12 +75,11 @@ impl<'a> Readings<'a> {
                     let seen_by = SeenBy::Surface(alignment.correspondence.clone());
                     let suspect = Suspect::new(found.reference.clone(), found.suspect.clone(), seen_by);
                     job.begin(MarkStage::Resampling)?;
-                    let sampled = suspect.sample(&pose, job)?;
+                    let sampled = suspect.sampled(&pose, job)?;
                     Ok(Way {
-                        looks: looks_by(method, |v| sampled.positions[v].is_some()),
+                        looks: looks_by(method, |v| sampled.registered.positions[v].is_some()),
                         by: ReadBy::Surface {
                             suspect: Box::new(suspect),
-                            pose,
                             sampled: Box::new(sampled),
                         },
                     })
@@ -180,11 +180,7 @@ impl<'a> Readings<'a> {
                 job.begin(MarkStage::Detection)?;
                 frames.read(method, job)
             }
-            ReadBy::Surface {
-                suspect,
-                pose,
-                sampled,
-            } => suspect.read_sampled(method, pose, sampled, job),
+            ReadBy::Surface { suspect, sampled } => suspect.read_sampled(method, sampled, job),
         }
     }
 }

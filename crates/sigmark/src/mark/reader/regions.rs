@@ -15,7 +15,7 @@ use crate::mark::MarkError;
 /// Where a vertex of the original was seen: a triangle of the suspect, and the weights of its corners there.
 pub(super) type Place = (u32, [f64; 3]);
 
-/// For each vertex of the original, the suspect's vertex into which it went (#V); none where nothing was seen. The suspect lies on the original.
+/// For each vertex of the original, the suspect's vertex into which it went (#V); none where nothing was seen, or is not asked for. The suspect lies on the original.
 pub(super) fn regions(
     original: &TriMesh,
     suspect: &TriMesh,
@@ -23,8 +23,17 @@ pub(super) fn regions(
     job: &Job,
 ) -> Result<Vec<Option<u32>>, MarkError> {
     let survivors = survivors(original, suspect, places, job)?;
-    let found = survivors.iter().flatten().count();
-    if 2 * found < survivors.len() {
+    let mut is_seen = vec![false; suspect.triangle_count()];
+    places
+        .iter()
+        .flatten()
+        .for_each(|(t, _)| is_seen[*t as usize] = true);
+    let seen = is_seen.iter().filter(|is_seen| **is_seen).count();
+    let found = survivors
+        .iter()
+        .zip(&is_seen)
+        .filter(|(survivor, is_seen)| **is_seen && survivor.is_some());
+    if 2 * found.count() < seen {
         let heaviest = |&(t, weights): &Place| {
             let greater = |i: usize, j: usize| if weights[j] > weights[i] { j } else { i };
             suspect.triangles()[t as usize][greater(greater(0, 1), 2)]
@@ -50,6 +59,7 @@ fn grown(
     }
     let neighbours = original.neighbours();
     let mut regions = vec![None; places.len()];
+    let mut nearest = vec![f64::INFINITY; places.len()];
     while let Some(Reverse((distance, v, region))) = queue.pop() {
         let here = v as usize;
         if regions[here].is_some() || places[here].is_none() {
@@ -61,7 +71,11 @@ fn grown(
                 let step = (original.point(here) - original.point(next as usize)).norm();
                 // The bits of numbers that are not negative have their order.
                 let distance = f64::from_bits(distance) + step;
-                queue.push(Reverse((distance.to_bits(), next, region)));
+                let nearest = &mut nearest[next as usize];
+                if distance <= *nearest {
+                    *nearest = distance;
+                    queue.push(Reverse((distance.to_bits(), next, region)));
+                }
             }
         }
     }
@@ -138,6 +152,9 @@ fn candidates(
     job: &Job,
 ) -> Result<Candidates, MarkError> {
     let stars = suspect.vertex_triangles();
+    let lies: Vec<Lie> = (0..suspect.triangle_count())
+        .map(|s| Lie::of(suspect.corners(s)))
+        .collect();
     // Of some of the original's triangles: the suspect's, their own, how well they fit.
     let pairs = job
         .quiet()
@@ -152,8 +169,9 @@ fn candidates(
                 }
                 near.sort_unstable();
                 near.dedup();
+                let own = Lie::of(original.corners(t));
                 for &s in &near {
-                    let likeness = likeness(suspect.corners(s as usize), original.corners(t));
+                    let likeness = lies[s as usize].likeness(&own);
                     if likeness > LEAST {
                         pairs.push((s, t as u32, likeness as f32));
                     }
@@ -189,17 +207,32 @@ const NEAR: f64 = 0.09;
 const DISTANCE: f64 = 1.5;
 const TURN: f64 = 3.0;
 
-/// How well an original's triangle fits into the place of a suspect's: it lies near the middle, and its corners lie to the same sides.
-fn likeness(place: [Vec3; 3], corners: [Vec3; 3]) -> f64 {
-    let middle = |[a, b, c]: [Vec3; 3]| (a + b + c) / 3.0;
-    let (of_place, own) = (middle(place), middle(corners));
-    let size = (place[1] - place[0]).cross(place[2] - place[0]).norm();
-    let distance = (own - of_place).squared() / (NEAR * size);
-    let sides = corners.into_iter().zip(place);
-    let cosines: f64 = sides
-        .map(|(p, q)| (p - own).unit().dot((q - of_place).unit()))
-        .sum();
-    WORTH - DISTANCE * distance.ln_1p() - TURN * (1.0 - cosines / 3.0)
+/// How a triangle lies in space.
+struct Lie {
+    middle: Vec3,
+    /// Unit vectors from the middle to the corners.
+    sides: [Vec3; 3],
+    /// Its doubled area.
+    size: f64,
+}
+
+impl Lie {
+    fn of(corners: [Vec3; 3]) -> Self {
+        let [a, b, c] = corners;
+        let middle = (a + b + c) / 3.0;
+        Self {
+            middle,
+            sides: corners.map(|corner| (corner - middle).unit()),
+            size: (b - a).cross(c - a).norm(),
+        }
+    }
+
+    /// How well an original's triangle fits into this place of a suspect's: it lies near the middle, and its corners lie to the same sides.
+    fn likeness(&self, own: &Self) -> f64 {
+        let distance = (own.middle - self.middle).squared() / (NEAR * self.size);
+        let cosines: f64 = (0..3).map(|k| own.sides[k].dot(self.sides[k])).sum();
+        WORTH - DISTANCE * distance.ln_1p() - TURN * (1.0 - cosines / 3.0)
+    }
 }
 
 /// The lightest of what was put at smaller indices (Fenwick's tree): its cost, and which it is.

@@ -1,6 +1,8 @@
+use std::borrow::Cow;
+
 use job::Job;
 use mesh::{BoundingBox, Similarity, Vec3};
-use registration::{Correspondence, PreparedMesh, ResampleOptions, resample};
+use registration::{Correspondence, PreparedMesh, ResampleOptions, Resampled, resample};
 
 use super::{Reading, ReadingMethod, quadrics, tessellation};
 use crate::mark::{Bending, MarkError, MarkStage, Registered};
@@ -22,6 +24,14 @@ pub struct Suspect {
     reference: PreparedMesh,
     mesh: PreparedMesh,
     seen_by: SeenBy,
+}
+
+/// A suspect under a pose, where it is not yet told where decimation puts vertices.
+pub(super) struct Sampled {
+    pub(super) pose: Similarity,
+    pub(super) registered: Registered,
+    /// What was met along normals; none where every vertex was found again.
+    surface: Option<Resampled>,
 }
 
 /// What of a suspect is looked at.
@@ -56,10 +66,44 @@ impl Suspect {
     /// # Errors
     /// [`MarkError::Job`].
     pub fn sample(&self, pose: &Similarity, job: &Job) -> Result<Registered, MarkError> {
+        let everywhere = vec![true; self.reference.mesh().vertex_count()];
+        let sampled = self.sampled(pose, job)?;
+        Ok(self.foretold(&sampled, &everywhere, job)?.into_owned())
+    }
+
+    /// The suspect under a pose, but for where decimation puts a vertex.
+    pub(super) fn sampled(&self, pose: &Similarity, job: &Job) -> Result<Sampled, MarkError> {
         match &self.seen_by {
-            SeenBy::Vertices(map) => Ok(carried(map, &self.mesh, pose)),
+            SeenBy::Vertices(map) => Ok(Sampled {
+                pose: *pose,
+                registered: carried(map, &self.mesh, pose),
+                surface: None,
+            }),
             SeenBy::Surface(survivors) => self.sample_surface(survivors.as_ref(), pose, job),
         }
+    }
+
+    /// The same, with where decimation puts vertices, at vertices of the reference that are asked for: that takes longer than all else.
+    fn foretold<'s>(
+        &self,
+        sampled: &'s Sampled,
+        is_asked: &[bool],
+        job: &Job,
+    ) -> Result<Cow<'s, Registered>, MarkError> {
+        let mut registered = Cow::Borrowed(&sampled.registered);
+        if let Some(surface) = &sampled.surface {
+            let (pose, mesh) = (&sampled.pose, &self.mesh);
+            quadrics::foretell(
+                &self.reference,
+                mesh,
+                pose,
+                surface,
+                &mut registered,
+                is_asked,
+                job,
+            )?;
+        }
+        Ok(registered)
     }
 
     /// Reads the bits in a pose that is nearly right, and betters it.
@@ -71,29 +115,32 @@ impl Suspect {
     /// As [`Detector::detect`](crate::mark::Detector::detect).
     pub fn read(&self, method: &ReadingMethod, pose: &Similarity, job: &Job) -> Result<Reading, MarkError> {
         job.begin(MarkStage::Resampling)?;
-        let sampled = self.sample(pose, job)?;
-        self.read_sampled(method, pose, &sampled, job)
+        let sampled = self.sampled(pose, job)?;
+        self.read_sampled(method, &sampled, job)
     }
 
-    /// As [`read`](Self::read), of what was sampled in that pose.
+    /// As [`read`](Self::read), of what was sampled in a pose.
     pub(super) fn read_sampled(
         &self,
         method: &ReadingMethod,
-        pose: &Similarity,
-        sampled: &Registered,
+        sampled: &Sampled,
         job: &Job,
     ) -> Result<Reading, MarkError> {
+        job.begin(MarkStage::Resampling)?;
+        let is_read = method.layout().is_read();
+        let first = self.foretold(sampled, &is_read, job)?;
         job.begin(MarkStage::Detection)?;
         // Where space is bent, lines along normals meet the suspect elsewhere than they should, and a first look tells the coarsest of it.
         let coarsest = 0..=Bending::OF_DEGREE_2;
-        let mut estimate = method.estimator().estimate_with(sampled, &coarsest, job)?;
+        let mut estimate = method.estimator().estimate_with(&first, &coarsest, job)?;
+        let mut pose = sampled.pose;
         let mut better = pose.then(&estimate.misalignment.inverse());
         if let Some(detector) = method.detector() {
-            let registered = self.sample_again(&better, job)?;
+            let registered = self.sample_again(&better, &is_read, job)?;
             let soft = detector.detect(&registered, job)?;
             return Ok(Reading::of(method.layout(), &registered, better, &estimate).with_soft(soft));
         }
-        let (mut pose, mut again) = (*pose, None);
+        let mut again = None;
         let mut unbent: Option<Self> = None;
         let mut rounds = 1;
         while rounds < MOST_ROUNDS[usize::from(unbent.is_some() || estimate.bending.is_some())] {
@@ -111,13 +158,13 @@ impl Suspect {
                 unbent = Some(unbent.as_ref().unwrap_or(self).unbent(bending, &pose)?);
             }
             let seen = unbent.as_ref().unwrap_or(self);
-            let registered = again.insert(seen.sample_again(&pose, job)?);
+            let registered = again.insert(seen.sample_again(&pose, &is_read, job)?);
             let estimator = method.estimator();
             let bending = estimate.bending.as_ref().map_or(0, Bending::fields);
             estimate = estimator.estimate_with(registered, &(bending..=Bending::MOST), job)?;
             better = pose.then(&estimate.misalignment.inverse());
         }
-        let registered = again.as_ref().unwrap_or(sampled);
+        let registered = again.as_ref().unwrap_or(&first);
         Ok(Reading::of(method.layout(), registered, better, &estimate))
     }
 
@@ -133,9 +180,10 @@ impl Suspect {
         })
     }
 
-    fn sample_again(&self, pose: &Similarity, job: &Job) -> Result<Registered, MarkError> {
+    fn sample_again(&self, pose: &Similarity, is_asked: &[bool], job: &Job) -> Result<Registered, MarkError> {
         job.begin(MarkStage::Resampling)?;
-        let registered = self.sample(pose, job)?;
+        let sampled = self.sampled(pose, job)?;
+        let registered = self.foretold(&sampled, is_asked, job)?.into_owned();
         job.begin(MarkStage::Detection)?;
         Ok(registered)
     }
@@ -159,7 +207,7 @@ impl Suspect {
         survivors: Option<&Correspondence>,
         pose: &Similarity,
         job: &Job,
-    ) -> Result<Registered, MarkError> {
+    ) -> Result<Sampled, MarkError> {
         let (reference, suspect) = (self.reference.mesh(), self.mesh.mesh());
         let options = ResampleOptions::default();
         let sampled = resample(&self.reference, &self.mesh, pose, &options, &job.quiet())?;
@@ -177,12 +225,16 @@ impl Suspect {
                 registered.along[v] = Some(gradient(normal, facing).into());
             }
         }
-        if registered.along.iter().any(Option::is_some) {
+        let is_resampled = registered.along.iter().any(Option::is_some);
+        if is_resampled {
             registered.tessellation_bias =
                 tessellation::bias(&self.reference, suspect, &registered, &sampled, pose, job)?;
-            quadrics::foretell(&self.reference, &self.mesh, pose, &sampled, &mut registered, job)?;
         }
-        Ok(registered)
+        Ok(Sampled {
+            pose: *pose,
+            registered,
+            surface: is_resampled.then_some(sampled),
+        })
     }
 }
 
