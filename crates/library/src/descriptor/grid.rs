@@ -2,8 +2,9 @@
 
 use mesh::Vec3;
 
-/// Cells at most.
+/// Cells at most, in all and to a point: most would be empty, and making them takes longer than a look at some points more.
 const CELLS: usize = 1 << 16;
+const CELLS_TO_A_POINT: usize = 8;
 
 /// Points by cells at least as wide as the radius that is asked for.
 #[derive(Debug)]
@@ -34,10 +35,11 @@ impl Grid {
             ),
         };
         let extent = most - least;
+        let cells = (CELLS_TO_A_POINT * points.len()).clamp(1, CELLS);
         let along = |width: f64| extent.0.map(|x| (x / width).min(CELLS as f64) as usize + 1);
         let mut width = radius;
         // A needle has cells wider than the radius.
-        while along(width).iter().product::<usize>() > CELLS && width < f64::MAX / 2.0 {
+        while along(width).iter().product::<usize>() > cells && width < f64::MAX / 2.0 {
             width *= 1.3;
         }
         let mut grid = Self {
@@ -79,6 +81,14 @@ impl Grid {
 
     /// Calls with every point within the radius, in an order that depends on the points alone.
     pub(crate) fn near(&self, p: Vec3, mut visit: impl FnMut(usize)) {
+        self.any_near(p, |number| {
+            visit(number);
+            false
+        });
+    }
+
+    /// Whether something is true of any point within the radius.
+    pub(crate) fn any_near(&self, p: Vec3, mut is_so: impl FnMut(usize) -> bool) -> bool {
         let limit = self.radius * self.radius;
         let [xs, ys, zs]: [[usize; 2]; 3] = std::array::from_fn(|axis| {
             let place = ((p.0[axis] - self.least.0[axis]) / self.width).floor();
@@ -86,20 +96,20 @@ impl Grid {
             [((place - 1.0).max(0.0) as usize).min(end), end]
         });
         if xs[0] == xs[1] {
-            return;
+            return false;
         }
         for z in zs[0]..zs[1] {
             for y in ys[0]..ys[1] {
                 let row = (z * self.counts[1] + y) * self.counts[0];
                 let range = self.starts[row + xs[0]] as usize..self.starts[row + xs[1]] as usize;
                 let points = self.points[range.clone()].iter();
-                for (point, &number) in points.zip(&self.numbers[range]) {
-                    if (*point - p).squared() <= limit {
-                        visit(number as usize);
-                    }
+                let mut near = points.zip(&self.numbers[range]);
+                if near.any(|(point, &number)| (*point - p).squared() <= limit && is_so(number as usize)) {
+                    return true;
                 }
             }
         }
+        false
     }
 }
 

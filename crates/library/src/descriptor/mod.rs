@@ -21,6 +21,7 @@ use harmonics::WHOLE;
 pub(crate) use places::{Sought, WORDS};
 pub(crate) use stars::{STAR, STARS, Star};
 pub(crate) use surface::{SURFACE_LENGTH, Surface};
+pub(crate) use words::CODE;
 
 /// Bytes of the whole.
 pub(crate) const WHOLE_LENGTH: usize = WHOLE.length();

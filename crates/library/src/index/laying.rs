@@ -5,14 +5,14 @@
 
 use mesh::Vec3;
 
-use crate::descriptor::{Grid, Sought, Surface, difference};
+use crate::descriptor::{CODE, Grid, Sought, Surface, difference};
 
 /// Pairs of places, the likest of each size, of which poses are made.
 const PAIRS: usize = 64;
 /// Places so far apart are not each other's neighbours.
 const ELSEWHERE: f64 = 0.1;
-/// How much farther or nearer two places may lie than those on the original, as a logarithm.
-const STRETCH: f64 = 0.1;
+/// How many times farther or nearer two places may lie than those on the original.
+const STRETCH: f64 = 1.1;
 /// The least distance of two places that say how a suspect lies.
 const LEAST_BASE: f64 = 0.08;
 /// Pairs agree with a pose that lie so near.
@@ -60,9 +60,7 @@ impl Guess {
             let samples = sought.samples.iter().step_by(EVERY);
             let is_near = |&&(point, normal): &&(Vec3, Vec3)| {
                 let (p, n) = (pose.apply(point), pose.turn(normal));
-                let mut is_near = false;
-                grid.near(p, |i| is_near |= surface.normals[i].dot(n) > 0.7);
-                is_near
+                grid.any_near(p, |i| surface.normals[i].dot(n) > 0.7)
             };
             samples.filter(is_near).count()
         };
@@ -97,20 +95,23 @@ fn pairs(sought: &Sought, surface: &Surface) -> Vec<Pair> {
     let mut pairs = Vec::new();
     for (suspect, original) in sought.places.iter().zip(&surface.places) {
         let mut likest: Vec<(f64, usize, usize)> = Vec::new();
-        let mut differences = vec![0; original.len()];
+        let codes: Vec<[u8; CODE]> = original.iter().map(|place| place.code).collect();
+        let mut differences = vec![0; codes.len()];
         for (i, place) in suspect.iter().enumerate() {
-            for (to, other) in differences.iter_mut().zip(original) {
-                *to = difference(&place.code, &other.code);
+            for (to, code) in differences.iter_mut().zip(&codes) {
+                *to = difference(&place.code, code);
             }
             let best = (0..original.len()).min_by_key(|&j| (differences[j], j));
             let Some(best) = best else { continue };
             let is_elsewhere =
-                |j: &usize| (original[*j].point - original[best].point).squared() > ELSEWHERE * ELSEWHERE;
-            let other = (0..original.len())
-                .filter(is_elsewhere)
-                .map(|j| differences[j])
-                .min();
-            let ratio = f64::from(differences[best] + 1) / f64::from(other.unwrap_or(u32::MAX - 1) + 1);
+                |j: usize| (original[j].point - original[best].point).squared() > ELSEWHERE * ELSEWHERE;
+            let least_elsewhere =
+                |least: u32, (j, &difference): (usize, &u32)| match difference < least && is_elsewhere(j) {
+                    true => difference,
+                    false => least,
+                };
+            let other = differences.iter().enumerate().fold(u32::MAX - 1, least_elsewhere);
+            let ratio = f64::from(differences[best] + 1) / f64::from(other + 1);
             likest.push((ratio, i, best));
         }
         likest.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
@@ -156,7 +157,7 @@ fn poses(pairs: &[Pair]) -> Vec<(usize, Pose)> {
 fn pose(a: &Pair, b: &Pair) -> Option<Pose> {
     let (p, q) = (b.suspect.0 - a.suspect.0, b.original.0 - a.original.0);
     let (length, other) = (p.norm(), q.norm());
-    if length < LEAST_BASE || other < LEAST_BASE || (length / other).ln().abs() > STRETCH {
+    if length < LEAST_BASE || other < LEAST_BASE || length.max(other) > STRETCH * length.min(other) {
         return None;
     }
     let (p, q) = (p / length, q / other);

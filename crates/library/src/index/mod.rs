@@ -143,17 +143,22 @@ impl Index {
             .iter()
             .map(|tried| library.surface(self.ids[tried.original]));
         let surfaces: Vec<Vec<u8>> = surfaces.collect::<Result<_, _>>()?;
-        let surfaces = surfaces.iter().map(|bytes| Surface::of(bytes));
-        let surfaces: Vec<Surface> = surfaces.collect::<Result<_, _>>()?;
         let size = |k: usize| &query.sizes[tried[k].size];
-        let guesses = job.map(tried.len(), 1, |k| Guess::of(size(k), &surfaces[k]))?;
+        let guess = |k: usize| -> Result<(Surface, Guess), LibraryError> {
+            let surface = Surface::of(&surfaces[k])?;
+            let guess = Guess::of(size(k), &surface);
+            Ok((surface, guess))
+        };
+        let guesses = job.map(tried.len(), 1, guess)?;
         job.go_on()?;
+        let guesses: Vec<(Surface, Guess)> = guesses.into_iter().collect::<Result<_, _>>()?;
         let mut order: Vec<usize> = (0..tried.len()).collect();
-        order.sort_by_key(|&k| (Reverse(guesses[k].near), k));
+        order.sort_by_key(|&k| (Reverse(guesses[k].1.near), k));
         order.truncate(LAID);
         let shares = job.map(order.len(), 1, |n| {
             let k = order[n];
-            guesses[k].share(size(k), &surfaces[k])
+            let (surface, guess) = &guesses[k];
+            guess.share(size(k), surface)
         })?;
         job.go_on()?;
         for (k, share) in order.into_iter().zip(shares) {
