@@ -32,16 +32,15 @@ impl Layout {
         }
     }
 
-    /// What is verified of it.
-    fn verifications(self) -> &'static [Work] {
+    /// What is verified of it; `least` is the share of the triangles, in per cent, that the strongest decimation leaves.
+    fn verifications(self, least: u32) -> Vec<Work> {
+        let decimated = [Work::Decimated(30), Work::Decimated(least)];
         match self {
-            Self::Default => &[
-                Work::Untouched,
-                Work::Moved,
-                Work::Decimated(30),
-                Work::Decimated(1),
-            ],
-            Self::Paper => &[Work::Untouched, Work::Decimated(30)],
+            Self::Default => [Work::Untouched, Work::Moved]
+                .into_iter()
+                .chain(decimated)
+                .collect(),
+            Self::Paper => vec![Work::Untouched, Work::Decimated(30)],
         }
     }
 }
@@ -102,6 +101,8 @@ pub(super) struct MeshRuns<'a> {
     pub(super) vertices: usize,
     pub(super) files: MeshFiles,
     pub(super) rounds: usize,
+    /// The share of the triangles, in per cent, that the strongest decimation leaves.
+    pub(super) least: u32,
 }
 
 impl MeshRuns<'_> {
@@ -118,7 +119,7 @@ impl MeshRuns<'_> {
             let embedded = kept::figures_if(self.figures, &name, has_written, || self.embed(layout))?;
             let patches = embedded.patches;
             all.push(embedded);
-            for &work in layout.verifications() {
+            for work in layout.verifications(self.least) {
                 let name = self.name_of(layout, work);
                 all.push(kept::figures(self.figures, &name, || {
                     self.verify(layout, work, patches)
