@@ -5,7 +5,7 @@
 
 use mesh::Vec3;
 
-use crate::descriptor::{CODE, Grid, Sought, Surface, difference};
+use crate::descriptor::{CODE, Grid, Sought, Surface};
 
 /// Pairs of places, the likest of each size, of which poses are made.
 const PAIRS: usize = 64;
@@ -95,23 +95,30 @@ fn pairs(sought: &Sought, surface: &Surface) -> Vec<Pair> {
     let mut pairs = Vec::new();
     for (suspect, original) in sought.places.iter().zip(&surface.places) {
         let mut likest: Vec<(f64, usize, usize)> = Vec::new();
-        let codes: Vec<[u8; CODE]> = original.iter().map(|place| place.code).collect();
-        let mut differences = vec![0; codes.len()];
+        // Axis by axis, so that eight places are compared at a time.
+        let columns: [Vec<i16>; CODE] =
+            std::array::from_fn(|axis| original.iter().map(|place| place.code[axis].into()).collect());
+        let mut differences = vec![0_i16; original.len()];
         for (i, place) in suspect.iter().enumerate() {
-            for (to, code) in differences.iter_mut().zip(&codes) {
-                *to = difference(&place.code, code);
+            differences.fill(0);
+            for (&own, column) in place.code.iter().zip(&columns) {
+                let pairs = differences.iter_mut().zip(column);
+                pairs.for_each(|(sum, other)| *sum += (other - i16::from(own)).abs());
             }
-            let best = (0..original.len()).min_by_key(|&j| (differences[j], j));
-            let Some(best) = best else { continue };
+            let Some(&least) = differences.iter().min() else {
+                continue;
+            };
+            let best = differences.iter().position(|&difference| difference == least);
+            let best = best.unwrap_or_default();
             let is_elsewhere =
                 |j: usize| (original[j].point - original[best].point).squared() > ELSEWHERE * ELSEWHERE;
-            let least_elsewhere =
-                |least: u32, (j, &difference): (usize, &u32)| match difference < least && is_elsewhere(j) {
-                    true => difference,
-                    false => least,
-                };
-            let other = differences.iter().enumerate().fold(u32::MAX - 1, least_elsewhere);
-            let ratio = f64::from(differences[best] + 1) / f64::from(other + 1);
+            let mut other = i16::MAX - 1;
+            for (j, &difference) in differences.iter().enumerate() {
+                if difference < other && is_elsewhere(j) {
+                    other = difference;
+                }
+            }
+            let ratio = f64::from(least + 1) / f64::from(other + 1);
             likest.push((ratio, i, best));
         }
         likest.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
