@@ -195,7 +195,7 @@ mod tests {
 
     fn twisted(mesh: &TriMesh) -> TriMesh {
         let place = |p: &[f64; 3]| {
-            let (sin, cos) = (0.8 * p[0]).sin_cos();
+            let (sin, cos) = (0.15 * p[0]).sin_cos();
             [p[0], cos * p[1] - sin * p[2], sin * p[1] + cos * p[2]]
         };
         mesh.with_positions(mesh.positions().iter().map(place).collect())
@@ -221,7 +221,8 @@ mod tests {
                     .all(|t| net.contains(&sorted(t)))
             );
         }
-        assert_eq!(likeliest(&bumpy, &twisted(&bumpy), &maps), [&maps[0]]);
+        let kept = likeliest(&bumpy, &twisted(&bumpy), &maps);
+        assert!(kept == [&maps[0]], "{} of them", kept.len());
         let turns: Vec<Correspondence> = (0..8).map(|k| shifted(m, n, [5 * k, 0])).collect();
         assert_eq!(likeliest(&lathe, &twisted(&lathe), &turns).len(), 8);
     }
