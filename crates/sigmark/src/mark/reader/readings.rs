@@ -6,7 +6,7 @@ use registration::{Correspondence, Placement};
 
 use super::{
     BroughtBack, Found, Reading, ReadingMethod, Suspect, Wanted, by_vertices,
-    in_frames::{InFrames, likeliest},
+    in_frames::InFrames,
     looks::looks,
     suspect::{Sampled, SeenBy},
 };
@@ -60,8 +60,7 @@ impl<'a> Readings<'a> {
                         by: ReadBy::Frames(Box::new(frames)),
                     })
                 };
-                let maps = likeliest(found.reference.mesh(), found.suspect.mesh(), maps);
-                maps.into_iter().map(way).collect::<Result<_, MarkError>>()?
+                maps.iter().map(way).collect::<Result<_, MarkError>>()?
             }
             Placement::ByVertices(maps) => maps
                 .iter()
