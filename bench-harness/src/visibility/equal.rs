@@ -29,11 +29,11 @@ const ROUNDS: usize = 10;
 /// How near the least of T₀ has to come to what it is compared with.
 const NEAR: f64 = 0.02;
 
-/// T₀ at which half of one of 512 bits is wrong: where all are right no more is known, and no more asked for.
-pub(super) const ALL_BITS: f64 = 70.0;
+/// T₀ at which one of 512 bits is wrong: of three draws no more is known beyond it, and no more asked for.
+pub(super) const ALL_BITS: f64 = 65.0;
 
 /// [`ALL_BITS`] to the T₀ of which one bit of all draws is wrong; where none is, T₀ is above.
-const ALL_RIGHT_LACKS: f64 = 0.92;
+const ALL_RIGHT_LACKS: f64 = 0.87;
 
 /// No mark is tried that is stronger.
 const STRONGEST: f64 = 2e-3;

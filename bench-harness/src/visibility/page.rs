@@ -245,7 +245,7 @@ const WORDS: &str = "Each model carries the same random bits in every layout. A 
     T₀ = √l Φ⁻¹(ER) over l = 512 bits: the signal-to-noise ratio of a matched filter, by the joint estimate that `sigmark verify` makes, over all patches; where all bits are right, at least what stands there. \
     Rates are means over three draws of bits and attacks: a T₀ of 40 is known to 3 %.";
 
-const EQUAL: &str = "The seamed mark has the default strength; today's is strong enough for T₀ under none of the first three attacks to be below the seamed mark's, or below 70 where that is above, from where on all of 512 bits are right; the least such strength is looked for in ten rounds, and known to 2 % where T₀ is told. \
+const EQUAL: &str = "The seamed mark has the default strength; today's is strong enough for T₀ under none of the first three attacks to be below the seamed mark's, or below 65 where that is above, from where on less than one of 512 bits is wrong; the least such strength is looked for in ten rounds, and known to 2 % where T₀ is told. \
     Noise of 0.5 % is no part of that: its T₀ is as much less as a mark is weaker. The first reader is the nearest to the one that read seamed marks when they were the default: \
     least squares with misalignment, smoothing and tessellation, without quadrics and weights; the second is today's. Today's marks are read by today's reader in both.\n";
 
