@@ -140,9 +140,9 @@ mod tests {
     #[test]
     fn the_search_ends_just_above_the_least_strength_that_is_enough() {
         for (asked, per_strength) in [
-            (70.0, 1.9e5),
-            (70.0, 9e5),
-            (70.0, 3e6),
+            (65.0, 1.9e5),
+            (65.0, 9e5),
+            (65.0, 3e6),
             (34.0, 4e5),
             (60.0, 1.2e5),
         ] {
