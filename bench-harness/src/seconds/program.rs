@@ -150,8 +150,7 @@ mod tests {
         let mut busy = Command::new("sh");
         let (output, spent) = watched(busy.args(["-c", "ulimit -S -t 1; while :; do :; done"])).unwrap();
         assert!(!output.status.success());
-        // It is watched from outside, on a busy machine seldom.
-        assert!(spent.wall > 0.9 && spent.cpu.unwrap() > 0.1, "{spent:?}");
+        assert!(spent.wall > 0.9 && spent.cpu.unwrap() > 0.9, "{spent:?}");
         assert!(spent.memory.unwrap() > 100_000, "{spent:?}");
         let (output, _) = watched(Command::new("sh").args(["-c", "echo done"])).unwrap();
         assert_eq!(output.stdout, b"done\n");

@@ -12,7 +12,7 @@ const PAIRS: usize = 64;
 /// Places so far apart are not each other's neighbours.
 const ELSEWHERE: f64 = 0.1;
 /// How many times farther or nearer two places may lie than those on the original.
-const STRETCH: f64 = 1.1;
+const STRETCH: f64 = 1.105;
 /// The least distance of two places that say how a suspect lies.
 const LEAST_BASE: f64 = 0.08;
 /// Pairs agree with a pose that lie so near.

@@ -152,8 +152,8 @@ fn candidates(
     job: &Job,
 ) -> Result<Candidates, MarkError> {
     let stars = suspect.vertex_triangles();
-    let lies: Vec<Lie> = (0..suspect.triangle_count())
-        .map(|s| Lie::of(suspect.corners(s)))
+    let facets: Vec<Facet> = (0..suspect.triangle_count())
+        .map(|s| Facet::of(suspect.corners(s)))
         .collect();
     // Of some of the original's triangles: the suspect's, their own, how well they fit.
     let pairs = job
@@ -169,9 +169,9 @@ fn candidates(
                 }
                 near.sort_unstable();
                 near.dedup();
-                let own = Lie::of(original.corners(t));
+                let own = Facet::of(original.corners(t));
                 for &s in &near {
-                    let likeness = lies[s as usize].likeness(&own);
+                    let likeness = facets[s as usize].likeness(&own);
                     if likeness > LEAST {
                         pairs.push((s, t as u32, likeness as f32));
                     }
@@ -207,8 +207,8 @@ const NEAR: f64 = 0.09;
 const DISTANCE: f64 = 1.5;
 const TURN: f64 = 3.0;
 
-/// How a triangle lies in space.
-struct Lie {
+/// A triangle, as it is compared with others.
+struct Facet {
     middle: Vec3,
     /// Unit vectors from the middle to the corners.
     sides: [Vec3; 3],
@@ -216,7 +216,7 @@ struct Lie {
     size: f64,
 }
 
-impl Lie {
+impl Facet {
     fn of(corners: [Vec3; 3]) -> Self {
         let [a, b, c] = corners;
         let middle = (a + b + c) / 3.0;
