@@ -114,6 +114,19 @@ fn many_writers_at_once_lose_nothing() {
 }
 
 #[test]
+fn many_who_make_one_library_at_once_all_get_it() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for round in 0..50 {
+        let path = folder.path().join(format!("{round}.sigmark"));
+        thread::scope(|scope| {
+            for _ in 0..4 {
+                scope.spawn(|| Library::create(&path).expect("a library"));
+            }
+        });
+    }
+}
+
+#[test]
 fn geometry_that_is_not_what_its_digest_says_is_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     let mut library = Library::create(&folder.path().join("lib.sigmark")).expect("a library");

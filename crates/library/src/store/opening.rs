@@ -105,12 +105,14 @@ enum State {
 }
 
 fn state(connection: &Connection, path: &Path) -> Result<State, LibraryError> {
-    let number = |question: &str| {
-        let answer = connection.query_row(question, [], |row| row.get::<_, i64>(0));
-        answer.map_err(|error| of(path, error))
+    // One transaction: between two, another writer may make the library.
+    let facts = || -> rusqlite::Result<(i64, i64, i64)> {
+        let transaction = connection.unchecked_transaction()?;
+        let number = |question: &str| transaction.query_row(question, [], |row| row.get(0));
+        let tables = number("SELECT count(*) FROM sqlite_schema")?;
+        Ok((number("PRAGMA application_id")?, number("PRAGMA user_version")?, tables))
     };
-    let tables = number("SELECT count(*) FROM sqlite_schema")?;
-    let (application, version) = (number("PRAGMA application_id")?, number("PRAGMA user_version")?);
+    let (application, version, tables) = facts().map_err(|error| of(path, error))?;
     match (application, version, tables) {
         (APPLICATION, SCHEMA_VERSION, _) => Ok(State::Ours),
         (APPLICATION, found, _) if found > SCHEMA_VERSION => Err(LibraryError::Newer {
