@@ -110,7 +110,11 @@ fn state(connection: &Connection, path: &Path) -> Result<State, LibraryError> {
         let transaction = connection.unchecked_transaction()?;
         let number = |question: &str| transaction.query_row(question, [], |row| row.get(0));
         let tables = number("SELECT count(*) FROM sqlite_schema")?;
-        Ok((number("PRAGMA application_id")?, number("PRAGMA user_version")?, tables))
+        Ok((
+            number("PRAGMA application_id")?,
+            number("PRAGMA user_version")?,
+            tables,
+        ))
     };
     let (application, version, tables) = facts().map_err(|error| of(path, error))?;
     match (application, version, tables) {

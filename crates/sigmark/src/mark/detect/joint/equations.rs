@@ -45,6 +45,9 @@ pub(super) const RIDGE: f64 = 1e-12;
 /// The same for optional fields, so that what a similarity explains as well is one: on a sphere a cubic field can be a scale.
 pub(super) const OPTIONAL_RIDGE: f64 = 1e-6;
 
+/// What is added where these do not suffice, one after the other.
+const MORE_RIDGES: [f64; 4] = [1e-11, 1e-10, 1e-8, 1e-6];
+
 impl NormalEquations {
     /// Those of no observations.
     pub(super) fn empty(bits: usize, redundancy: f64) -> Self {
@@ -145,6 +148,18 @@ impl NormalEquations {
     }
 }
 
+/// The Cholesky factor of a Gram matrix. Where few observations leave many unknowns open, rounding may make a pivot negative that should be nearly zero: the
+/// diagonal grows then by as little as helps.
+pub(super) fn factored(mut gram: Mat<f64>) -> Result<Llt<f64>, MarkError> {
+    for growth in MORE_RIDGES {
+        if let Ok(factor) = gram.llt(Side::Lower) {
+            return Ok(factor);
+        }
+        (0..gram.nrows()).for_each(|i| gram[(i, i)] *= 1.0 + growth);
+    }
+    gram.llt(Side::Lower).map_err(|_| MarkError::Alignment)
+}
+
 impl System for NormalEquations {
     type Solution = Solved;
 
@@ -181,7 +196,7 @@ impl System for NormalEquations {
             let ridge = if is_optional { OPTIONAL_RIDGE } else { RIDGE };
             system[(i, i)] += ridge * self.entry(i, i) + prior + f64::MIN_POSITIVE;
         }
-        let factor = system.llt(Side::Lower).map_err(|_| MarkError::Alignment)?;
+        let factor = factored(system)?;
         Ok(Solved {
             solution: factor.solve(&right),
             factor,
@@ -250,5 +265,41 @@ impl Solved {
             self.noise * column.iter().map(|x| x * x).sum::<f64>()
         };
         (0..bits).map(variance).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A Gram matrix of 600 unknowns that ten observations say something about, with rounding as in single precision.
+    fn of_few_observations() -> Mat<f64> {
+        let rows = Mat::from_fn(10, 600, |i, j| ((7 * i + 3 * j + i * j) % 101) as f64 - 50.0);
+        let mut gram = rows.transpose() * &rows;
+        for (j, column) in gram.as_mut().col_iter_mut().enumerate() {
+            for (i, entry) in column.iter_mut().enumerate() {
+                *entry *= 1.0 + RIDGE * (((i + j) % 7) as f64 - 3.0);
+            }
+        }
+        gram
+    }
+
+    #[test]
+    fn equations_of_few_observations_have_a_factor() {
+        let gram = of_few_observations();
+        assert!(gram.llt(Side::Lower).is_err());
+        let factor = factored(gram.clone()).expect("a factor");
+        let again = factor.L() * factor.L().transpose();
+        let (most, off) = (gram.norm_max(), (&again - &gram).norm_max());
+        assert!(off < 1e-9 * most, "{off} of {most}");
+    }
+
+    #[test]
+    fn what_is_no_gram_matrix_has_none() {
+        let indefinite = Mat::from_fn(2, 2, |i, j| if i == j { 1.0 } else { 2.0 });
+        let infinite = Mat::from_fn(2, 2, |_, _| f64::INFINITY);
+        for gram in [indefinite, infinite] {
+            assert!(matches!(factored(gram), Err(MarkError::Alignment)));
+        }
     }
 }

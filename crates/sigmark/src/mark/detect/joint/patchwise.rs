@@ -6,12 +6,12 @@
 use std::{collections::BTreeMap, ops::RangeInclusive};
 
 use faer::{
-    Mat, Par, Side,
+    Mat, Par,
     linalg::{solvers::Solve, triangular_inverse::invert_lower_triangular},
 };
 
 use super::{
-    equations::{OPTIONAL_RIDGE, RIDGE},
+    equations::{OPTIONAL_RIDGE, RIDGE, factored},
     fields::{FIELDS, OPTIONAL_FIELDS},
     patch::PatchEquations,
     system::{System, is_worth_weighing, optional_worth},
@@ -121,13 +121,13 @@ impl System for PatchwiseEquations {
             for i in 0..system.nrows() {
                 system[(i, i)] += RIDGE * block.own[(i, i)] + noise + f64::MIN_POSITIVE;
             }
-            let factor = system.llt(Side::Lower).map_err(|_| MarkError::Alignment)?;
+            let factor = factored(system)?;
             let beside = factor.solve(&block.beside);
             fields -= block.beside.transpose() * &beside;
-            let mut inverse = Mat::zeros(system.nrows(), system.nrows());
+            let mut inverse = Mat::zeros(block.own.nrows(), block.own.nrows());
             invert_lower_triangular(inverse.as_mut(), factor.L(), Par::Seq);
             let variance = |t: usize| noise * inverse.col_as_slice(t)[t..].iter().map(|x| x * x).sum::<f64>();
-            solved.push((beside, (0..system.nrows()).map(variance).collect()));
+            solved.push((beside, (0..block.own.nrows()).map(variance).collect()));
         }
         for i in 0..FIELDS {
             let ridge = if i < FIELDS - OPTIONAL_FIELDS {
@@ -144,8 +144,7 @@ impl System for PatchwiseEquations {
             fields[(left_out, left_out)] = 1.0;
         }
         let right = fields.get(..FIELDS, FIELDS..).to_owned();
-        let factor = fields.get(..FIELDS, ..FIELDS).llt(Side::Lower);
-        let theta = factor.map_err(|_| MarkError::Alignment)?.solve(&right);
+        let theta = factored(fields.get(..FIELDS, ..FIELDS).to_owned())?.solve(&right);
         let of_block = |(beside, variances): (Mat<f64>, Vec<f64>)| {
             let taken = beside.get(.., ..FIELDS) * &theta;
             let u = (0..variances.len()).map(|i| beside[(i, FIELDS)] - taken[(i, 0)]);
