@@ -21,11 +21,14 @@ impl TriMesh {
 
     /// Unit normals of the triangles, #F by 3; zero for those without area.
     pub fn triangle_normals(&self) -> Vec<[f64; 3]> {
-        let normal = |t: usize| {
-            let [a, b, c] = self.corners(t);
-            (b - a).cross(c - a).unit().into()
-        };
-        (0..self.triangle_count()).map(normal).collect()
+        let triangles = 0..self.triangle_count();
+        triangles.map(|t| self.triangle_normal(t).into()).collect()
+    }
+
+    /// The unit normal of a triangle; zero if it has no area.
+    pub fn triangle_normal(&self, triangle: usize) -> Vec3 {
+        let [a, b, c] = self.corners(triangle);
+        (b - a).cross(c - a).unit()
     }
 }
 

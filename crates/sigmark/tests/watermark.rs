@@ -599,6 +599,37 @@ fn what_rounding_leaves_is_read_back_with_bases_and_without() {
 }
 
 #[test]
+fn what_is_lost_in_one_patch_of_many_is_no_reason_to_compute_bases() {
+    struct Stopped;
+    impl Observer for Stopped {
+        fn cancelled(&self) -> bool {
+            true
+        }
+    }
+    let mesh = shapes::bumpy_torus(120, 80, 4);
+    let signed = Embedder::new(&key(Curve::P256, 1))
+        .chip_rate(6)
+        .patches(24)
+        .embed(&mesh, &Job::default())
+        .unwrap();
+    let without_patches = |lost: usize| {
+        let mut positions = signed.positions().to_vec();
+        for patch in signed.original().patches().iter().take(lost) {
+            patch
+                .vertices()
+                .iter()
+                .for_each(|&v| positions[v as usize][0] += 1.0);
+        }
+        signed.read_back(&positions, &Job::default().observed_by(Stopped))
+    };
+    let read = without_patches(1).unwrap();
+    assert!(read.is_sound());
+    assert_eq!(without_patches(0).unwrap().extraction_rate, 1.0);
+    // Too much to be without: all bases are asked for.
+    assert!(without_patches(20).is_err());
+}
+
+#[test]
 fn small_pieces_ride_along_unmarked() {
     let large = shapes::bumpy_sphere(4, 9);
     let mesh = shapes::disjoint_union(&[shapes::translated(&shapes::tetrahedron(), [7.0, 0.0, 0.0]), large]);

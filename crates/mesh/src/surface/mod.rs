@@ -57,11 +57,29 @@ pub struct Hit {
 impl Surface {
     /// Builds the tree over the triangles of a mesh.
     pub fn new(mesh: &TriMesh) -> Self {
-        let triangles = 0..mesh.triangle_count();
-        let tree = Tree::over(triangles.map(|t| BoundingBox::of(&mesh.corners(t))).collect());
+        Self::of(mesh, &(0..mesh.triangle_count() as u32).collect::<Vec<_>>())
+    }
+
+    /// Builds the tree over some triangles of a mesh, at least one; answers name them by their numbers in the mesh.
+    ///
+    /// ```
+    /// let cube = mesh::shapes::cube(1.0);
+    /// let face = mesh::Surface::of(&cube, &[4]);
+    /// assert_eq!(face.nearest([0.0; 3]).triangle, 4);
+    /// ```
+    ///
+    /// # Panics
+    /// If there is none, or the mesh has not so many.
+    pub fn of(mesh: &TriMesh, triangles: &[u32]) -> Self {
+        assert!(!triangles.is_empty(), "a surface of no triangles");
+        let corners = |&t: &u32| mesh.corners(t as usize);
+        let mut tree = Tree::over(triangles.iter().map(|t| BoundingBox::of(&corners(t))).collect());
+        for t in &mut tree.order {
+            *t = triangles[*t as usize];
+        }
         Self {
             bvh4: Bvh4::of(&tree.nodes),
-            corners: tree.order.iter().map(|&t| mesh.corners(t as usize)).collect(),
+            corners: tree.order.iter().map(corners).collect(),
             tree,
         }
     }

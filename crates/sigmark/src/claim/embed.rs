@@ -13,7 +13,7 @@ use super::{
 use crate::{
     mark::{
         ChipLayout, CoefficientDetector, Detector, Levelled, MarkError, MarkLayout, Original, PatchCount,
-        Pool, Registered, Strength, extraction_rate,
+        Pool, Registered, SoftBits, Strength, extraction_rate,
     },
     payload::{Curve, GeometryDigest, PayloadKind, RigDigest, Scheme},
 };
@@ -303,6 +303,12 @@ impl Embedder {
     }
 }
 
+/// Of a sound mark so many bits are right.
+const SOUND: f64 = 0.95;
+
+/// The log-likelihood ratio of a bit that can't be wrong.
+const SURE: f64 = 12.0;
+
 /// What is read of a mark in positions that a file can hold.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
@@ -317,7 +323,7 @@ impl ReadBack {
     /// Whether the file leaves the mark as good as whole: the payload is read, and of a hundred bits at most five are lost, so that what else happens to a copy may take most of what
     /// a code can mend.
     pub fn is_sound(&self) -> bool {
-        self.is_read && self.extraction_rate >= 0.95
+        self.is_read && self.extraction_rate >= SOUND
     }
 }
 
@@ -389,42 +395,55 @@ impl Signed {
         Ok(file)
     }
 
-    /// What is read from positions in the original's frame, such as the marked ones rounded to a file's precision.
+    /// What is read from positions in the original's frame, such as the marked ones rounded to a file's precision; at least, where no bases are computed.
     ///
-    /// Positions so near the marked ones that no bit can be lost need no bases: by the Cauchy–Schwarz inequality an error
-    /// field ε changes a coefficient by ‖ε‖ at most, over unit area.
+    /// Patches whose positions are so near the marked ones that no chip can be lost need none: by the Cauchy–Schwarz inequality an error
+    /// field ε changes a coefficient by ‖ε‖ at most, over unit area. Where they alone are as good as the whole mark, the others are left out.
     ///
     /// # Errors
     /// As [`Original::map_bases`].
     pub fn read_back(&self, positions: &[[f64; 3]], job: &Job) -> Result<ReadBack, SigmarkError> {
-        if self.is_surely_readable(positions) {
-            return Ok(ReadBack {
-                extraction_rate: 1.0,
-                is_read: true,
-            });
+        let bits = self.certificate.bits();
+        let mut is_sure = vec![false; bits.len()];
+        let patches = 0..self.original().patches().len();
+        for patch in patches.filter(|&patch| self.is_surely_readable(patch, positions)) {
+            let chips = self.layout.chips(patch);
+            chips.iter().for_each(|chip| is_sure[chip.bit] = true);
+        }
+        let known = is_sure.iter().filter(|&&sure| sure).count() as f64 / bits.len() as f64;
+        if known >= SOUND {
+            let ratio = |(&bit, &is_sure): (&bool, &bool)| match (is_sure, bit) {
+                (false, _) => 0.0,
+                (true, true) => SURE,
+                (true, false) => -SURE,
+            };
+            let soft = SoftBits::ratios(bits.iter().zip(&is_sure).map(ratio).collect());
+            if self.certificate.is_read(&soft, &LISTS) {
+                return Ok(ReadBack {
+                    extraction_rate: known,
+                    is_read: true,
+                });
+            }
         }
         let registered = Registered::by_vertices(positions.iter().copied().map(Some).collect());
         let soft = CoefficientDetector::new(&self.layout).detect(&registered, job)?;
         Ok(ReadBack {
-            extraction_rate: extraction_rate(&self.certificate.bits(), &soft.hard()),
+            extraction_rate: extraction_rate(&bits, &soft.hard()),
             is_read: self.certificate.is_read(&soft, &LISTS),
         })
     }
 
-    fn is_surely_readable(&self, positions: &[[f64; 3]]) -> bool {
-        let mut patches = self.original().patches().iter().enumerate();
-        patches.all(|(index, patch)| {
-            let (marked, held) = (patch.gather(self.positions()), patch.gather(positions));
-            let amplitude = self.layout.amplitude(index);
-            let taken = self
-                .levelled
-                .as_ref()
-                .map_or([0.0; 3], |levelled| levelled.taken[index]);
-            (0..3).all(|axis| {
-                // The largest error bounds the root of its mean square.
-                let errors = marked.iter().zip(&held).map(|(m, h)| (m[axis] - h[axis]).abs());
-                errors.fold(taken[axis], |sum, error| sum.max(taken[axis] + error)) < amplitude[axis]
-            })
+    /// Whether positions leave every chip of a patch its sign.
+    fn is_surely_readable(&self, patch: usize, positions: &[[f64; 3]]) -> bool {
+        let of_patch = &self.original().patches()[patch];
+        let (marked, held) = (of_patch.gather(self.positions()), of_patch.gather(positions));
+        let amplitude = self.layout.amplitude(patch);
+        let levelled = self.levelled.as_ref();
+        let taken = levelled.map_or([0.0; 3], |levelled| levelled.taken[patch]);
+        (0..3).all(|axis| {
+            // The largest error bounds the root of its mean square.
+            let errors = marked.iter().zip(&held).map(|(m, h)| (m[axis] - h[axis]).abs());
+            errors.fold(taken[axis], |sum, error| sum.max(taken[axis] + error)) < amplitude[axis]
         })
     }
 }

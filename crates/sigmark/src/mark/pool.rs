@@ -42,6 +42,9 @@ const LEAST_USEFUL: usize = 3;
 /// 6 000 vertices by 12 degrees at the 99th percentile with four.
 const VERTICES_PER_HARMONIC: [usize; 3] = [8, 4, VERTICES_PER_FUNCTION];
 
+/// More patches of a component are cut from regions of it. Of a mesh of 4.3 million vertices, 217 patches take 13 s so in place of 24, and are as equal.
+const PATCHES_AT_ONCE: usize = 64;
+
 /// How unequal the patches of a component may be.
 pub(super) const IMBALANCE: f64 = 0.03;
 
@@ -64,7 +67,8 @@ impl Pool {
         let mut found = 0;
         for vertices_per_harmonic in VERTICES_PER_HARMONIC {
             let useful = useful_of_components(mesh, &components, wanted, vertices_per_harmonic);
-            let labels = label(mesh, &components, &self.parts(&components, &useful), job)?;
+            let parts = self.parts(&components, &useful);
+            let labels = with_triangles(mesh, label(mesh, &components, &parts, PATCHES_AT_ONCE, job)?);
             if labels.iter().all(|&label| label == 0) {
                 continue;
             }
@@ -167,6 +171,26 @@ fn useful_of_patch(patch: &Patch, vertices_per_harmonic: usize) -> usize {
     (counted / vertices_per_harmonic).saturating_sub(1)
 }
 
+/// Labels of the patches that hold a triangle, numbered anew: one of few vertices among large ones may hold none.
+fn with_triangles(mesh: &TriMesh, mut labels: Vec<u32>) -> Vec<u32> {
+    let count = labels.iter().copied().max().unwrap_or(0) as usize;
+    let mut name = vec![0; count + 1];
+    for triangle in mesh.triangles() {
+        let [a, b, c] = triangle.map(|v| labels[v as usize]);
+        if a == b && b == c {
+            name[a as usize] = 1;
+        }
+    }
+    name[0] = 0;
+    let mut next = 0;
+    for name in name.iter_mut().filter(|name| **name > 0) {
+        next += 1;
+        *name = next;
+    }
+    labels.iter_mut().for_each(|label| *label = name[*label as usize]);
+    labels
+}
+
 fn check_sizes(mesh: &TriMesh, patches: &Patches) -> Result<(), MarkError> {
     match patches.iter().map(|patch| patch.vertices().len()).max() {
         Some(vertices) if vertices > LARGEST_PATCH => Err(MarkError::PatchTooLarge {
@@ -180,7 +204,7 @@ fn check_sizes(mesh: &TriMesh, patches: &Patches) -> Result<(), MarkError> {
 
 /// Whole numbers with a sum of `wanted`, proportional to the areas as far as none is above its most; all of them where that is not
 /// enough.
-fn share(wanted: usize, areas: &[f64], most: &[usize]) -> Vec<usize> {
+pub(super) fn share(wanted: usize, areas: &[f64], most: &[usize]) -> Vec<usize> {
     let capped = |density: f64| {
         areas
             .iter()
@@ -316,6 +340,22 @@ mod tests {
         // A flat triangle has no area to be marked.
         let flat = TriMesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]], vec![[0, 1, 2]]).unwrap();
         assert!(cut(&flat, 1, Pool::default()).is_err());
+    }
+
+    #[test]
+    fn a_patch_of_single_vertices_is_left_out() {
+        let mesh = shapes::icosphere(3);
+        let left = |v: usize| mesh.positions()[v][0] < 0.0;
+        let halves = |right: u32| -> Vec<u32> {
+            let label = |v: usize| if left(v) { 1 } else { right };
+            (0..mesh.vertex_count()).map(label).collect()
+        };
+        let mut labels = halves(3);
+        labels[7] = 2;
+        let mut expected = halves(2);
+        expected[7] = 0;
+        assert_eq!(with_triangles(&mesh, labels), expected);
+        assert_eq!(with_triangles(&mesh, halves(2)), halves(2));
     }
 
     #[test]

@@ -1,8 +1,10 @@
 //! How thick a model is, and how much of a mark it takes for that: a wire that waves is seen long before a highlight tells anything.
 
-use mesh::{Surface, Vec3};
+use std::ops::RangeInclusive;
 
-use super::Original;
+use mesh::{BoundingBox, Surface, TriMesh, Vec3};
+
+use super::{Original, Patch};
 
 /// The root mean square displacement of a patch is at most this part of its thickness. A frame of glasses waves visibly with a twelfth.
 const SHARE: f64 = 0.03;
@@ -19,25 +21,34 @@ const PLACES: usize = 64;
 /// The other side of a wall faces away, by more than a right angle: the cosine between the normals is below this.
 const FACING: f64 = -0.3;
 
+/// Triangles are told to be near a line by cells of this part of its length.
+const CELL: f64 = 1.0 / 32.0;
+
+/// A triangle that reaches into more cells is looked at, whether a line goes through them or not.
+const MANY_CELLS: usize = 64;
+
+/// A place of a patch, and the direction out of it.
+struct Place {
+    point: Vec3,
+    normal: Vec3,
+}
+
 /// By how much the strength of each patch is taken back, given its root mean square displacement: 1 where nothing is.
 pub(super) fn factors(original: &Original, displacements: &[f64]) -> Vec<f64> {
-    let surface = Surface::new(original.mesh());
-    let reach = THICKEST * original.mesh().bounding_box().diagonal();
-    let facing: Vec<Vec3> = original.mesh().triangle_normals().into_iter().map(Vec3).collect();
-    let patches = original.patches().iter().zip(displacements);
+    let mesh = original.mesh();
+    let reach = THICKEST * mesh.bounding_box().diagonal();
+    let places: Vec<Vec<Place>> = original.patches().iter().map(places).collect();
+    // A tree over all triangles would take a quarter of the time in which a large model is signed.
+    let surface = Surface::of(mesh, &triangles_near(mesh, places.iter().flatten(), reach));
+    let wall = |Place { point, normal }: &Place| {
+        let is_other_side = |t: u32| mesh.triangle_normal(t as usize).dot(*normal) < FACING;
+        let hit = surface.hit((*point).into(), (*normal).into(), reach, is_other_side);
+        hit.filter(|hit| hit.t < 0.0).map_or(reach, |hit| -hit.t)
+    };
+    let patches = places.iter().zip(displacements);
     patches
-        .map(|(patch, displacement)| {
-            let normals = patch.mesh().vertex_normals();
-            let step = normals.len().div_ceil(PLACES);
-            let places = (0..normals.len()).step_by(step.max(1));
-            let mut walls: Vec<f64> = places
-                .map(|v| {
-                    let (point, normal) = (patch.mesh().positions()[v], Vec3(normals[v]));
-                    let is_other_side = |t: u32| facing[t as usize].dot(normal) < FACING;
-                    let hit = surface.hit(point, normal.0, reach, is_other_side);
-                    hit.filter(|hit| hit.t < 0.0).map_or(reach, |hit| -hit.t)
-                })
-                .collect();
+        .map(|(places, displacement)| {
+            let mut walls: Vec<f64> = places.iter().map(wall).collect();
             walls.sort_by(f64::total_cmp);
             // The thinner quarter of a patch counts.
             let wall = walls.get(walls.len() / 4).copied().unwrap_or(reach);
@@ -47,6 +58,95 @@ pub(super) fn factors(original: &Original, displacements: &[f64]) -> Vec<f64> {
             }
         })
         .collect()
+}
+
+fn places(patch: &Patch) -> Vec<Place> {
+    let normals = patch.mesh().vertex_normals();
+    let step = normals.len().div_ceil(PLACES).max(1);
+    let place = |v: usize| Place {
+        point: patch.mesh().point(v),
+        normal: Vec3(normals[v]),
+    };
+    (0..normals.len()).step_by(step).map(place).collect()
+}
+
+/// All triangles that a line through a place, along its normal and `reach` to both sides, could meet, and some more: those whose bounding boxes reach into a cell that
+/// one goes through.
+fn triangles_near<'a>(mesh: &TriMesh, places: impl IntoIterator<Item = &'a Place>, reach: f64) -> Vec<u32> {
+    let mut cells = Cells::over(mesh.bounding_box(), CELL * reach);
+    for Place { point, normal } in places {
+        let pieces = (2.0 / CELL) as i32;
+        let at = |piece: i32| *point + (f64::from(piece) * CELL - 1.0) * reach * *normal;
+        for piece in 0..pieces {
+            cells.mark(&[at(piece), at(piece + 1)]);
+        }
+    }
+    let is_near = |&t: &u32| cells.is_marked(&mesh.corners(t as usize));
+    (0..mesh.triangle_count() as u32).filter(is_near).collect()
+}
+
+/// A box that is cut into cubes, of which some are marked.
+struct Cells {
+    corner: Vec3,
+    side: f64,
+    /// How many there are along each axis.
+    counts: [usize; 3],
+    is_marked: Vec<bool>,
+}
+
+impl Cells {
+    fn over(bounds: BoundingBox, side: f64) -> Self {
+        let counts = bounds.size().map(|size| (size / side) as usize + 1);
+        Self {
+            corner: Vec3(bounds.min),
+            side,
+            counts,
+            is_marked: vec![false; counts.iter().product()],
+        }
+    }
+
+    /// Those that the bounding box of some points reaches into, first and last along each axis; none where it lies outside. The box is taken a little larger, so that
+    /// rounding leaves out none.
+    fn around(&self, points: &[Vec3]) -> Option<[RangeInclusive<usize>; 3]> {
+        let bounds = BoundingBox::of(points);
+        let along = |axis: usize| {
+            let place = |x: f64| (x - self.corner[axis]) / self.side;
+            let (first, last) = (place(bounds.min[axis]) - 1e-3, place(bounds.max[axis]) + 1e-3);
+            let is_inside = last >= 0.0 && first < self.counts[axis] as f64;
+            is_inside.then(|| first.max(0.0) as usize..=(last as usize).min(self.counts[axis] - 1))
+        };
+        Some([along(0)?, along(1)?, along(2)?])
+    }
+
+    fn mark(&mut self, points: &[Vec3]) {
+        if let Some(around) = self.around(points) {
+            numbers(self.counts, around).for_each(|cell| self.is_marked[cell] = true);
+        }
+    }
+
+    /// Whether the bounding box of some points reaches into a marked cell, or into very many.
+    fn is_marked(&self, points: &[Vec3]) -> bool {
+        self.around(points).is_none_or(|around| {
+            around
+                .iter()
+                .map(|range| range.clone().count())
+                .product::<usize>()
+                > MANY_CELLS
+                || numbers(self.counts, around).any(|cell| self.is_marked[cell])
+        })
+    }
+}
+
+/// The numbers of a block of cells, of so many along each axis.
+fn numbers(
+    [_, rows, columns]: [usize; 3],
+    [x, y, z]: [RangeInclusive<usize>; 3],
+) -> impl Iterator<Item = usize> {
+    x.flat_map(move |x| {
+        let z = z.clone();
+        y.clone()
+            .flat_map(move |y| z.clone().map(move |z| (x * rows + y) * columns + z))
+    })
 }
 
 #[cfg(test)]
@@ -77,6 +177,37 @@ mod tests {
         );
         assert_eq!(factor(shapes::icosphere(4), displacement), 1.0);
         assert_eq!(factor(ring(0.0005), displacement), LEAST);
+    }
+
+    #[test]
+    fn no_triangle_that_a_line_meets_is_left_out() {
+        let shapes = [
+            shapes::torus(60, 20, 1.0, 0.1),
+            shapes::soup(400, 7),
+            shapes::book_of_slivers(40, 1e-7),
+            shapes::translated(&shapes::bumpy_sphere(3, 5), [1e5, 0.0, -1e5]),
+        ];
+        for mesh in shapes {
+            let reach = 0.05 * mesh.bounding_box().diagonal();
+            let normals = mesh.vertex_normals();
+            let place = |v: usize| Place {
+                point: mesh.point(v),
+                normal: Vec3(normals[v]),
+            };
+            let places: Vec<Place> = (0..mesh.vertex_count()).step_by(7).map(place).collect();
+            let near = triangles_near(&mesh, &places, reach);
+            let (some, all) = (Surface::of(&mesh, &near), Surface::new(&mesh));
+            for Place { point, normal } in places {
+                let hit = |surface: &Surface| {
+                    surface
+                        .hit(point.into(), normal.into(), reach, |t| {
+                            mesh.triangle_normal(t as usize).dot(normal) < FACING
+                        })
+                        .map(|hit| hit.t)
+                };
+                assert_eq!(hit(&some), hit(&all));
+            }
+        }
     }
 
     #[test]
