@@ -234,19 +234,19 @@ pub(super) fn label(
     let mut labels_of: Vec<Vec<u32>> = Vec::with_capacity(components.count);
     for (component, edges) in edges.iter().enumerate() {
         let size = sizes[component] as usize;
-        labels_of.push(match parts[component] {
-            0 => vec![0; size],
-            1 => vec![first; size],
-            parts => {
-                let job = job.within(PartitionStage::Refinement);
-                let part_of = match parts <= at_once {
-                    true => cut_at_once(size, edges, parts, &job)?,
-                    false => cut_by_regions(size, edges, parts, parts.div_ceil(at_once), &job)?,
-                };
-                part_of.into_iter().map(|part| first + part).collect()
+        let job = job.within(PartitionStage::Refinement);
+        let part_of = match parts[component] {
+            0 => {
+                labels_of.push(vec![0; size]);
+                continue;
             }
-        });
-        first += parts[component] as u32;
+            1 => vec![0; size],
+            parts if parts <= at_once => cut_at_once(size, edges, parts, &job)?,
+            parts => cut_by_regions(size, edges, parts, parts.div_ceil(at_once), &job)?,
+        };
+        let next = first + part_of.iter().max().map_or(0, |part| part + 1);
+        labels_of.push(part_of.into_iter().map(|part| first + part).collect());
+        first = next;
     }
     let label = |v: usize| labels_of[components.of_vertex[v] as usize][place[v] as usize];
     Ok((0..mesh.vertex_count()).map(label).collect())
@@ -272,7 +272,7 @@ fn cut_at_once(
     Ok(partition(&graph, &options, job)?.part_of)
 }
 
-/// The same, of which each lies in one of so many regions. These have as many parts as their size asks for.
+/// The same, of which each lies in one of so many regions. These have as many parts as their size asks for, and one at least.
 fn cut_by_regions(
     size: usize,
     edges: &[WeightedEdge],
@@ -296,7 +296,8 @@ fn cut_by_regions(
     }
     let vertices: Vec<f64> = sizes.iter().map(|&size| f64::from(size)).collect();
     let most: Vec<usize> = sizes.iter().map(|&size| size as usize).collect();
-    let parts_of = share(parts, &vertices, &most);
+    let mut parts_of = share(parts, &vertices, &most);
+    parts_of.iter_mut().for_each(|parts| *parts = (*parts).max(1));
     let quiet = job.quiet();
     let cut = job.map(regions, 1, |region| {
         cut_at_once(most[region], &inside[region], parts_of[region], &quiet)

@@ -66,12 +66,7 @@ pub(super) fn foretell(
         .map(|&n| Vec3(pose.rotation.map(|row| Vec3(row).dot(Vec3(n)))))
         .collect();
     let of_weights = |weights: Weights| {
-        let mut sums = vec![Quadric::ZERO; lying.vertex_count()];
-        for (region, quadric) in regions.iter().zip(weights.quadrics(original, centre, &places)) {
-            if let Some(w) = region {
-                sums[*w as usize] += quadric;
-            }
-        }
+        let sums = weights.quadrics(original, centre, &regions, lying.vertex_count());
         let at = |w: usize| Settled::of(&sums[w], lying.point(w) - centre, normals[w]);
         (0..sums.len()).map(at).collect::<Vec<Option<Settled>>>()
     };
@@ -155,11 +150,12 @@ enum Weights {
 impl Weights {
     const ALL: [Self; 2] = [Self::Alike, Self::ByArea];
 
-    /// Of each vertex of a mesh that has a place: those of its triangles' planes.
-    fn quadrics(self, mesh: &TriMesh, centre: Vec3, places: &[Option<Place>]) -> Vec<Quadric> {
-        let mut quadrics = vec![Quadric::ZERO; mesh.vertex_count()];
+    /// Of each of so many regions of a mesh: those of the planes of the triangles around its vertices.
+    fn quadrics(self, mesh: &TriMesh, centre: Vec3, regions: &[Option<u32>], count: usize) -> Vec<Quadric> {
+        let mut quadrics = vec![Quadric::ZERO; count];
         for (t, corners) in mesh.triangles().iter().enumerate() {
-            if corners.iter().all(|&v| places[v as usize].is_none()) {
+            let regions = corners.map(|v| regions[v as usize]);
+            if regions.iter().all(Option::is_none) {
                 continue;
             }
             let [a, b, c] = mesh.corners(t).map(|p| p - centre);
@@ -169,7 +165,8 @@ impl Weights {
                 Self::ByArea => normal.unit() * normal.norm().sqrt(),
             };
             let quadric = Quadric::of_plane(normal, normal.dot(a));
-            corners.iter().for_each(|&v| quadrics[v as usize] += quadric);
+            let regions = regions.into_iter().flatten();
+            regions.for_each(|region| quadrics[region as usize] += quadric);
         }
         quadrics
     }
