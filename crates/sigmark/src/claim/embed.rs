@@ -12,8 +12,8 @@ use super::{
 };
 use crate::{
     mark::{
-        ChipLayout, CoefficientDetector, Detector, Levelled, MarkError, MarkLayout, Original, PatchCount,
-        Pool, Registered, SoftBits, Strength, extraction_rate,
+        ChipLayout, CoefficientDetector, Detector, JointEstimate, Levelled, MarkError, MarkLayout, Original,
+        PatchCount, Pool, Registered, SoftBits, Strength, extraction_rate,
     },
     payload::{Curve, GeometryDigest, PayloadKind, RigDigest, Scheme},
 };
@@ -306,9 +306,6 @@ impl Embedder {
 /// Of a sound mark so many bits are right.
 const SOUND: f64 = 0.95;
 
-/// The log-likelihood ratio of a bit that can't be wrong.
-const SURE: f64 = 12.0;
-
 /// What is read of a mark in positions that a file can hold.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
@@ -414,8 +411,8 @@ impl Signed {
         if known >= SOUND {
             let ratio = |(&bit, &is_sure): (&bool, &bool)| match (is_sure, bit) {
                 (false, _) => 0.0,
-                (true, true) => SURE,
-                (true, false) => -SURE,
+                (true, true) => JointEstimate::MOST_CERTAIN,
+                (true, false) => -JointEstimate::MOST_CERTAIN,
             };
             let soft = SoftBits::ratios(bits.iter().zip(&is_sure).map(ratio).collect());
             if self.certificate.is_read(&soft, &LISTS) {
