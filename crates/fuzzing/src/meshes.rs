@@ -45,9 +45,11 @@ fn check_moved(asset: &Asset) {
     let positions = moved(asset.mesh().positions());
     let moved = match asset.with_positions(&positions) {
         Ok(moved) => moved,
-        // Integers, and numbers beyond single precision.
+        // Integers, and models that would be too small or too large.
         Err(AssetError {
-            problem: AssetProblem::Unwritable { .. },
+            problem:
+                AssetProblem::Unwritable { .. }
+                | AssetProblem::Geometry(MeshError::TooSmall { .. } | MeshError::TooFar { .. }),
             ..
         }) => return,
         Err(error) => panic!("{error}"),

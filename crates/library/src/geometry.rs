@@ -166,7 +166,7 @@ fn gathered<const N: usize>(plane: &[u8], count: usize, i: usize) -> [u8; N] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use mesh::shapes;
+    use mesh::{LARGEST_COORDINATE, shapes};
     use proptest::prelude::*;
 
     fn bits(mesh: &TriMesh) -> Vec<u64> {
@@ -220,9 +220,9 @@ mod tests {
     #[test]
     fn extreme_numbers_come_back() {
         let positions = vec![
-            [0.0, -0.0, f64::MAX],
-            [f64::MIN_POSITIVE, 5e-324, -f64::MAX],
-            [1.0 / 3.0, -1e300, 1.0],
+            [0.0, -0.0, LARGEST_COORDINATE],
+            [f64::MIN_POSITIVE, 5e-324, -LARGEST_COORDINATE],
+            [1.0 / 3.0, -1e-300, 1.0],
         ];
         let mesh = TriMesh::new(positions, vec![[0, 1, 2], [2, 1, 0]]).unwrap();
         assert_eq!(

@@ -9,7 +9,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use mesh::{MeshError, TriMesh, Welded};
+use mesh::{LARGEST_COORDINATE, MeshError, TriMesh, Welded};
 
 use crate::buffer::Buffer;
 use crate::error::{AssetError, AssetProblem, Fault};
@@ -106,12 +106,17 @@ impl Asset {
     ) -> Result<Self, AssetError> {
         let welded = match Welded::new(&positions, &triangles) {
             Ok(welded) => welded,
-            Err(MeshError::NotFinite { vertex, position }) => {
-                let axis = position.iter().position(|x| !x.is_finite()).unwrap_or(0);
+            Err(MeshError::NotFinite { vertex, position } | MeshError::TooFar { vertex, position }) => {
+                let fits = |x: &f64| x.abs() <= LARGEST_COORDINATE;
+                let axis = position.iter().position(|x| !fits(x)).unwrap_or(0);
                 let value = position[axis];
-                let problem = format!(
-                    "vertex {vertex} has the coordinate {value}: write the file again with finite numbers"
-                );
+                let advice = match value.is_finite() {
+                    true => format!(
+                        "coordinates beyond {LARGEST_COORDINATE:.1e} can't be computed with: scale the model down"
+                    ),
+                    false => "write the file again with finite numbers".into(),
+                };
+                let problem = format!("vertex {vertex} has the coordinate {value:e}: {advice}");
                 let place = slots.place(&buffers, vertex, axis);
                 return Err(Fault { place, problem }.of(path));
             }
@@ -171,7 +176,7 @@ impl Asset {
     /// time. Everywhere else the two are the same.
     ///
     /// # Errors
-    /// When a place is so far away that its coordinates are not finite.
+    /// When a place is farther away than a [`TriMesh`] may reach.
     pub fn scene(&self) -> Result<Cow<'_, TriMesh>, AssetError> {
         if self.instances.is_empty() {
             return Ok(Cow::Borrowed(self.mesh()));
@@ -215,7 +220,7 @@ impl Asset {
     /// equal by rounding stay apart here, though a later reader will weld them.
     ///
     /// # Errors
-    /// When the count differs, a number is not finite, or the file cannot hold it (integers, overflow of 32 bits).
+    /// When the count differs, a [`TriMesh`] has no room for a number, or the file cannot hold it (integers, overflow of 32 bits).
     pub fn with_positions(&self, positions: &[[f64; 3]]) -> Result<Self, AssetError> {
         let refused = |error| AssetProblem::Geometry(error).of(&self.path);
         let finite = self.mesh().with_positions(positions.to_vec()).map_err(refused)?;

@@ -11,22 +11,16 @@ fn refusal(format: Format, bytes: impl Into<Vec<u8>>) -> AssetError {
     Asset::from_bytes(bytes, format).expect_err("a bad file")
 }
 
-/// A decimal that is declared as single precision and lies beyond it reads as what it says; another such number can't be written.
+/// A decimal that is declared as single precision and is too small for it reads as what it says.
 #[test]
 fn a_number_beyond_single_precision_does_not_stand_for_another() {
     let header = format!("ply\nformat ascii 1.0\n{TRIANGLE}end_header\n");
-    let asset = Asset::from_bytes(header + "0 0 0\n1e200 0 0\n0 1 0\n3 0 1 2\n", Format::Ply).unwrap();
+    let asset = Asset::from_bytes(header + "0 0 0\n1e-60 0 0\n0 1 0\n3 0 1 2\n", Format::Ply).unwrap();
     let mut positions = asset.mesh().positions().to_vec();
-    assert_eq!(positions[1][0], 1e200);
+    assert_eq!(positions[1][0], 1e-60);
     assert_eq!(
         asset.with_positions(&positions).unwrap().to_bytes(),
         asset.to_bytes()
-    );
-    positions[1][0] = 2e200;
-    let refused = asset.with_positions(&positions).unwrap_err().problem;
-    assert!(
-        matches!(refused, AssetProblem::Unwritable { vertex: 1, .. }),
-        "{refused}"
     );
     positions[1][0] = 0.5;
     assert_eq!(

@@ -15,6 +15,22 @@ pub enum MeshError {
         /// Its coordinates as they were given.
         position: [f64; 3],
     },
+    /// A coordinate is beyond [`LARGEST_COORDINATE`](crate::LARGEST_COORDINATE).
+    #[error(
+        "vertex {vertex} has a coordinate beyond single precision's 3.4e38, which can't be computed with: {position:?}; scale the model down"
+    )]
+    TooFar {
+        /// Index of the vertex, from 0.
+        vertex: usize,
+        /// Its coordinates as they were given.
+        position: [f64; 3],
+    },
+    /// All vertices lie together within [`SMALLEST_EXTENT`](crate::SMALLEST_EXTENT), but not at one point.
+    #[error("the model is {extent:e} units large, and less than 1.2e-38 can't be computed with: scale it up")]
+    TooSmall {
+        /// The longest edge of its bounding box.
+        extent: f64,
+    },
     /// A triangle names a vertex that does not exist.
     #[error(
         "triangle {triangle} refers to vertex {vertex}, but there are only {count} vertices (indices start at 0)"

@@ -52,6 +52,6 @@ pub use similarity::Similarity;
 pub use stars::VertexStars;
 pub use surface::{Hit, Nearest, Surface};
 pub use topology::{DEGENERATE_AREA, Facing, TopologyReport};
-pub use trimesh::TriMesh;
+pub use trimesh::{LARGEST_COORDINATE, SMALLEST_EXTENT, TriMesh};
 pub use vec3::Vec3;
 pub use weld::{WeldSummary, Welded};

@@ -100,7 +100,7 @@ mod tests {
     #[test]
     fn normals_of_tiny_and_huge_models_are_the_same() {
         let mesh = shapes::bumpy_sphere(2, 1);
-        for s in [1e-30, 1e30] {
+        for s in [1e-29, 1e29] {
             let scaled = shapes::scaled(&mesh, s).vertex_normals();
             assert!(
                 scaled

@@ -1,9 +1,15 @@
 use crate::{BoundingBox, MeshError, Vec3, VertexStars};
 
+/// No coordinate may be greater: squares of areas, and squares of those, are to stay numbers. What single precision holds is within it.
+pub const LARGEST_COORDINATE: f64 = f32::MAX as f64;
+
+/// No model that is not a single point may have a bounding box whose longest edge is shorter, for the same reason.
+pub const SMALLEST_EXTENT: f64 = f32::MIN_POSITIVE as f64;
+
 /// A triangle mesh: #V positions in the unit of the model, and #F triangles of vertex indices from 0.
 ///
-/// Always valid: at least one triangle, every coordinate finite, every index in range, no triangle with a repeated
-/// vertex. Unused vertices, non-manifold places, boundaries and triangles of area zero are allowed.
+/// Always valid: at least one triangle, every coordinate finite and at most [`LARGEST_COORDINATE`], all of them more than
+/// [`SMALLEST_EXTENT`] apart or one point, every index in range, no triangle with a repeated vertex. Unused vertices, non-manifold places, boundaries and triangles of area zero are allowed.
 ///
 /// ```
 /// let positions = vec![[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 3.0, 0.0]];
@@ -29,7 +35,7 @@ impl TriMesh {
         if triangles.is_empty() {
             return Err(MeshError::NoTriangles);
         }
-        check_finite(&positions)?;
+        check_positions(&positions, |_| true)?;
         for (triangle, &[a, b, c]) in triangles.iter().enumerate() {
             if let Some(&v) = [a, b, c].iter().find(|&&v| v as usize >= positions.len()) {
                 return Err(MeshError::IndexOutOfRange {
@@ -51,7 +57,7 @@ impl TriMesh {
     /// The same triangles over other positions, one a vertex.
     ///
     /// # Errors
-    /// When the count differs or a coordinate is not finite.
+    /// When the count differs, or positions are not as they must be.
     pub fn with_positions(&self, positions: Vec<[f64; 3]>) -> Result<Self, MeshError> {
         if positions.len() != self.positions.len() {
             return Err(MeshError::PositionCount {
@@ -59,7 +65,7 @@ impl TriMesh {
                 expected: self.positions.len(),
             });
         }
-        check_finite(&positions)?;
+        check_positions(&positions, |_| true)?;
         Ok(Self {
             positions,
             triangles: self.triangles.clone(),
@@ -155,13 +161,26 @@ pub(crate) fn check_counts(vertices: usize, triangles: usize) -> Result<(), Mesh
     Ok(())
 }
 
-fn check_finite(positions: &[[f64; 3]]) -> Result<(), MeshError> {
-    match positions.iter().position(|p| p.iter().any(|x| !x.is_finite())) {
-        Some(vertex) => Err(MeshError::NotFinite {
-            vertex,
-            position: positions[vertex],
-        }),
-        None => Ok(()),
+/// That those positions which count are numbers that can be computed with.
+pub(crate) fn check_positions(
+    positions: &[[f64; 3]],
+    counts: impl Fn(usize) -> bool,
+) -> Result<(), MeshError> {
+    let counted = || positions.iter().enumerate().filter(|&(vertex, _)| counts(vertex));
+    for (vertex, &position) in counted() {
+        if !position.iter().all(|x| x.is_finite()) {
+            return Err(MeshError::NotFinite { vertex, position });
+        }
+        if position.iter().any(|x| x.abs() > LARGEST_COORDINATE) {
+            return Err(MeshError::TooFar { vertex, position });
+        }
+    }
+    let mut bounds = BoundingBox::EMPTY;
+    counted().for_each(|(_, &position)| bounds.include_point(position.into()));
+    let extent = bounds.size().into_iter().fold(0.0, f64::max);
+    match extent > 0.0 && extent < SMALLEST_EXTENT {
+        true => Err(MeshError::TooSmall { extent }),
+        false => Ok(()),
     }
 }
 
@@ -206,6 +225,26 @@ mod tests {
             valid.with_positions(positions),
             Err(MeshError::NotFinite { vertex: 1, .. })
         ));
+        for (scale, far, small) in [
+            (3.4e38, false, false),
+            (3.5e38, true, false),
+            (1.2e-38, false, false),
+            (1.1e-38, false, true),
+            (0.0, false, false),
+        ] {
+            let scaled = valid.with_positions(POSITIONS.map(|position| position.map(|x| scale * x)).to_vec());
+            assert_eq!(
+                matches!(scaled, Err(MeshError::TooFar { vertex: 1, .. })),
+                far,
+                "{scale}"
+            );
+            assert_eq!(
+                matches!(scaled, Err(MeshError::TooSmall { .. })),
+                small,
+                "{scale}"
+            );
+            assert_eq!(scaled.is_ok(), !far && !small, "{scale}");
+        }
         let too_few = MeshError::PositionCount {
             given: 2,
             expected: 3,

@@ -1,4 +1,4 @@
-use crate::trimesh::check_counts;
+use crate::trimesh::{check_counts, check_positions};
 use crate::{MeshError, TriMesh};
 
 /// The surface in a file's vertices and triangles: vertices at exactly equal positions are one vertex.
@@ -45,7 +45,7 @@ impl Welded {
     /// O(n log n) time in the number of file vertices.
     ///
     /// # Errors
-    /// When an index is out of range, a used vertex is not finite (unused ones may be anything), or no triangle remains.
+    /// When an index is out of range, a used vertex is not as a [`TriMesh`](crate::TriMesh) wants it (unused ones may be anything), or no triangle remains.
     /// Indices in errors are the file's.
     pub fn new(positions: &[[f64; 3]], triangles: &[[u32; 3]]) -> Result<Self, MeshError> {
         check_counts(positions.len(), triangles.len())?;
@@ -111,7 +111,7 @@ impl Welded {
     }
 }
 
-/// Marks the vertices that triangles refer to; all of them must exist and be finite.
+/// Marks the vertices that triangles refer to; all of them must exist and be as a [`TriMesh`](crate::TriMesh) wants them.
 fn referenced_vertices(positions: &[[f64; 3]], triangles: &[[u32; 3]]) -> Result<Vec<bool>, MeshError> {
     let mut referenced = vec![false; positions.len()];
     for (triangle, corners) in triangles.iter().enumerate() {
@@ -128,13 +128,8 @@ fn referenced_vertices(positions: &[[f64; 3]], triangles: &[[u32; 3]]) -> Result
             }
         }
     }
-    let bad = (0..positions.len()).find(|&v| referenced[v] && positions[v].iter().any(|x| !x.is_finite()));
-    bad.map_or(Ok(referenced), |vertex| {
-        Err(MeshError::NotFinite {
-            vertex,
-            position: positions[vertex],
-        })
-    })
+    check_positions(positions, |vertex| referenced[vertex])?;
+    Ok(referenced)
 }
 
 /// The smallest referenced vertex at the same position, for each referenced vertex; itself for the others.

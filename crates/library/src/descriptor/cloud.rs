@@ -198,7 +198,7 @@ fn within([a, b, c]: [Vec3; 3], k: usize) -> Vec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use mesh::shapes;
+    use mesh::{LARGEST_COORDINATE, shapes};
 
     #[test]
     fn samples_of_a_sphere_lie_on_the_unit_sphere_and_weigh_alike() {
@@ -217,7 +217,13 @@ mod tests {
         let point = TriMesh::new(vec![[1.0; 3]; 3], vec![[0, 1, 2]]).unwrap();
         assert!(matches!(Cloud::fine(&point), Err(LibraryError::NoArea)));
         let cube = shapes::cube(1.0);
-        let far = |x: f64| if x > 0.5 { f64::MAX } else { -f64::MAX };
+        let far = |x: f64| {
+            if x > 0.5 {
+                LARGEST_COORDINATE
+            } else {
+                -LARGEST_COORDINATE
+            }
+        };
         let huge = cube.positions().iter().map(|p| p.map(far)).collect();
         let huge = cube.with_positions(huge).unwrap();
         assert!(Cloud::fine(&huge).is_ok());
