@@ -95,6 +95,49 @@ fn coarser(mesh: &TriMesh, level: u32) -> TriMesh {
     .unwrap()
 }
 
+/// With a triangle more: at `far` on the first axis, its corners `size` apart on the others, or on a line.
+fn with_a_stray(mesh: &TriMesh, far: f64, size: f64, is_line: bool) -> TriMesh {
+    let count = mesh.vertex_count() as u32;
+    let third = if is_line {
+        [far, 2.0 * size, 0.0]
+    } else {
+        [far, 0.0, size]
+    };
+    let stray = [[far, 0.0, 0.0], [far, size, 0.0], third];
+    let positions = mesh.positions().iter().copied().chain(stray);
+    let triangles = mesh
+        .triangles()
+        .iter()
+        .copied()
+        .chain([[count, count + 1, count + 2]]);
+    TriMesh::new(positions.collect(), triangles.collect()).unwrap()
+}
+
+#[test]
+fn a_triangle_beside_a_copy_or_far_away_hides_nothing() {
+    let (mesh, signed) = (original(), signed());
+    let cut = cropped(signed.mesh(), 0.6);
+    let finer = divided(&cut);
+    // As large as a floor; so far away that nobody sees it; as a line.
+    let strays = [
+        (30.0, 30.0, false),
+        (1e3, 1e-3, false),
+        (1e6, 1.0, false),
+        (1e38, 1e38, true),
+    ];
+    for (far, size, is_line) in strays {
+        for copy in [&cut, &finer] {
+            let verdict = judge(&mesh, signed, &with_a_stray(copy, far, size, is_line));
+            assert_eq!(
+                verdict.outcome,
+                Outcome::Verified,
+                "{far}, {size}, {}",
+                copy.vertex_count()
+            );
+        }
+    }
+}
+
 #[test]
 fn a_cropped_copy_is_verified_by_the_vertices_that_are_left() {
     let (mesh, signed) = (original(), signed());

@@ -125,7 +125,8 @@ fn page(runs: &[Run]) -> String {
     let mut table = Table::new("Readers of strangers' files under libFuzzer", header).text_columns(1);
     for target in TARGETS {
         let of: Vec<_> = runs.iter().filter(|run| run.target == target.name).collect();
-        let minutes = of.iter().map(|run| run.cpu_seconds).sum::<f64>() / 60.0;
+        // The sum of nothing is -0.
+        let minutes = of.iter().fold(0.0, |sum, run| sum + run.cpu_seconds / 60.0);
         let tried: u64 = of.iter().map(|run| run.tried).sum();
         let edges = of.iter().map(|run| run.edges).max().unwrap_or(0);
         let found = of.iter().filter(|run| run.found).count();

@@ -14,7 +14,7 @@ use super::{
 use crate::{
     mark::{
         Detector, Found, FoundParts, JointEstimator, MarkLayout, Original, Patches, Reader, Reading,
-        ReadingMethod, Recognised, SoftBits, Wanted,
+        ReadingMethod, Recognised, SoftBits, Wanted, main_part,
     },
     payload::GeometryDigest,
 };
@@ -199,8 +199,15 @@ impl Verifier {
         let has_parts = self.parts.len() > 1 || components(suspect.mesh()).count > 1;
         let found = self.reader.find(suspect, job)?;
         let bent = found.in_local_frames(self.method.layout());
+        // What was put beside a copy may outweigh it, if it is large.
+        let main = if has_parts {
+            main_part(suspect.mesh())
+        } else {
+            None
+        };
         // Each is a way to the same bits, whether or not it is taken: any counts as often as there are.
-        let ways = 1 + usize::from(has_parts) + usize::from(self.rig.is_some()) + usize::from(bent.is_some());
+        let ways = [has_parts, main.is_some(), self.rig.is_some(), bent.is_some()];
+        let ways = 1 + ways.into_iter().map(usize::from).sum::<usize>();
         let expected = self.certificate.bits();
         let decoder = Decoder::new(&self.certificate, &expected).enough(ways, self.least_p());
         let mut verdict = self.weighed(self.verify_whole(&found, &decoder, job)?, ways);
@@ -216,6 +223,13 @@ impl Verifier {
                 let in_parts = self.verify_parts(&parts, &decoder, job)?;
                 verdict = better(verdict, self.weighed(in_parts, ways));
             }
+        }
+        if let Some(main) = main.filter(|_| !self.is_enough(&verdict)) {
+            let share = main.area() / suspect.mesh().area();
+            let found = self.reader.find(main, job)?;
+            let mut alone = self.weighed(self.verify_whole(&found, &decoder, job)?, ways);
+            alone.overlap *= share;
+            verdict = better(verdict, alone);
         }
         // Last, since parts that were put back say where each went.
         if let Some(bent) = bent.filter(|_| !self.is_enough(&verdict)) {

@@ -1,5 +1,6 @@
 //! From a suspect in unknown pose to soft bits: registration, sampling, refinement of the pose, detection.
 
+mod body;
 mod by_vertices;
 mod generalised;
 mod in_frames;
@@ -14,6 +15,7 @@ mod suspect;
 mod tessellation;
 mod wanted;
 
+pub(crate) use body::main_part;
 pub use method::ReadingMethod;
 pub use parts::{FoundParts, ReadParts};
 pub use reading::Reading;
@@ -31,6 +33,7 @@ use registration::{
 };
 
 use super::{MarkError, MarkLayout, MarkStage};
+use body::near_part;
 use suspect::SeenBy;
 
 /// Brings suspects onto a reference and reads them there. What does not depend on the suspect is computed once, when it is first
@@ -76,13 +79,17 @@ impl Reader {
         self.aligner.original()
     }
 
-    /// Finds how a suspect lies on the reference: by its vertices where all are there, whatever its shape, else by its surface.
+    /// Finds how a suspect lies on the reference: by its vertices where all are there, whatever its shape, else by its surface. Triangles that
+    /// reach hundreds of times as far away as the rest are passed over.
     ///
     /// # Errors
     /// As [`Aligner::find`].
     pub fn find(&self, suspect: impl Into<PreparedMesh>, job: &Job) -> Result<Found, MarkError> {
         job.begin(MarkStage::Registration)?;
         let mut suspect = suspect.into();
+        if let Some(near) = near_part(suspect.mesh()) {
+            suspect = near.into();
+        }
         if let Some(gathered) = suspect.mesh().gathered() {
             suspect = gathered.into();
         }
