@@ -83,6 +83,31 @@ fn halves_bring_their_originals_up() {
 }
 
 #[test]
+fn a_floor_or_a_triangle_far_away_hides_no_original() {
+    let models = models();
+    let (_folder, library, ids) = library(&models);
+    let index = Index::load(&library).expect("an index");
+    let floor = shapes::moved(
+        &shapes::rectangle(1, 1, 60.0, 60.0),
+        &Similarity {
+            translation: [-30.0, -30.0, -2.0],
+            ..Similarity::from_quaternion([0.9, 0.1, 0.0, 0.2])
+        },
+    );
+    let far_away = shapes::translated(&shapes::tetrahedron(), [1e7, 0.0, 3e5]);
+    for added in [floor, far_away] {
+        for (mesh, &id) in models.iter().zip(&ids) {
+            let suspect = shapes::disjoint_union(&[shapes::divided(mesh), added.clone()]);
+            let query = Query::of(&suspect, &Job::default()).expect("a shape");
+            let found = index
+                .search(&library, &query, 3, &Job::default())
+                .expect("an answer");
+            assert_eq!(found[0].original, id);
+        }
+    }
+}
+
+#[test]
 fn answers_do_not_depend_on_the_number_of_threads() {
     let models = models();
     let (_folder, library, _) = library(&models);

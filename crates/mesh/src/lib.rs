@@ -25,6 +25,7 @@
 //! vertices and 2.16 million triangles: welding 0.2 s, adjacency 0.25 s, the whole report 0.8 s, vertex normals 0.15 s (one core
 //! of 2026). [`Edges`] takes about 40 bytes a triangle, [`Surface`] about 170.
 
+mod body;
 mod boundary;
 mod bounding_box;
 mod components;
@@ -43,6 +44,7 @@ mod union_find;
 mod vec3;
 mod weld;
 
+pub use body::{main_part, near_part};
 pub use bounding_box::BoundingBox;
 pub use components::{Components, components};
 pub use edges::Edges;

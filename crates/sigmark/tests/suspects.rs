@@ -97,20 +97,14 @@ fn coarser(mesh: &TriMesh, level: u32) -> TriMesh {
 
 /// With a triangle more: at `far` on the first axis, its corners `size` apart on the others, or on a line.
 fn with_a_stray(mesh: &TriMesh, far: f64, size: f64, is_line: bool) -> TriMesh {
-    let count = mesh.vertex_count() as u32;
     let third = if is_line {
         [far, 2.0 * size, 0.0]
     } else {
         [far, 0.0, size]
     };
-    let stray = [[far, 0.0, 0.0], [far, size, 0.0], third];
-    let positions = mesh.positions().iter().copied().chain(stray);
-    let triangles = mesh
-        .triangles()
-        .iter()
-        .copied()
-        .chain([[count, count + 1, count + 2]]);
-    TriMesh::new(positions.collect(), triangles.collect()).unwrap()
+    let stray = vec![[far, 0.0, 0.0], [far, size, 0.0], third];
+    let stray = TriMesh::new(stray, vec![[0, 1, 2]]).unwrap();
+    shapes::disjoint_union(&[mesh.clone(), stray])
 }
 
 #[test]

@@ -12,7 +12,7 @@ mod surface;
 mod words;
 
 use job::Job;
-use mesh::{Edges, TriMesh, Vec3};
+use mesh::{Edges, TriMesh, Vec3, main_part, near_part};
 
 use crate::LibraryError;
 use cloud::Cloud;
@@ -65,6 +65,8 @@ pub struct Query {
     pub(crate) local: [u8; LOCAL_LENGTH],
     pub(crate) sizes: Vec<Sought>,
     pub(crate) stars: Vec<Star>,
+    /// The part with most of the vertices alone, where most of the surface is not its own: a floor, say, may have been put under a copy.
+    pub(crate) alone: Option<Box<Query>>,
 }
 
 impl Descriptor {
@@ -100,11 +102,29 @@ impl Descriptor {
 }
 
 impl Query {
-    /// Describes a suspect.
+    /// Describes a suspect, without what is [far away](near_part) from all the rest.
     ///
     /// # Errors
     /// [`LibraryError::NoArea`], or that the job was cancelled.
     pub fn of(mesh: &TriMesh, job: &Job) -> Result<Self, LibraryError> {
+        let near = near_part(mesh);
+        let mesh = near.as_ref().unwrap_or(mesh);
+        let is_outweighed = |main: &TriMesh| main.area() < 0.5 * mesh.area();
+        let alone = match main_part(mesh).filter(is_outweighed) {
+            Some(main) => match Self::of_all(&main, job) {
+                Err(LibraryError::NoArea) => None,
+                main => Some(Box::new(main?)),
+            },
+            None => None,
+        };
+        Ok(Self {
+            alone,
+            ..Self::of_all(mesh, job)?
+        })
+    }
+
+    /// Describes all of a suspect.
+    fn of_all(mesh: &TriMesh, job: &Job) -> Result<Self, LibraryError> {
         let fine = Cloud::fine(mesh)?;
         let cloud = fine.evened();
         let fine = fine.in_roots();
@@ -113,6 +133,7 @@ impl Query {
             local: local::describe(&cloud),
             sizes: places::sought(&fine, &places::borders(mesh, &Edges::of(mesh), &fine), job)?,
             stars: stars::of_suspect(mesh),
+            alone: None,
         })
     }
 

@@ -5,7 +5,7 @@ mod laying;
 mod tessellation;
 mod votes;
 
-use std::cmp::Reverse;
+use std::{cmp::Reverse, collections::HashSet};
 
 use job::{Job, JobError};
 
@@ -87,6 +87,29 @@ impl Index {
         most: usize,
         job: &Job,
     ) -> Result<Vec<Candidate>, LibraryError> {
+        let mut found = self.scored(library, query, job)?;
+        if let Some(alone) = &query.alone {
+            found.extend(self.scored(library, alone, job)?);
+        }
+        found.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.original.cmp(&b.1.original)));
+        let mut seen = HashSet::new();
+        found.retain(|(_, candidate)| seen.insert(candidate.original));
+        found.truncate(most);
+        let mut found: Vec<Candidate> = found.into_iter().map(|(_, candidate)| candidate).collect();
+        found
+            .iter_mut()
+            .take(ALWAYS)
+            .for_each(|candidate| candidate.is_worth_a_look = true);
+        Ok(found)
+    }
+
+    /// The originals that may be meant, each with how far beyond its gate it is.
+    fn scored(
+        &self,
+        library: &Library,
+        query: &Query,
+        job: &Job,
+    ) -> Result<Vec<(f64, Candidate)>, LibraryError> {
         let whole = self.of_each(job, |i| query.distance_from_whole(&self.summaries[i]))?;
         let local = self.of_each(job, |i| difference(&self.summaries[i].local, &query.local))?;
         let shared = self.tessellations.shared(&query.stars, job)?;
@@ -120,15 +143,7 @@ impl Index {
             measures.candidate(self.ids[i], tenth)
         };
         let by_original = tried.chunk_by(|a, b| a.original == b.original);
-        let mut found: Vec<(f64, Candidate)> = by_original.map(of_one).collect();
-        found.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.original.cmp(&b.1.original)));
-        found.truncate(most);
-        let mut found: Vec<Candidate> = found.into_iter().map(|(_, candidate)| candidate).collect();
-        found
-            .iter_mut()
-            .take(ALWAYS)
-            .for_each(|candidate| candidate.is_worth_a_look = true);
-        Ok(found)
+        Ok(by_original.map(of_one).collect())
     }
 
     /// Finds which share of the suspect lies on originals: guesses how it may lie on each, and lays it on those where most samples come near.

@@ -1,7 +1,7 @@
 use std::sync::Arc;
 
 use job::Job;
-use mesh::{Rig, TriMesh, components};
+use mesh::{Rig, TriMesh, components, main_part};
 use registration::{AlignOptions, Alignment, MatchedBy, PreparedMesh};
 
 use super::{
@@ -14,7 +14,7 @@ use super::{
 use crate::{
     mark::{
         Detector, Found, FoundParts, JointEstimator, MarkLayout, Original, Patches, Reader, Reading,
-        ReadingMethod, Recognised, SoftBits, Wanted, main_part,
+        ReadingMethod, Recognised, SoftBits, Wanted,
     },
     payload::GeometryDigest,
 };
@@ -200,11 +200,7 @@ impl Verifier {
         let found = self.reader.find(suspect, job)?;
         let bent = found.in_local_frames(self.method.layout());
         // What was put beside a copy may outweigh it, if it is large.
-        let main = if has_parts {
-            main_part(suspect.mesh())
-        } else {
-            None
-        };
+        let main = main_part(suspect.mesh());
         // Each is a way to the same bits, whether or not it is taken: any counts as often as there are.
         let ways = [has_parts, main.is_some(), self.rig.is_some(), bent.is_some()];
         let ways = 1 + ways.into_iter().map(usize::from).sum::<usize>();

@@ -36,7 +36,6 @@ pub use layout::{Levelled, MarkLayout, Written};
 pub use original::{Borders, Original};
 pub use patches::{LARGEST_PATCH, Patch, PatchCount, Patches, VERTICES_PER_FUNCTION};
 pub use pool::Pool;
-pub(crate) use reader::main_part;
 pub use reader::{Found, FoundParts, ReadParts, Reader, Reading, ReadingMethod, Readings, Suspect, Wanted};
 pub use registered::Registered;
 pub use rotation::{PatchRotation, Rotation};

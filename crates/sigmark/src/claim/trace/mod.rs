@@ -38,7 +38,7 @@ pub use residue::{Order, Pattern, Residue};
 use std::{borrow::Cow, sync::Arc};
 
 use job::Job;
-use mesh::{Rig, TriMesh, components};
+use mesh::{Rig, TriMesh, components, main_part};
 use registration::PreparedMesh;
 
 use super::{
@@ -107,7 +107,7 @@ struct Candidate {
 pub struct TracedSuspect {
     /// Of each lot, one a way.
     residues: Vec<Vec<Residue>>,
-    /// In how many ways it may be read: as a whole, brought back by a rig, by its parts. p counts all, whichever this is.
+    /// In how many ways it may be read: as a whole, brought back by a rig, by its parts, by the largest of them alone, in local frames. p counts all, whichever this is.
     looks: usize,
     trace: Trace,
 }
@@ -225,7 +225,7 @@ impl Tracer {
         Ok(self.lots.len() - 1)
     }
 
-    /// Names those whose copies are in a suspect: as a whole, or where that names nobody, in its connected parts, each put back by itself, or brought back from its pose.
+    /// Names those whose copies are in a suspect: as a whole, or where that names nobody, in its connected parts, each put back by itself, by the one with most of its vertices alone, or brought back from its pose.
     ///
     /// # Errors
     /// When the original's bases can't be computed or are not those of the certificates; [`SigmarkError::Job`].
@@ -233,8 +233,8 @@ impl Tracer {
         let suspect = suspect.into();
         let has_parts = self.has_parts(suspect.mesh());
         let found = self.reader.find(&suspect, job)?;
-        let bent = self.bent(&found);
-        let looks = self.looks(has_parts, bent.is_some());
+        let (bent, main) = (self.bent(&found), main_part(suspect.mesh()));
+        let looks = self.looks([has_parts, bent.is_some(), main.is_some()]);
         let trace = self.accuse(self.read_found(&found, looks, job)?, job)?;
         if trace.is_found() {
             return Ok(trace);
@@ -251,6 +251,16 @@ impl Tracer {
             let of_parts = self.accuse(parts, job)?;
             if of_parts.is_found() {
                 return Ok(of_parts);
+            }
+        }
+        // What was put beside a copy may outweigh it, if it is large.
+        if let Some(main) = main {
+            let share = main.area() / suspect.mesh().area();
+            let found = self.reader.find(main, job)?;
+            let mut alone = self.accuse(self.read_found(&found, looks, job)?, job)?;
+            if alone.is_found() {
+                alone.overlap *= share;
+                return Ok(alone);
             }
         }
         // Last, since parts that were put back say where each went.
@@ -270,8 +280,9 @@ impl Tracer {
     pub fn read(&self, suspect: impl Into<PreparedMesh>, job: &Job) -> Result<TracedSuspect, SigmarkError> {
         let suspect = suspect.into();
         let has_parts = self.has_parts(suspect.mesh());
+        let has_main = main_part(suspect.mesh()).is_some();
         let found = self.reader.find(suspect, job)?;
-        let looks = self.looks(has_parts, self.bent(&found).is_some());
+        let looks = self.looks([has_parts, self.bent(&found).is_some(), has_main]);
         self.read_found(&found, looks, job)
     }
 
@@ -296,12 +307,9 @@ impl Tracer {
         found.in_local_frames(self.lots.first()?.method.layout())
     }
 
-    /// How many ways there are to the same coefficients.
-    fn looks(&self, has_parts: bool, is_bent: bool) -> usize {
-        1 + [has_parts, is_bent, self.is_posed_by_rig()]
-            .map(usize::from)
-            .iter()
-            .sum::<usize>()
+    /// How many ways there are to the same coefficients: as a whole, by the rig of the copies, and these others where a suspect allows them.
+    fn looks(&self, others: [bool; 3]) -> usize {
+        1 + usize::from(self.is_posed_by_rig()) + others.map(usize::from).iter().sum::<usize>()
     }
 
     fn read_found(&self, found: &Found, looks: usize, job: &Job) -> Result<TracedSuspect, SigmarkError> {
@@ -340,7 +348,8 @@ impl Tracer {
     ) -> Result<Option<TracedSuspect>, SigmarkError> {
         let suspect = suspect.into();
         let found = self.reader.find(&suspect, job)?;
-        let looks = self.looks(true, self.bent(&found).is_some());
+        let has_main = main_part(suspect.mesh()).is_some();
+        let looks = self.looks([true, self.bent(&found).is_some(), has_main]);
         self.parts_read(&suspect, looks, job)
     }
 

@@ -1,6 +1,5 @@
 //! From a suspect in unknown pose to soft bits: registration, sampling, refinement of the pose, detection.
 
-mod body;
 mod by_vertices;
 mod generalised;
 mod in_frames;
@@ -15,7 +14,6 @@ mod suspect;
 mod tessellation;
 mod wanted;
 
-pub(crate) use body::main_part;
 pub use method::ReadingMethod;
 pub use parts::{FoundParts, ReadParts};
 pub use reading::Reading;
@@ -26,14 +24,13 @@ pub use wanted::Wanted;
 use std::fmt;
 
 use job::Job;
-use mesh::{Rig, Similarity};
+use mesh::{Rig, Similarity, near_part};
 use registration::{
     AlignOptions, Aligner, Alignment, Correspondence, MatchedBy, Placement, PreparedMesh, RegistrationStage,
     UnposedSuspect, unpose_placed,
 };
 
 use super::{MarkError, MarkLayout, MarkStage};
-use body::near_part;
 use suspect::SeenBy;
 
 /// Brings suspects onto a reference and reads them there. What does not depend on the suspect is computed once, when it is first
@@ -86,10 +83,7 @@ impl Reader {
     /// As [`Aligner::find`].
     pub fn find(&self, suspect: impl Into<PreparedMesh>, job: &Job) -> Result<Found, MarkError> {
         job.begin(MarkStage::Registration)?;
-        let mut suspect = suspect.into();
-        if let Some(near) = near_part(suspect.mesh()) {
-            suspect = near.into();
-        }
+        let mut suspect = near(suspect.into());
         if let Some(gathered) = suspect.mesh().gathered() {
             suspect = gathered.into();
         }
@@ -136,6 +130,14 @@ impl fmt::Debug for Reader {
         f.debug_struct("Reader")
             .field("vertices", &mesh.vertex_count())
             .finish_non_exhaustive()
+    }
+}
+
+/// A suspect without triangles that reach far away from all the rest.
+fn near(suspect: PreparedMesh) -> PreparedMesh {
+    match near_part(suspect.mesh()) {
+        Some(near) => near.into(),
+        None => suspect,
     }
 }
 

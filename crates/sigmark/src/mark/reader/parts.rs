@@ -6,7 +6,7 @@ use job::Job;
 use mesh::{Similarity, TriMesh};
 use registration::{Alignment, Correspondence, MatchedBy, Piece, PiecePlace, Placement, PreparedMesh};
 
-use super::{BroughtBack, Found, Reader, Reading, ReadingMethod, Wanted, readings::agreement};
+use super::{BroughtBack, Found, Reader, Reading, ReadingMethod, Wanted, near, readings::agreement};
 use crate::mark::{MarkError, MarkLayout, MarkStage};
 
 /// Parts of a suspect that are parts of the reference, each in all the places where it may belong.
@@ -34,7 +34,7 @@ pub struct ReadParts {
 }
 
 impl Reader {
-    /// Looks for connected parts of a suspect that are parts of the reference, where a layout has patches.
+    /// Looks for connected parts of a suspect that are parts of the reference, where a layout has patches. What is far from all the rest is passed over, as in [`find`](Self::find).
     ///
     /// # Errors
     /// As [`Aligner::pieces`](registration::Aligner::pieces).
@@ -45,7 +45,7 @@ impl Reader {
         job: &Job,
     ) -> Result<FoundParts, MarkError> {
         job.begin(MarkStage::Registration)?;
-        let suspect = suspect.into();
+        let suspect = near(suspect.into());
         let is_marked: Vec<bool> = layout
             .original()
             .patches()

@@ -1,15 +1,15 @@
-//! What of a suspect may be a copy, where other things were put beside it.
+//! What of a mesh is a model, where other things were put beside it or far away.
 
-use mesh::{TriMesh, Welded, components};
+use crate::{TriMesh, Welded, components};
 
 /// What lies farther from the middle than so many times the median distance of all vertices is no part of a model: sight does not find it
 /// there, and a search tree in single precision has hardly a digit left for the rest.
 const FAR: f64 = 300.0;
 
-/// A suspect without triangles that reach far away from all the rest; none if there are none.
+/// A mesh without triangles that reach 300 times as far from the middle of all vertices as their median; none if there are none.
 ///
-/// Middle and distance are medians over vertices, so that fewer than half of them, wherever they lie, decide nothing.
-pub(super) fn near_part(mesh: &TriMesh) -> Option<TriMesh> {
+/// Middle and distance are medians over vertices, axis by axis, so that fewer than half of them, wherever they lie, decide nothing.
+pub fn near_part(mesh: &TriMesh) -> Option<TriMesh> {
     let axis = |axis: usize| median(mesh.positions().iter().map(|p| p[axis]).collect());
     let middle = [axis(0), axis(1), axis(2)];
     let off = |p: &[f64; 3]| (0..3).map(|i| (p[i] - middle[i]).abs()).fold(0.0, f64::max);
@@ -20,8 +20,8 @@ pub(super) fn near_part(mesh: &TriMesh) -> Option<TriMesh> {
     part(mesh, |v| off(&mesh.positions()[v as usize]) <= reach)
 }
 
-/// The connected part of a suspect with more than half of its vertices, where there are others.
-pub(crate) fn main_part(mesh: &TriMesh) -> Option<TriMesh> {
+/// The connected part with more than half of all vertices, where there are other parts.
+pub fn main_part(mesh: &TriMesh) -> Option<TriMesh> {
     let parts = components(mesh);
     if parts.count < 2 {
         return None;
@@ -50,15 +50,12 @@ fn median(mut values: Vec<f64>) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use mesh::shapes;
+    use crate::shapes;
 
     /// A mesh and a cube of 8 vertices at `far` on the first axis.
     fn with_a_cube(mesh: &TriMesh, far: f64) -> TriMesh {
         let cube = shapes::translated(&shapes::cube(1.0), [far, 0.0, 0.0]);
-        let count = mesh.vertex_count() as u32;
-        let positions = [mesh.positions(), cube.positions()].concat();
-        let moved = cube.triangles().iter().map(|corners| corners.map(|v| v + count));
-        TriMesh::new(positions, mesh.triangles().iter().copied().chain(moved).collect()).unwrap()
+        shapes::disjoint_union(&[mesh.clone(), cube])
     }
 
     #[test]
