@@ -108,6 +108,22 @@ fn a_floor_or_a_triangle_far_away_hides_no_original() {
 }
 
 #[test]
+fn a_model_is_found_in_a_scene_of_others() {
+    let models = models();
+    let (_folder, library, ids) = library(&models);
+    let index = Index::load(&library).expect("an index");
+    let stranger = shapes::scaled(&shapes::bumpy_sphere(4, 77), 5.0);
+    for (mesh, &id) in models.iter().zip(&ids) {
+        let scene = shapes::disjoint_union(&[stranger.clone(), shapes::divided(mesh)]);
+        let query = Query::of(&scene, &Job::default()).expect("a shape");
+        let found = index
+            .search(&library, &query, 3, &Job::default())
+            .expect("an answer");
+        assert_eq!(found[0].original, id);
+    }
+}
+
+#[test]
 fn answers_do_not_depend_on_the_number_of_threads() {
     let models = models();
     let (_folder, library, _) = library(&models);

@@ -1,10 +1,17 @@
 //! What of a mesh is a model, where other things were put beside it or far away.
 
-use crate::{TriMesh, Welded, components};
+use std::cmp::Reverse;
+
+use crate::{Components, TriMesh, Welded, components};
 
 /// What lies farther from the middle than so many times the median distance of all vertices is no part of a model: sight does not find it
 /// there, and a search tree in single precision has hardly a digit left for the rest.
 const FAR: f64 = 300.0;
+
+/// A part is large that has this share of all vertices.
+const LARGE: f64 = 0.1;
+/// Of the large parts, the largest.
+const MOST_PARTS: usize = 4;
 
 /// A mesh without triangles that reach 300 times as far from the middle of all vertices as their median; none if there are none.
 ///
@@ -20,15 +27,43 @@ pub fn near_part(mesh: &TriMesh) -> Option<TriMesh> {
     part(mesh, |v| off(&mesh.positions()[v as usize]) <= reach)
 }
 
-/// The connected part with more than half of all vertices, where there are other parts.
-pub fn main_part(mesh: &TriMesh) -> Option<TriMesh> {
-    let parts = components(mesh);
-    if parts.count < 2 {
-        return None;
+/// The connected parts of a mesh with at least a tenth of all vertices, the largest four of them, where there is more than one part.
+///
+/// Parts are large by vertices and not by area, since a floor of two triangles has any area.
+#[derive(Debug)]
+pub struct LargeParts<'a> {
+    mesh: &'a TriMesh,
+    parts: Components,
+    large: Vec<u32>,
+}
+
+impl<'a> LargeParts<'a> {
+    /// Those of a mesh.
+    pub fn of(mesh: &'a TriMesh) -> Self {
+        let parts = components(mesh);
+        let size = |&part: &u32| parts.sizes[part as usize];
+        let is_large = |part: &u32| size(part) as f64 >= LARGE * mesh.vertex_count() as f64;
+        let mut large: Vec<u32> = match parts.count {
+            1 => Vec::new(),
+            count => (0..count as u32).filter(is_large).collect(),
+        };
+        large.sort_by_key(|part| Reverse(size(part)));
+        large.truncate(MOST_PARTS);
+        Self { mesh, parts, large }
     }
-    let is_main = |&size: &usize| 2 * size > mesh.vertex_count();
-    let main = parts.sizes.iter().position(is_main)? as u32;
-    part(mesh, |v| parts.of_vertex[v as usize] == main)
+
+    /// How many, from 0 to 4.
+    pub fn count(&self) -> usize {
+        self.large.len()
+    }
+
+    /// Each as a mesh of its own, the largest first.
+    pub fn meshes(&self) -> impl Iterator<Item = TriMesh> {
+        let of_vertex = &self.parts.of_vertex;
+        self.large
+            .iter()
+            .filter_map(|&large| part(self.mesh, |v| of_vertex[v as usize] == large))
+    }
 }
 
 /// The triangles all of whose vertices belong to a part.
@@ -65,15 +100,25 @@ mod tests {
             let both = with_a_cube(&sphere, far);
             let near = near_part(&both).map(|near| near.vertex_count());
             assert_eq!(near, is_far.then_some(sphere.vertex_count()), "{far}");
-            assert_eq!(main_part(&both).unwrap().vertex_count(), sphere.vertex_count());
         }
-        assert!(near_part(&sphere).is_none() && main_part(&sphere).is_none());
+        assert!(near_part(&sphere).is_none());
     }
 
     #[test]
-    fn of_two_equal_parts_none_is_the_main_one() {
-        let cube = shapes::cube(1.0);
-        assert!(main_part(&with_a_cube(&cube, 5.0)).is_none());
+    fn large_parts_are_the_four_with_most_vertices() {
+        let sizes = |meshes: &[TriMesh]| -> Vec<usize> {
+            let all = shapes::disjoint_union(meshes);
+            let parts = LargeParts::of(&all);
+            let sizes: Vec<usize> = parts.meshes().map(|part| part.vertex_count()).collect();
+            assert_eq!(parts.count(), sizes.len());
+            sizes
+        };
+        let [small, middle, large] = [0, 1, 2].map(|level| shapes::icosphere(level));
+        let cubes = vec![shapes::cube(1.0); 6];
+        assert_eq!(sizes(std::slice::from_ref(&large)), []);
+        assert_eq!(sizes(&[small.clone(), large.clone()]), [162]);
+        assert_eq!(sizes(&[small, middle, large]), [162, 42]);
+        assert_eq!(sizes(&cubes), [8; 4]);
     }
 
     #[test]

@@ -44,7 +44,7 @@ mod union_find;
 mod vec3;
 mod weld;
 
-pub use body::{main_part, near_part};
+pub use body::{LargeParts, near_part};
 pub use bounding_box::BoundingBox;
 pub use components::{Components, components};
 pub use edges::Edges;

@@ -12,7 +12,7 @@ mod surface;
 mod words;
 
 use job::Job;
-use mesh::{Edges, TriMesh, Vec3, main_part, near_part};
+use mesh::{Edges, LargeParts, TriMesh, Vec3, near_part};
 
 use crate::LibraryError;
 use cloud::Cloud;
@@ -65,8 +65,8 @@ pub struct Query {
     pub(crate) local: [u8; LOCAL_LENGTH],
     pub(crate) sizes: Vec<Sought>,
     pub(crate) stars: Vec<Star>,
-    /// The part with most of the vertices alone, where most of the surface is not its own: a floor, say, may have been put under a copy.
-    pub(crate) alone: Option<Box<Query>>,
+    /// Large parts alone, where most of the surface is not their own: a floor may have been put under a copy, or it may stand among other models.
+    pub(crate) alone: Vec<Query>,
 }
 
 impl Descriptor {
@@ -109,14 +109,14 @@ impl Query {
     pub fn of(mesh: &TriMesh, job: &Job) -> Result<Self, LibraryError> {
         let near = near_part(mesh);
         let mesh = near.as_ref().unwrap_or(mesh);
-        let is_outweighed = |main: &TriMesh| main.area() < 0.5 * mesh.area();
-        let alone = match main_part(mesh).filter(is_outweighed) {
-            Some(main) => match Self::of_all(&main, job) {
-                Err(LibraryError::NoArea) => None,
-                main => Some(Box::new(main?)),
-            },
-            None => None,
-        };
+        let is_outweighed = |part: &TriMesh| part.area() < 0.5 * mesh.area();
+        let mut alone = Vec::new();
+        for part in LargeParts::of(mesh).meshes().filter(is_outweighed) {
+            match Self::of_all(&part, job) {
+                Err(LibraryError::NoArea) => {}
+                part => alone.push(part?),
+            }
+        }
         Ok(Self {
             alone,
             ..Self::of_all(mesh, job)?
@@ -133,7 +133,7 @@ impl Query {
             local: local::describe(&cloud),
             sizes: places::sought(&fine, &places::borders(mesh, &Edges::of(mesh), &fine), job)?,
             stars: stars::of_suspect(mesh),
-            alone: None,
+            alone: Vec::new(),
         })
     }
 

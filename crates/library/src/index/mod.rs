@@ -88,7 +88,7 @@ impl Index {
         job: &Job,
     ) -> Result<Vec<Candidate>, LibraryError> {
         let mut found = self.scored(library, query, job)?;
-        if let Some(alone) = &query.alone {
+        for alone in &query.alone {
             found.extend(self.scored(library, alone, job)?);
         }
         found.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.original.cmp(&b.1.original)));

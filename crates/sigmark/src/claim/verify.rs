@@ -1,7 +1,7 @@
 use std::sync::Arc;
 
 use job::Job;
-use mesh::{Rig, TriMesh, components, main_part};
+use mesh::{LargeParts, Rig, TriMesh, components};
 use registration::{AlignOptions, Alignment, MatchedBy, PreparedMesh};
 
 use super::{
@@ -199,11 +199,11 @@ impl Verifier {
         let has_parts = self.parts.len() > 1 || components(suspect.mesh()).count > 1;
         let found = self.reader.find(suspect, job)?;
         let bent = found.in_local_frames(self.method.layout());
-        // What was put beside a copy may outweigh it, if it is large.
-        let main = main_part(suspect.mesh());
+        // A cropped copy may stand among other things.
+        let large = LargeParts::of(suspect.mesh());
         // Each is a way to the same bits, whether or not it is taken: any counts as often as there are.
-        let ways = [has_parts, main.is_some(), self.rig.is_some(), bent.is_some()];
-        let ways = 1 + ways.into_iter().map(usize::from).sum::<usize>();
+        let ways = [has_parts, self.rig.is_some(), bent.is_some()];
+        let ways = 1 + large.count() + ways.into_iter().map(usize::from).sum::<usize>();
         let expected = self.certificate.bits();
         let decoder = Decoder::new(&self.certificate, &expected).enough(ways, self.least_p());
         let mut verdict = self.weighed(self.verify_whole(&found, &decoder, job)?, ways);
@@ -220,9 +220,12 @@ impl Verifier {
                 verdict = better(verdict, self.weighed(in_parts, ways));
             }
         }
-        if let Some(main) = main.filter(|_| !self.is_enough(&verdict)) {
-            let share = main.area() / suspect.mesh().area();
-            let found = self.reader.find(main, job)?;
+        for part in large.meshes() {
+            if self.is_enough(&verdict) {
+                break;
+            }
+            let share = part.area() / suspect.mesh().area();
+            let found = self.reader.find(part, job)?;
             let mut alone = self.weighed(self.verify_whole(&found, &decoder, job)?, ways);
             alone.overlap *= share;
             verdict = better(verdict, alone);

@@ -38,7 +38,7 @@ pub use residue::{Order, Pattern, Residue};
 use std::{borrow::Cow, sync::Arc};
 
 use job::Job;
-use mesh::{Rig, TriMesh, components, main_part};
+use mesh::{LargeParts, Rig, TriMesh, components};
 use registration::PreparedMesh;
 
 use super::{
@@ -107,7 +107,7 @@ struct Candidate {
 pub struct TracedSuspect {
     /// Of each lot, one a way.
     residues: Vec<Vec<Residue>>,
-    /// In how many ways it may be read: as a whole, brought back by a rig, by its parts, by the largest of them alone, in local frames. p counts all, whichever this is.
+    /// In how many ways it may be read: as a whole, brought back by a rig, by its parts, by each large one of them alone, in local frames. p counts all, whichever this is.
     looks: usize,
     trace: Trace,
 }
@@ -225,7 +225,7 @@ impl Tracer {
         Ok(self.lots.len() - 1)
     }
 
-    /// Names those whose copies are in a suspect: as a whole, or where that names nobody, in its connected parts, each put back by itself, by the one with most of its vertices alone, or brought back from its pose.
+    /// Names those whose copies are in a suspect: as a whole, or where that names nobody, in its connected parts, each put back by itself, by each of its large parts alone, or brought back from its pose.
     ///
     /// # Errors
     /// When the original's bases can't be computed or are not those of the certificates; [`SigmarkError::Job`].
@@ -233,8 +233,8 @@ impl Tracer {
         let suspect = suspect.into();
         let has_parts = self.has_parts(suspect.mesh());
         let found = self.reader.find(&suspect, job)?;
-        let (bent, main) = (self.bent(&found), main_part(suspect.mesh()));
-        let looks = self.looks([has_parts, bent.is_some(), main.is_some()]);
+        let (bent, large) = (self.bent(&found), LargeParts::of(suspect.mesh()));
+        let looks = self.looks(has_parts, bent.is_some(), large.count());
         let trace = self.accuse(self.read_found(&found, looks, job)?, job)?;
         if trace.is_found() {
             return Ok(trace);
@@ -253,10 +253,10 @@ impl Tracer {
                 return Ok(of_parts);
             }
         }
-        // What was put beside a copy may outweigh it, if it is large.
-        if let Some(main) = main {
-            let share = main.area() / suspect.mesh().area();
-            let found = self.reader.find(main, job)?;
+        // A cropped copy may stand among other things.
+        for part in large.meshes() {
+            let share = part.area() / suspect.mesh().area();
+            let found = self.reader.find(part, job)?;
             let mut alone = self.accuse(self.read_found(&found, looks, job)?, job)?;
             if alone.is_found() {
                 alone.overlap *= share;
@@ -280,9 +280,9 @@ impl Tracer {
     pub fn read(&self, suspect: impl Into<PreparedMesh>, job: &Job) -> Result<TracedSuspect, SigmarkError> {
         let suspect = suspect.into();
         let has_parts = self.has_parts(suspect.mesh());
-        let has_main = main_part(suspect.mesh()).is_some();
+        let large = LargeParts::of(suspect.mesh()).count();
         let found = self.reader.find(suspect, job)?;
-        let looks = self.looks([has_parts, self.bent(&found).is_some(), has_main]);
+        let looks = self.looks(has_parts, self.bent(&found).is_some(), large);
         self.read_found(&found, looks, job)
     }
 
@@ -307,9 +307,10 @@ impl Tracer {
         found.in_local_frames(self.lots.first()?.method.layout())
     }
 
-    /// How many ways there are to the same coefficients: as a whole, by the rig of the copies, and these others where a suspect allows them.
-    fn looks(&self, others: [bool; 3]) -> usize {
-        1 + usize::from(self.is_posed_by_rig()) + others.map(usize::from).iter().sum::<usize>()
+    /// How many ways there are to the same coefficients: as a whole, by its parts together, in local frames, by the rig of the copies, and by each of its large parts alone.
+    fn looks(&self, has_parts: bool, is_bent: bool, large_parts: usize) -> usize {
+        let ways = [has_parts, is_bent, self.is_posed_by_rig()];
+        1 + large_parts + ways.into_iter().map(usize::from).sum::<usize>()
     }
 
     fn read_found(&self, found: &Found, looks: usize, job: &Job) -> Result<TracedSuspect, SigmarkError> {
@@ -348,8 +349,8 @@ impl Tracer {
     ) -> Result<Option<TracedSuspect>, SigmarkError> {
         let suspect = suspect.into();
         let found = self.reader.find(&suspect, job)?;
-        let has_main = main_part(suspect.mesh()).is_some();
-        let looks = self.looks([true, self.bent(&found).is_some(), has_main]);
+        let large = LargeParts::of(suspect.mesh()).count();
+        let looks = self.looks(true, self.bent(&found).is_some(), large);
         self.parts_read(&suspect, looks, job)
     }
 
