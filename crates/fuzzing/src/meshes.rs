@@ -66,11 +66,14 @@ fn check_moved(asset: &Asset) {
     let twice = moved
         .with_positions(&positions)
         .expect("they were written before");
-    assert_eq!(
-        twice.content(),
-        moved.content(),
-        "what was rounded once is rounded so again"
-    );
+    if twice.content() != moved.content() {
+        // Vertices that are one but for rounding keep what they differ by, which rounding may change.
+        let has_merged = asset.welded().summary().merged_vertices > 0;
+        assert!(
+            is_placed(asset.format()) && has_merged && twice.mesh().positions() == moved.mesh().positions(),
+            "what was rounded once is rounded so again"
+        );
+    }
     if !is_placed(asset.format()) {
         check_only_numbers_differ(asset.content(), moved.content());
     }
