@@ -113,7 +113,7 @@ mod tests {
             assert_eq!(parts.count(), sizes.len());
             sizes
         };
-        let [small, middle, large] = [0, 1, 2].map(|level| shapes::icosphere(level));
+        let [small, middle, large] = [0, 1, 2].map(shapes::icosphere);
         let cubes = vec![shapes::cube(1.0); 6];
         assert_eq!(sizes(std::slice::from_ref(&large)), []);
         assert_eq!(sizes(&[small.clone(), large.clone()]), [162]);
