@@ -57,7 +57,7 @@ impl<'a> LargeParts<'a> {
         self.large.len()
     }
 
-    /// Each as a mesh of its own, the largest first.
+    /// Each that has an area as a mesh of its own, the largest first.
     pub fn meshes(&self) -> impl Iterator<Item = TriMesh> {
         let of_vertex = &self.parts.of_vertex;
         self.large
@@ -66,7 +66,7 @@ impl<'a> LargeParts<'a> {
     }
 }
 
-/// The triangles all of whose vertices belong to a part.
+/// The triangles all of whose vertices belong to a part; none if they are no surface.
 fn part(mesh: &TriMesh, belongs: impl Fn(u32) -> bool) -> Option<TriMesh> {
     let kept = mesh
         .triangles()
@@ -74,7 +74,8 @@ fn part(mesh: &TriMesh, belongs: impl Fn(u32) -> bool) -> Option<TriMesh> {
         .copied()
         .filter(|corners| corners.iter().all(|&v| belongs(v)));
     let kept: Vec<[u32; 3]> = kept.collect();
-    Welded::new(mesh.positions(), &kept).ok().map(Welded::into_mesh)
+    let part = Welded::new(mesh.positions(), &kept).ok()?.into_mesh();
+    (part.area() > 0.0).then_some(part)
 }
 
 fn median(mut values: Vec<f64>) -> f64 {
@@ -119,6 +120,16 @@ mod tests {
         assert_eq!(sizes(&[small.clone(), large.clone()]), [162]);
         assert_eq!(sizes(&[small, middle, large]), [162, 42]);
         assert_eq!(sizes(&cubes), [8; 4]);
+    }
+
+    #[test]
+    fn what_has_no_area_is_no_part() {
+        let points = (0..40).map(|i| [f64::from(i), 9.0, 0.0]).collect();
+        let line = TriMesh::new(points, (0..38).map(|i| [i, i + 1, i + 2]).collect()).unwrap();
+        let all = shapes::disjoint_union(&[line, shapes::cube(1.0)]);
+        let parts = LargeParts::of(&all);
+        let sizes: Vec<usize> = parts.meshes().map(|part| part.vertex_count()).collect();
+        assert_eq!((parts.count(), sizes), (2, vec![8]));
     }
 
     #[test]

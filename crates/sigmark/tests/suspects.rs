@@ -140,7 +140,10 @@ fn a_cropped_copy_is_found_among_other_models() {
     let larger = beside(&shapes::scaled(&shapes::bumpy_torus(100, 40, 2), 3.0), 5);
     let twin = beside(&shapes::mirrored(&copy), 1);
     let dust = (0..400).map(|i| beside(&shapes::scaled(&shapes::tetrahedron(), 0.01), i % 20));
-    let among = [vec![larger], vec![twin], dust.collect()];
+    let points = (0..5000).map(|i| [0.01 * f64::from(i), 4.0, 0.0]).collect();
+    let line = TriMesh::new(points, (0..4998).map(|i| [i, i + 1, i + 2]).collect()).unwrap();
+    let floor = shapes::translated(&shapes::rectangle(1, 1, 60.0, 60.0), [-30.0, -30.0, -2.0]);
+    let among = [vec![larger], vec![twin], dust.collect(), vec![line, floor]];
     for mut models in among {
         models.push(copy.clone());
         let verdict = judge(&mesh, signed, &shapes::disjoint_union(&models));
