@@ -253,7 +253,7 @@ owner's information, and the verdict says that a claim needs the very file.
 
 The suspect may be in any format, moved, turned, scaled, mirrored, its vertices and faces in any order. Where it lost the \
 original's triangles, because it was cropped, decimated, subdivided or re-meshed, it is laid onto the original by its \
-surface; at least 80 % of that must lie there. Of a scene, connected parts that were taken out, moved, turned or scaled alone, or put into another \
+surface; at least 80 % of that must lie there, or of the surface of one of its four largest connected parts, if it stands among other things. Of a scene, connected parts that were taken out, moved, turned or scaled alone, or put into another \
 scene are put back one by one, and the verdict says which were found.
 
 Few patches are read first, and more only where these do not hold the whole signature; the probability allows for all that might have been read. Who needs no signature read back can say which probability is enough, and waits less \
