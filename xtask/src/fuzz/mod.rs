@@ -115,9 +115,14 @@ fn run_for(target: &Target, seconds: u64) -> Result<Run> {
         target.name,
         cpu.unwrap_or(wall).min(wall),
         &said,
-        !status.success(),
+        status.success(),
     )
-    .with_context(|| format!("libFuzzer's words in {} are not understood", log.display()))
+    .with_context(|| {
+        format!(
+            "it ended with {status}, and what it said in {} tells no result",
+            log.display()
+        )
+    })
 }
 
 /// Where libFuzzer's words of the last run of a target lie.

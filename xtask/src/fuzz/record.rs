@@ -26,8 +26,13 @@ pub(super) struct Run {
 }
 
 impl Run {
-    /// What libFuzzer's words say of a run; none where its last line is missing.
-    pub(super) fn of(target: &str, cpu_seconds: f64, said: &str, found: bool) -> Option<Self> {
+    /// What libFuzzer's words say of a run; none where its last line is missing, or where it ended early and kept no input as the reason.
+    pub(super) fn of(target: &str, cpu_seconds: f64, said: &str, success: bool) -> Option<Self> {
+        // It names the file of a slow input, too, and goes on.
+        let found = !success && said.contains("Test unit written to");
+        if !success && !found {
+            return None;
+        }
         // "#2097152 DONE   cov: 4021 ft: 15123 corp: 3034/1204Kb lim: 8192 exec/s: 3472 rss: 612Mb"; where it broke, "NEW" or "pulse".
         let last = said
             .lines()
@@ -117,6 +122,7 @@ fn page(runs: &[Run]) -> String {
     let header = [
         "target",
         "CPU minutes",
+        "since something was found",
         "inputs tried (million)",
         "edges reached",
         "found",
@@ -126,7 +132,8 @@ fn page(runs: &[Run]) -> String {
     for target in TARGETS {
         let of: Vec<_> = runs.iter().filter(|run| run.target == target.name).collect();
         // The sum of nothing is -0.
-        let minutes = of.iter().fold(0.0, |sum, run| sum + run.cpu_seconds / 60.0);
+        let minutes = |runs: &[&Run]| runs.iter().fold(0.0, |sum, run| sum + run.cpu_seconds / 60.0);
+        let after_last = of.iter().rposition(|run| run.found).map_or(0, |last| last + 1);
         let tried: u64 = of.iter().map(|run| run.tried).sum();
         let edges = of.iter().map(|run| run.edges).max().unwrap_or(0);
         let found = of.iter().filter(|run| run.found).count();
@@ -140,7 +147,8 @@ fn page(runs: &[Run]) -> String {
             .collect();
         table.row([
             target.name.to_owned(),
-            format!("{minutes:.0}"),
+            format!("{:.0}", minutes(&of)),
+            format!("{:.0}", minutes(&of[after_last..])),
             format!("{:.1}", tried as f64 / 1e6),
             edges.to_string(),
             found.to_string(),
@@ -167,7 +175,7 @@ mod tests {
     fn words_of_a_run_are_understood_and_written_down() {
         let said = "INFO: Seed: 1\n#2\tINITED cov: 10 ft: 11 corp: 1/1b exec/s: 0 rss: 40Mb\n\
                     #2097152\tDONE   cov: 4021 ft: 15123 corp: 3034/1204Kb lim: 8192 exec/s: 3472 rss: 612Mb\nstat::average_exec_per_sec: 3\n";
-        let run = Run::of("obj", 599.6, said, false).unwrap();
+        let run = Run::of("obj", 599.6, said, true).unwrap();
         assert_eq!(
             (run.tried, run.edges, run.kept, run.found),
             (2_097_152, 4021, 3034, false)
@@ -180,7 +188,16 @@ mod tests {
                 ..run
             }
         );
-        assert_eq!(Run::of("obj", 1.0, "error: no such command: `fuzz`", true), None);
+        assert_eq!(Run::of("obj", 1.0, "error: no such command: `fuzz`", false), None);
+    }
+
+    #[test]
+    fn only_an_input_that_was_kept_is_a_finding() {
+        let said = "#4096\tpulse  cov: 12 ft: 13 corp: 5/9b exec/s: 9 rss: 40Mb\n";
+        let kept = format!("{said}artifact_prefix='artifacts/'; Test unit written to artifacts/crash-12\n");
+        assert!(Run::of("obj", 1.0, &kept, false).unwrap().found);
+        assert!(!Run::of("obj", 1.0, &kept, true).unwrap().found);
+        assert_eq!(Run::of("obj", 1.0, said, false), None, "killed from outside");
     }
 
     #[test]
@@ -200,9 +217,9 @@ mod tests {
             run("a", 600.0, false),
         ]);
         assert!(
-            page.contains("| ply | 25 | 4.5 | 7 | 1 | a (20), b (5) |"),
+            page.contains("| ply | 25 | 10 | 4.5 | 7 | 1 | a (20), b (5) |"),
             "{page}"
         );
-        assert!(page.contains("| obj | 0 | 0.0 | 0 | 0 |  |"), "{page}");
+        assert!(page.contains("| obj | 0 | 0 | 0.0 | 0 | 0 |  |"), "{page}");
     }
 }
