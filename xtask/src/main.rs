@@ -23,8 +23,7 @@ enum Task {
     /// Reproduce the paper: its tables and figures from real meshes, with what it prints beside what is measured
     ///
     /// The quick set is a bunny that comes with a package, under all attacks, for the paper's three algorithms and Sigmark: a quarter of an hour on two
-    /// idle cores. With
-    /// --full it is six models from a folder of yours, and hours; README.md says which. Finished work is kept in .cache/reproduce, so
+    /// idle cores. With --full it is six models from a folder of yours, and hours; README.md says which. Finished work is kept in .cache/reproduce, so
     /// that an interrupted run goes on where it stopped.
     ///
     /// Makes a Python environment for the attacks in attacks/.venv. Needs Python 3.11 or later with venv and the network

@@ -189,7 +189,7 @@ mod tests {
             let signed = Embedder::new(&key).embed(mesh, &Job::new(2)).unwrap();
             compared(&signed, &Job::new(2)).unwrap()
         };
-        let large = table(&shapes::bumpy_sphere(5, 3));
+        let large = table(&shapes::bumpy_sphere(4, 3));
         assert_eq!(large.lines().count(), 1 + ATTACKS.len());
         assert!(!large.contains("no room"), "{large}");
         let small = table(&shapes::bumpy_sphere(3, 3));
