@@ -157,6 +157,29 @@ fn ascii_ply_has_the_precision_that_it_declares() {
     assert!(written("float32").contains("end_header\n0.33333334 0.33333334 0.33333334\n"));
 }
 
+/// As assimp writes a scene of whose meshes some have colours and others none.
+#[test]
+fn a_line_of_ascii_ply_may_end_after_the_coordinates() {
+    let header = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+                  property uchar red\nproperty uchar green\nelement face 1\nproperty list uchar int vertex_index\nend_header\n";
+    let text = header.to_owned() + "0 0 0 255 45\n1 0 0 0\n0 1 0\n3 0 1 2\n";
+    let asset = opened(text.clone().into(), Format::Ply);
+    let mut positions = asset.mesh().positions().to_vec();
+    positions.iter_mut().for_each(|position| position[2] = 0.5);
+    assert_eq!(
+        asset.with_positions(&positions).unwrap().to_bytes(),
+        text.replace("0 0 0 255", "0 0 0.5 255")
+            .replace("1 0 0 0\n0 1 0\n", "1 0 0.5 0\n0 1 0.5\n")
+            .as_bytes()
+    );
+    let cut = text.replace("0 1 0\n3", "0 1\n3").into_bytes();
+    let refused = Asset::from_bytes(cut, Format::Ply).unwrap_err().to_string();
+    assert!(
+        refused.contains("the line ends before the value of property z"),
+        "{refused}"
+    );
+}
+
 #[test]
 fn every_copy_of_a_vertex_moves_and_unused_vertices_stay() {
     let text = "v 0 0 0\nv 9 9 9\nv 1 0 0\nv 0 1 0\nv 1 0 -0\nv 0 1 0\nv 1 1 0\nf 1 3 4\nf 5 7 6\n";

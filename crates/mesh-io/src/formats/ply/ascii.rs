@@ -21,14 +21,25 @@ impl<'a> Ascii<'a> {
         }: Wanted,
     ) -> Result<Geometry, Fault> {
         let words = Words::new(bytes, header.end);
+        let vertex = super::vertex(header)?;
         let mut ascii = Self {
             words,
-            triangles: Triangles::new(header.elements[super::vertex(header)?].count),
+            triangles: Triangles::new(header.elements[vertex].count),
         };
         let mut geometry = TextGeometry::default();
         for (number, element) in header.elements.iter().enumerate() {
+            // A vertex has its coordinates; what follows them may lack, as in assimp's files of meshes with colours and without.
+            let sought = (number == wanted).then_some(axes);
+            let needed = match sought {
+                _ if number != vertex => element.properties.len(),
+                Some(axes) => through(axes),
+                None => through(element.axes()?),
+            };
             // A digit and a blank a value; the last blank may lack.
-            element.check_count((bytes.len() + 1).saturating_sub(ascii.words.position()), |_| 2)?;
+            element.check_count(
+                (bytes.len() + 1).saturating_sub(ascii.words.position()),
+                2 * needed,
+            )?;
             if element.properties.is_empty() {
                 continue;
             }
@@ -42,8 +53,8 @@ impl<'a> Ascii<'a> {
                     return Err(ascii.words.fault(problem));
                 };
                 ascii.words.go_back_to(first);
-                let xyz = ascii.record(element, axes, number == wanted, indices)?;
-                if number == wanted {
+                let xyz = ascii.record(element, needed, sought, indices)?;
+                if sought.is_some() {
                     geometry.push_vertex(&ascii.words, xyz.map(|word| word.unwrap_or(first)))?;
                 }
                 if let Some(extra) = ascii.words.next_in_line() {
@@ -64,19 +75,22 @@ impl<'a> Ascii<'a> {
         })
     }
 
-    /// Reads one record; returns the words of the properties `axes`, if they are wanted.
+    /// Reads one record, which has its first `needed` properties at least; returns the words of those that are `sought`.
     fn record(
         &mut self,
         element: &Element<'_>,
-        axes: [usize; 3],
-        is_wanted: bool,
+        needed: usize,
+        sought: Option<[usize; 3]>,
         indices: Option<(usize, Faces)>,
     ) -> Result<[Option<Word<'a>>; 3], Fault> {
         let mut xyz = [None; 3];
         for (number, property) in element.properties.iter().enumerate() {
-            let value = self.value(property)?;
+            let value = match self.value(property) {
+                Err(_) if number >= needed => break,
+                value => value?,
+            };
             if property.count.is_none() {
-                if is_wanted && let Some(axis) = axes.iter().position(|&a| a == number) {
+                if let Some(axis) = sought.and_then(|axes| axes.iter().position(|&a| a == number)) {
                     xyz[axis] = Some(value);
                 }
                 continue;
@@ -120,4 +134,9 @@ impl<'a> Ascii<'a> {
             ))
         })
     }
+}
+
+/// How many properties a record has up to the last of these.
+fn through(axes: [usize; 3]) -> usize {
+    axes.into_iter().fold(0, |needed, axis| needed.max(axis + 1))
 }

@@ -56,7 +56,11 @@ impl<'a> Binary<'a> {
         };
         let (mut start, mut stride, mut places) = (0, 0, Vec::new());
         for (number, element) in header.elements.iter().enumerate() {
-            element.check_count(bytes.len() - binary.at, |p| p.count.unwrap_or(p.value).size())?;
+            let smallest = element
+                .properties
+                .iter()
+                .map(|p| p.count.unwrap_or(p.value).size());
+            element.check_count(bytes.len() - binary.at, smallest.sum())?;
             if element.properties.is_empty() {
                 continue;
             }

@@ -170,13 +170,8 @@ impl<'a> Element<'a> {
         self.properties.iter().map(size).sum()
     }
 
-    /// A fault unless as many records as the header says can fit into `available` bytes.
-    pub(super) fn check_count(
-        &self,
-        available: usize,
-        smallest_value: impl Fn(&Property<'_>) -> usize,
-    ) -> Result<(), Fault> {
-        let smallest: usize = self.properties.iter().map(smallest_value).sum();
+    /// A fault unless as many records as the header says, of `smallest` bytes or more each, can fit into `available` bytes.
+    pub(super) fn check_count(&self, available: usize, smallest: usize) -> Result<(), Fault> {
         if smallest > 0 && self.count > available / smallest {
             let (count, name) = (self.count, self.name.escape_ascii());
             let problem = format!(
