@@ -41,6 +41,10 @@ fn check_fixpoint(certificate: &Certificate) {
     assert_eq!(hash.expect("it was checked"), *certificate.statement_hash());
 }
 
+/// To judge by a certificate takes a thousand times as long as to read it, so that besides the seeds one of so many inputs is enough,
+/// told by its digest.
+const JUDGED_OF: u8 = 8;
+
 /// A certificate as somebody may issue it who chooses every field, and signs it with a key of his own.
 pub(crate) fn check_issued(bytes: &[u8]) {
     let statement = Choices(bytes).statement(HONEST.certificate().statement());
@@ -74,7 +78,9 @@ pub(crate) fn check_issued(bytes: &[u8]) {
     check_fixpoint(&certificate);
     let plan = statement.plan(hash).expect("it was checked");
     assert_eq!(plan.bits(), certificate.bits().len());
-    judge(&certificate);
+    if Sha256::digest(bytes)[0] % JUDGED_OF == 0 || choices().iter().any(|seed| seed == bytes) {
+        judge(&certificate);
+    }
 }
 
 /// Bits that stand in a shape belong to one statement alone.
