@@ -11,7 +11,7 @@ use rand_chacha::{
     ChaCha20Rng,
     rand_core::{Rng, SeedableRng},
 };
-use registration::MatchedBy;
+use registration::{AlignOptions, MatchedBy};
 use sigmark::{
     Curve, Embedder, Mismatch, Outcome, PayloadKind, SigmarkError, Signed, SigningKey, Verdict, Verifier,
     claim::statistics::{binomial_tail, margin, read_and_wrong},
@@ -431,6 +431,16 @@ fn smoothed(mesh: &TriMesh, shares: &[f64]) -> TriMesh {
         positions = positions.iter().zip(&neighbours).map(step).collect();
     }
     mesh.with_positions(positions).unwrap()
+}
+
+/// Most vertices lie farther from their places than another shape's may.
+#[test]
+fn a_copy_that_was_smoothed_until_it_shrank_is_no_other_shape() {
+    let mesh = shapes::bumpy_torus(60, 24, 3);
+    let signed = sign(&mesh, 1);
+    let verdict = judge(&mesh, &signed, &smoothed(signed.mesh(), &[0.9; 12]));
+    assert!(verdict.residual.unwrap() > 2.0 * AlignOptions::default().tolerance);
+    assert!(verdict.outcome.is_found() && verdict.overlap > 0.99);
 }
 
 #[test]

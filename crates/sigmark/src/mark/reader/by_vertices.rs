@@ -2,10 +2,10 @@
 
 use job::Job;
 use mesh::Similarity;
-use registration::{Correspondence, PreparedMesh};
+use registration::{AlignOptions, Correspondence, PreparedMesh};
 
 use super::{Reading, ReadingMethod, generalised, suspect::carried};
-use crate::mark::{CoefficientDetector, MarkError};
+use crate::mark::{CoefficientDetector, MarkError, Registered};
 
 /// A suspect under a map of its vertices, read by the paper's rule, which is cheap, or by the method's own detector.
 pub(super) fn first_reading(
@@ -41,17 +41,26 @@ pub(super) fn read_again(
     method: &ReadingMethod,
     job: &Job,
 ) -> Result<Reading, MarkError> {
-    let mut registered = carried(map, suspect, pose);
+    let seen = |pose: &Similarity| carried(map, suspect, pose);
+    let mut registered = seen(pose);
     let estimate = method.estimator().estimate(&registered, job)?;
     let better = pose.then(&estimate.misalignment.inverse());
+    let unbent = |mut registered: Registered| {
+        if let Some(bending) = &estimate.bending {
+            let places = registered.positions.iter_mut().flatten();
+            places.for_each(|place| *place = bending.undone(*place));
+        }
+        registered
+    };
     if method.detector().is_some() || estimate.bending.is_some() {
-        registered = carried(map, suspect, &better);
+        registered = unbent(seen(&better));
     }
-    if let Some(bending) = &estimate.bending {
-        let places = registered.positions.iter_mut().flatten();
-        places.for_each(|place| *place = bending.undone(*place));
+    let mut reading = Reading::of(method.layout(), &registered, better, &estimate);
+    // Smoothing takes thin parts far away: what it would do to the original is no other shape.
+    if reading.in_place < AlignOptions::default().least_overlap {
+        let before = method.estimator().unsmoothed(unbent(seen(&better)), &estimate);
+        reading = reading.where_it_would_be(method.layout(), &before);
     }
-    let reading = Reading::of(method.layout(), &registered, better, &estimate);
     match method.detector() {
         None => Ok(reading),
         Some(detector) => Ok(reading.with_soft(detector.detect(&registered, job)?)),

@@ -38,22 +38,14 @@ impl Reading {
         transform: Similarity,
         soft: SoftBits,
     ) -> Self {
-        let original = layout.original().mesh();
-        let pairs = registered.positions.iter().zip(original.positions());
-        let square = |(r, &v): (&Option<[f64; 3]>, &[f64; 3])| r.map(|r| (Vec3(r) - Vec3(v)).squared());
-        let all: Vec<Option<f64>> = pairs.map(square).collect();
-        let bound = (AlignOptions::default().tolerance * original.bounding_box().diagonal()).powi(2);
-        let seen: Arc<[bool]> = all
-            .iter()
-            .map(|square| square.is_some_and(|square| square <= bound))
-            .collect();
-        let squares: Vec<f64> = all.into_iter().flatten().collect();
-        let near = seen.iter().filter(|&&seen| seen).count();
+        let squares = squares(layout, registered);
+        let sum: f64 = squares.iter().flatten().sum();
+        let (seen, in_place) = in_place(layout, &squares);
         Self {
             soft,
-            in_place: near as f64 / squares.len().max(1) as f64,
+            in_place,
             transform,
-            residual: (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt(),
+            residual: (sum / squares.iter().flatten().count().max(1) as f64).sqrt(),
             missing: registered.missing(),
             seen,
             attack_model: None,
@@ -74,6 +66,16 @@ impl Reading {
             attack_model: Some(estimate.attack_model),
             known: estimate.known.as_slice().into(),
             ..Self::new(layout, registered, transform, estimate.soft.clone())
+        }
+    }
+
+    /// The same, of which it was found out where it would be seen but for what is known to have moved it.
+    pub(super) fn where_it_would_be(self, layout: &MarkLayout, registered: &Registered) -> Self {
+        let (seen, in_place) = in_place(layout, &squares(layout, registered));
+        Self {
+            seen,
+            in_place,
+            ..self
         }
     }
 
@@ -99,4 +101,22 @@ impl Reading {
         let known = Arc::default();
         Self { soft, known, ..self }
     }
+}
+
+/// The squared distance of each vertex of the original from where it was seen, #V.
+fn squares(layout: &MarkLayout, registered: &Registered) -> Vec<Option<f64>> {
+    let places = layout.original().mesh().positions();
+    let pairs = registered.positions.iter().zip(places);
+    let square = |(r, &v): (&Option<[f64; 3]>, &[f64; 3])| r.map(|r| (Vec3(r) - Vec3(v)).squared());
+    pairs.map(square).collect()
+}
+
+/// Which vertices were seen where they belong, and what share they are of those that were seen.
+fn in_place(layout: &MarkLayout, squares: &[Option<f64>]) -> (Arc<[bool]>, f64) {
+    let diagonal = layout.original().mesh().bounding_box().diagonal();
+    let bound = (AlignOptions::default().tolerance * diagonal).powi(2);
+    let is_near = |square: &Option<f64>| square.is_some_and(|square| square <= bound);
+    let seen: Arc<[bool]> = squares.iter().map(is_near).collect();
+    let near = seen.iter().filter(|&&seen| seen).count();
+    (seen, near as f64 / squares.iter().flatten().count().max(1) as f64)
 }

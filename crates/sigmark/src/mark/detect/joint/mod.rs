@@ -132,6 +132,8 @@ pub struct JointEstimate {
     pub noise: f64,
     /// What moved the suspect.
     pub attack_model: AttackModel,
+    /// The coefficients of the offset and of L x, L² x, …
+    of_surface: [f64; SURFACE_FIELDS],
 }
 
 impl JointEstimate {
@@ -249,6 +251,19 @@ impl JointEstimator {
         job: &Job,
     ) -> Result<JointEstimate, MarkError> {
         self.estimated(suspect, None, optional, job)
+    }
+
+    /// A suspect in the pose of its estimate, where it would be seen if nobody had smoothed it, or made it grow along its normals, to first order.
+    pub(crate) fn unsmoothed(&self, mut suspect: Registered, estimate: &JointEstimate) -> Registered {
+        let mesh = self.layout.original().mesh();
+        let diagonal = mesh.bounding_box().diagonal();
+        let surface = self.surface.get_or_init(|| surface_fields(mesh));
+        for (place, fields) in suspect.positions.iter_mut().zip(surface) {
+            let terms = fields.iter().zip(estimate.of_surface);
+            let moved: Vec3 = terms.map(|(&field, coefficient)| field * coefficient).sum();
+            *place = place.map(|p| (Vec3(p) - moved * diagonal).into());
+        }
+        suspect
     }
 
     /// What a suspect says that is seen in [local frames](registration::LocalFrames), one for each patch of which something is seen: it lies where its own surroundings would have it, but for what they leave.

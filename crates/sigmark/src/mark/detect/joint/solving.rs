@@ -123,6 +123,10 @@ impl Solving<'_> {
             known: variances.iter().map(|v| (1.0 - v).clamp(0.0, 1.0)).collect(),
             soft: values,
             misalignment: self.design.similarity(of_similarity),
+            of_surface: std::array::from_fn(|j| match j.checked_sub(OFFSET_FIELDS) {
+                None => theta[RIGID_FIELDS + j],
+                Some(k) => theta[SIMILARITY_FIELDS + k],
+            }),
             bending: bending
                 .iter()
                 .any(|&c| c != 0.0)
