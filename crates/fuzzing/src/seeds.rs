@@ -13,6 +13,9 @@ pub(crate) use files_common::gzip;
 /// What once broke the target: a vertex is so far away that many others, which two meshes hold differently, lie at one point beside that.
 const FOUND_GLB: [&[u8]; 1] = [include_bytes!("../found/scene_with_a_part_far_away.glb")];
 
+/// And the 3MF that did: the comment of the archive holds others, of which a reader takes one when lengths have changed.
+const FOUND_3MF: &[u8] = include_bytes!("../found/archives_in_a_comment.3mf");
+
 /// Files of a format: with all that may stand around coordinates, and with nothing else.
 pub(crate) fn of_format(format: Format) -> Vec<Vec<u8>> {
     let of_mesh = |mesh: TriMesh| {
@@ -33,6 +36,7 @@ pub(crate) fn of_format(format: Format) -> Vec<Vec<u8>> {
             files.extend(FOUND_GLB.map(<[u8]>::to_vec));
         }
         Format::Gltf => files.extend(scenes.iter().map(gltf_common::Scene::gltf)),
+        Format::ThreeMf => files.push(FOUND_3MF.to_vec()),
         _ => {}
     }
     files

@@ -13,6 +13,9 @@ use crate::{AssetProblem, Format, source};
 
 const MAGIC: &[u8] = b"PK\x03\x04";
 
+/// The first bytes of the record that ends an archive.
+const END: &[u8] = b"PK\x05\x06";
+
 /// The entry of 3MF that holds the meshes.
 const MODEL: &str = "3D/3dmodel.model";
 
@@ -44,6 +47,10 @@ impl Archive {
             return Err(AssetProblem::Archive(
                 "two of its entries have the same name".into(),
             ));
+        }
+        // Whoever reads the archive once it has another length might take what stands there for its directory.
+        if archive.comment().windows(END.len()).any(|bytes| bytes == END) {
+            return Err(AssetProblem::Archive("its comment holds another archive".into()));
         }
         let (entry, format) = mesh_entry(&archive)?;
         let archive = Self {

@@ -366,6 +366,13 @@ fn archives_made_to_harm_are_refused() {
     ]);
     let twice = replaced(twice, b"other.bin", b"scene.bin");
     assert!(refusal(&twice).contains("two of its entries have the same name"));
+    // A comment in which some readers find a directory, behind the one that all archives here have.
+    let mut nested = archive(&[("scene.gltf", json.as_bytes(), false), ("scene.bin", &bin, false)]);
+    let comment = nested.len() - b"kept".len();
+    nested.extend([b"PK\x05\x06", &[0xFF; 18][..]].concat());
+    let length = u16::try_from(nested.len() - comment).unwrap();
+    nested[comment - 2..comment].copy_from_slice(&length.to_le_bytes());
+    assert!(refusal(&nested).contains("its comment holds another archive"));
     // The bits that say that an entry is encrypted, in its own header and in the directory.
     let mut locked = archive(&[("scene.gltf", json.as_bytes(), false), ("scene.bin", &bin, false)]);
     let names: Vec<usize> = (0..locked.len() - 9)
