@@ -443,6 +443,26 @@ fn a_copy_that_was_smoothed_until_it_shrank_is_no_other_shape() {
     assert!(verdict.outcome.is_found() && verdict.overlap > 0.99);
 }
 
+/// The forger's chair: what is taken out of a shape as smoothing must not make another of the same triangles the original.
+#[test]
+fn a_mark_that_was_copied_onto_another_shape_and_smoothed_is_not_found_there() {
+    let (mesh, signed) = (original(), signed());
+    let flat_with_mark = |v: usize| {
+        let ([x, y, z], [_, _, of_original]) = (signed.positions()[v], mesh.positions()[v]);
+        [x, y, z - of_original]
+    };
+    let flat = mesh.with_positions((0..mesh.vertex_count()).map(flat_with_mark).collect());
+    for steps in [0, 4, 12] {
+        let suspect = smoothed(flat.as_ref().unwrap(), &vec![0.9; steps]);
+        let verdict = judge(&mesh, signed, &suspect);
+        assert!(!verdict.outcome.is_found() && verdict.overlap < 0.8, "{steps}");
+        assert!(
+            matches!(verdict.mismatch, Some(Mismatch::Shape { .. })),
+            "{steps}"
+        );
+    }
+}
+
 #[test]
 fn steps_of_smoothing_are_taken_out_whatever_their_strength() {
     let mesh = shapes::bumped(&shapes::jittered(&shapes::icosphere(4), 0.3, 4), 0.3, 4);
