@@ -16,6 +16,9 @@ const FOUND_GLB: [&[u8]; 1] = [include_bytes!("../found/scene_with_a_part_far_aw
 /// And the 3MF that did: the comment of the archive holds others, of which a reader takes one when lengths have changed.
 const FOUND_3MF: &[u8] = include_bytes!("../found/archives_in_a_comment.3mf");
 
+/// And the OBJ: turned, it has the size of a binary STL without facets, and zeros where that has their number.
+const FOUND_OBJ: &[u8] = include_bytes!("../found/zeros_after_a_face.obj");
+
 /// Files of a format: with all that may stand around coordinates, and with nothing else.
 pub(crate) fn of_format(format: Format) -> Vec<Vec<u8>> {
     let of_mesh = |mesh: TriMesh| {
@@ -37,6 +40,7 @@ pub(crate) fn of_format(format: Format) -> Vec<Vec<u8>> {
         }
         Format::Gltf => files.extend(scenes.iter().map(gltf_common::Scene::gltf)),
         Format::ThreeMf => files.push(FOUND_3MF.to_vec()),
+        Format::Obj => files.push(FOUND_OBJ.to_vec()),
         _ => {}
     }
     files

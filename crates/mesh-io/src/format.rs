@@ -76,7 +76,8 @@ impl Format {
         let first = first_word(bytes);
         if first == b"ply" && bytes.starts_with(b"ply") {
             Some(Self::Ply)
-        } else if is_binary_stl(bytes) || (first.eq_ignore_ascii_case(b"solid") && has_word(bytes, b"facet"))
+        } else if shows_binary_stl(bytes)
+            || (first.eq_ignore_ascii_case(b"solid") && has_word(bytes, b"facet"))
         {
             Some(Self::Stl)
         } else if first.ends_with(b"OFF") && first.iter().all(u8::is_ascii_alphanumeric) {
@@ -132,6 +133,11 @@ pub(crate) fn is_binary_stl(bytes: &[u8]) -> bool {
     count.is_some_and(|count| {
         (STL_HEADER as u64) + (STL_FACET as u64) * u64::from(count) == bytes.len() as u64
     })
+}
+
+/// Whether the size proves binary STL: where there is a facet, and no line of an OBJ in place of the header, whose size may be anything.
+fn shows_binary_stl(bytes: &[u8]) -> bool {
+    is_binary_stl(bytes) && bytes.len() > STL_HEADER && !looks_like_obj(&bytes[..STL_HEADER - 4])
 }
 
 fn has_word(bytes: &[u8], word: &[u8]) -> bool {

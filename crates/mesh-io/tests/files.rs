@@ -72,6 +72,25 @@ fn the_content_tells_the_format() {
     }
 }
 
+/// Its bytes 80 to 84 would be the number of its facets.
+#[test]
+fn a_text_with_the_size_of_a_binary_stl_is_none() {
+    for facets in [0_u8, 1] {
+        let mut bytes = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n#".to_vec();
+        bytes.resize(80, b' ');
+        bytes.extend([facets, 0, 0, 0]);
+        bytes.resize(84 + 50 * usize::from(facets), b' ');
+        let asset = opened(bytes.clone(), Format::Obj);
+        assert_eq!(
+            asset.with_positions(asset.mesh().positions()).unwrap().to_bytes(),
+            bytes
+        );
+    }
+    let stl = write_mesh(&sample(), Format::Stl, Precision::Single);
+    let refused = Asset::from_bytes(stl, Format::Obj).unwrap_err().to_string();
+    assert!(refused.contains("the content is STL"), "{refused}");
+}
+
 #[test]
 fn with_unchanged_positions_the_file_is_identical() {
     for fixture in fixtures(&sample()) {
