@@ -52,6 +52,8 @@ pub enum MatchedBy {
     RigSurface,
     /// Its vertices, each seen from its own surroundings, after something had bent or posed them.
     LocalFrames,
+    /// Its surface, after something had bent or posed it.
+    BentSurface,
 }
 
 impl MatchedBy {
@@ -62,7 +64,7 @@ impl MatchedBy {
 
     /// Whether the suspect was bent or posed, and looked at without that: no one transform takes it to the original.
     pub fn is_bent(self) -> bool {
-        self.is_by_rig() || self == Self::LocalFrames
+        self.is_by_rig() || matches!(self, Self::LocalFrames | Self::BentSurface)
     }
 }
 

@@ -116,7 +116,7 @@ pub use points::PointPair;
 pub use prepared::PreparedMesh;
 pub use resample::{ResampleOptions, Resampled, resample};
 pub use rigged::{
-    Unposed, UnposedSurface, UnposedSuspect, unpose, unpose_any, unpose_placed, unpose_surface,
+    Unposed, UnposedSurface, UnposedSuspect, unpose, unpose_any, unpose_bent, unpose_placed, unpose_surface,
 };
 pub use stage::RegistrationStage;
 pub use umeyama::{Fit, Handedness, fit_similarity};

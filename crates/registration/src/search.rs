@@ -326,7 +326,8 @@ impl Search<'_> {
             | MatchedBy::Surroundings
             | MatchedBy::Rig
             | MatchedBy::RigSurface
-            | MatchedBy::LocalFrames => 0,
+            | MatchedBy::LocalFrames
+            | MatchedBy::BentSurface => 0,
             MatchedBy::Surface | MatchedBy::Points | MatchedBy::Parts => self.free_directions(&transform)?,
         };
         Ok(Alignment {

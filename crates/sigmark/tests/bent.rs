@@ -327,3 +327,67 @@ fn a_bent_copy_names_its_buyer() {
             .is_empty()
     );
 }
+
+/// Other triangles, about so many times as many.
+fn with_other_vertices(mesh: &TriMesh, share: f64) -> TriMesh {
+    let target = (mesh.triangle_count() as f64 * share) as usize;
+    decimation::decimate(mesh, target, decimation::Decimator::Queue, &Job::default()).unwrap()
+}
+
+#[test]
+fn a_copy_that_was_bent_and_then_decimated_is_found_by_its_surface() {
+    let long = |&[x, y, z]: &[f64; 3]| [4.0 * x, y, 0.8 * z + 0.1 * x * y];
+    let ball = shapes::bumpy_sphere(5, 7);
+    let body = ball
+        .with_positions(ball.positions().iter().map(long).collect())
+        .unwrap();
+    let signed = Embedder::new(&key()).embed(&body, &Job::default()).unwrap();
+    let certificate = signed.certificate();
+    let verifier = Verifier::new(&body, certificate, certificate.public_key()).unwrap();
+    let judged = |mesh: &TriMesh| {
+        let suspect = with_other_vertices(&arched(mesh, PI / 3.0), 0.5);
+        verifier.verify(&suspect, &Job::default()).unwrap()
+    };
+    let verdict = judged(signed.mesh());
+    assert_eq!(
+        verdict.matched_by,
+        MatchedBy::BentSurface,
+        "{:?} {}",
+        verdict.margin,
+        verdict.p_value
+    );
+    assert!(
+        verdict.p_value < 1e-12 && verdict.outcome.is_found(),
+        "{}",
+        verdict.p_value
+    );
+    assert!(
+        verdict.transform.is_none() && verdict.overlap > 0.8,
+        "{}",
+        verdict.overlap
+    );
+    let unmarked = judged(&body);
+    assert!(
+        matches!(unmarked.outcome, Outcome::NotFound { .. }),
+        "{}",
+        unmarked.p_value
+    );
+}
+
+#[test]
+fn what_lies_bent_on_another_shape_is_not_found_by_its_surface() {
+    // Twice and a half as wide where it was thin: no pose makes that of it.
+    let bounds = original().bounding_box();
+    let stretched = |mesh: &TriMesh| {
+        deformed(mesh, |Vec3([x, y, z])| {
+            let along = (x - bounds.min[0]) / bounds.size()[0];
+            Vec3([x, y * (1.0 + 4.0 * along), z * (1.0 + 4.0 * along)])
+        })
+    };
+    let verdict = judged(&with_other_vertices(&stretched(signed().mesh()), 0.5));
+    assert!(
+        matches!(verdict.outcome, Outcome::NotFound { .. }),
+        "{:?}",
+        verdict.matched_by
+    );
+}

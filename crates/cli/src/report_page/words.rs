@@ -170,6 +170,9 @@ pub(super) fn registration(verdict: &Verdict) -> String {
         MatchedBy::LocalFrames => {
             "by its vertices, each seen from its own surroundings: something had bent, dragged or posed it"
         }
+        MatchedBy::BentSurface => {
+            "by its surface, each place seen from its own surroundings: something had bent or posed it"
+        }
         MatchedBy::Parts => {
             "by its parts, each of which was put back by itself; pictures and transform are those of the largest"
         }

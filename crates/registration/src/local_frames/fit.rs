@@ -23,7 +23,7 @@ pub(super) struct Fitted {
 }
 
 /// Monomials of degree 2 and less of three coordinates: 1, three, six.
-const MONOMIALS: usize = 10;
+pub(super) const MONOMIALS: usize = 10;
 
 /// So many times as many neighbours as unknowns, or the fit says nothing.
 const FEWEST: usize = 2 * MONOMIALS;
@@ -37,7 +37,7 @@ const STRAIN: f64 = 0.3;
 /// Vertices that count less are left out.
 const LEAST_WEIGHT: f64 = 0.01;
 
-type Monomials = [f64; MONOMIALS];
+pub(super) type Monomials = [f64; MONOMIALS];
 
 /// A vertex around another: its number, how much it counts, and where it lies from there, in the region by reaches and in the suspect.
 type Around = (u32, f64, Vec3, Vec3);
@@ -82,21 +82,9 @@ impl<'a> Fitting<'a> {
         self.hand = if sum < 0.0 { -1.0 } else { 1.0 };
     }
 
-    /// Weighs samples by how far they are off (Welsch's weights, in twice the median).
+    /// Weighs samples by how far they are off.
     pub(super) fn weigh(&mut self, samples: &[u32], off: &[Option<f64>]) {
-        let mut known: Vec<f64> = off.iter().copied().flatten().collect();
-        if known.is_empty() {
-            return;
-        }
-        let middle = known.len() / 2;
-        let median = known
-            .select_nth_unstable_by(middle, f64::total_cmp)
-            .1
-            .max(f64::MIN_POSITIVE);
-        for (&sample, off) in samples.iter().zip(off) {
-            let beside = off.unwrap_or(f64::INFINITY) / (2.0 * median);
-            self.weights[sample as usize] = (-0.5 * beside * beside).exp();
-        }
+        welsch(samples, off, &mut self.weights);
     }
 
     /// The fit around a vertex.
@@ -121,7 +109,7 @@ impl<'a> Fitting<'a> {
                 }
             }
         }
-        let share_of = cholesky(&normal, RIDGE * total)?;
+        let share_of = cholesky(&normal, constants_free(RIDGE * total))?;
         let mut unit = [0.0; MONOMIALS];
         unit[0] = 1.0;
         let shares_of = solve(&share_of, unit);
@@ -132,7 +120,7 @@ impl<'a> Fitting<'a> {
             off -= y * share;
             shares.push((v, share as f32));
         }
-        let held = cholesky(&normal, self.prior * total)?;
+        let held = cholesky(&normal, constants_free(self.prior * total))?;
         let axes = [0, 1, 2].map(|axis| {
             let solution = solve(&held, right.map(|r| r[axis]));
             Vec3([solution[1], solution[2], solution[3]])
@@ -174,6 +162,23 @@ impl<'a> Fitting<'a> {
     }
 }
 
+/// Weighs samples by how far they are off (Welsch's weights, in twice the median).
+pub(super) fn welsch(samples: &[u32], off: &[Option<f64>], weights: &mut [f64]) {
+    let mut known: Vec<f64> = off.iter().copied().flatten().collect();
+    if known.is_empty() {
+        return;
+    }
+    let middle = known.len() / 2;
+    let median = known
+        .select_nth_unstable_by(middle, f64::total_cmp)
+        .1
+        .max(f64::MIN_POSITIVE);
+    for (&sample, off) in samples.iter().zip(off) {
+        let beside = off.unwrap_or(f64::INFINITY) / (2.0 * median);
+        weights[sample as usize] = (-0.5 * beside * beside).exp();
+    }
+}
+
 /// Σ w (y − ȳ)(x − x̄)ᵀ and Σ w |x − x̄|².
 fn covariance(around: &[Around], total: f64) -> (Mat3, f64) {
     let mean = |of: fn(&Around) -> Vec3| {
@@ -190,19 +195,27 @@ fn covariance(around: &[Around], total: f64) -> (Mat3, f64) {
     (covariance, spread)
 }
 
-fn monomials(Vec3([x, y, z]): Vec3) -> Monomials {
+pub(super) fn monomials(Vec3([x, y, z]): Vec3) -> Monomials {
     [1.0, x, y, z, x * x, y * y, z * z, x * y, y * z, z * x]
 }
 
-/// The factor of a symmetric matrix that is known by its lower triangle, with so much added to all of the diagonal but the first entry: constants are reproduced whatever holds the rest.
-fn cholesky(matrix: &[Monomials; MONOMIALS], ridge: f64) -> Option<[Monomials; MONOMIALS]> {
-    let mut factor = [[0.0; MONOMIALS]; MONOMIALS];
-    for i in 0..MONOMIALS {
+/// So much for all unknowns but the first: constants are reproduced whatever holds the rest.
+fn constants_free(ridge: f64) -> impl Fn(usize) -> f64 {
+    move |i| if i > 0 { ridge } else { 0.0 }
+}
+
+/// The factor of a symmetric matrix that is known by its lower triangle, with a ridge added to its diagonal.
+pub(super) fn cholesky<const N: usize>(
+    matrix: &[[f64; N]; N],
+    ridge: impl Fn(usize) -> f64,
+) -> Option<[[f64; N]; N]> {
+    let mut factor = [[0.0; N]; N];
+    for i in 0..N {
         for j in 0..=i {
             let inner: f64 = (0..j).map(|k| factor[i][k] * factor[j][k]).sum();
             let rest = matrix[i][j] - inner;
             if i == j {
-                let rest = rest + if i > 0 { ridge } else { 0.0 };
+                let rest = rest + ridge(i);
                 if rest.is_nan() || rest <= 0.0 {
                     return None;
                 }
@@ -215,13 +228,13 @@ fn cholesky(matrix: &[Monomials; MONOMIALS], ridge: f64) -> Option<[Monomials; M
     Some(factor)
 }
 
-fn solve(factor: &[Monomials; MONOMIALS], mut right: Monomials) -> Monomials {
-    for i in 0..MONOMIALS {
+pub(super) fn solve<const N: usize>(factor: &[[f64; N]; N], mut right: [f64; N]) -> [f64; N] {
+    for i in 0..N {
         let inner: f64 = (0..i).map(|k| factor[i][k] * right[k]).sum();
         right[i] = (right[i] - inner) / factor[i][i];
     }
-    for i in (0..MONOMIALS).rev() {
-        let inner: f64 = (i + 1..MONOMIALS).map(|k| factor[k][i] * right[k]).sum();
+    for i in (0..N).rev() {
+        let inner: f64 = (i + 1..N).map(|k| factor[k][i] * right[k]).sum();
         right[i] = (right[i] - inner) / factor[i][i];
     }
     right

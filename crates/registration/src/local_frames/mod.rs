@@ -10,6 +10,7 @@
 //!
 //! Blind to what a mark says: only places are looked at.
 
+mod along;
 mod fit;
 mod windows;
 
@@ -30,6 +31,8 @@ pub struct LocalFrames {
     shares: Vec<(u32, f32)>,
     /// Where the shares of each vertex end.
     ends: Vec<usize>,
+    /// The vector u of each vertex where only u·δ is seen; none where all of δ is.
+    along: Option<Vec<Vec3>>,
 }
 
 /// How the frames are made.
@@ -40,6 +43,9 @@ pub struct FrameOptions {
     /// About how far vertices lie beside a smooth deformation, in the region's unit: what gradients can't be told from.
     pub noise: f64,
 }
+
+/// Samples within the reach of a vertex, about.
+const SAMPLES: f64 = 80.0;
 
 /// Rounds of robust weights.
 const ROUNDS: usize = 3;
@@ -55,7 +61,7 @@ impl LocalFrames {
     pub fn fit(region: &TriMesh, seen: &[Option<[f64; 3]>], options: &FrameOptions) -> Self {
         assert_eq!(region.vertex_count(), seen.len(), "one place a vertex");
         let is_seen: Vec<bool> = seen.iter().map(Option::is_some).collect();
-        let windows = Windows::around(region, &is_seen, options.reach);
+        let windows = Windows::around(region, &is_seen, options.reach, SAMPLES);
         let places: Vec<Vec3> = seen.iter().map(|p| Vec3(p.unwrap_or_default())).collect();
         let mut fitting = Fitting::new(region, &places, options);
         let samples: Vec<u32> = windows.samples().to_vec();
@@ -70,6 +76,7 @@ impl LocalFrames {
             stretch: Vec::with_capacity(seen.len()),
             shares: Vec::new(),
             ends: Vec::with_capacity(seen.len()),
+            along: None,
         };
         let mut gradients = Vec::with_capacity(seen.len());
         for (vertex, is_seen) in is_seen.iter().enumerate() {
@@ -107,6 +114,24 @@ impl LocalFrames {
             });
         }
         frames
+    }
+
+    /// Those of a region of which only u·δ is seen at each vertex, and the region was brought back nearly to where it was: see [`along`].
+    ///
+    /// # Panics
+    /// When there isn't one u·δ a vertex.
+    pub fn fit_along(region: &TriMesh, seen: &[Option<(Vec3, f64)>], options: &FrameOptions) -> Self {
+        along::fit(region, seen, options)
+    }
+
+    /// What is left of u f for a field f, where only u·δ is seen; none where all of δ is.
+    ///
+    /// # Panics
+    /// When there isn't one value a vertex.
+    pub fn left_along(&self, field: &[f64]) -> Option<Vec<Vec3>> {
+        let along = self.along.as_ref()?;
+        let field: Vec<Vec3> = along.iter().zip(field).map(|(&u, &f)| u * f).collect();
+        Some(self.left_of(&field))
     }
 
     /// δᵢ − Σⱼ sᵢⱼ δⱼ of what the suspect has beside the original, in the region's frame and unit; none where too little was seen around a vertex, or space was folded there.

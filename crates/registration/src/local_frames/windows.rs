@@ -4,9 +4,6 @@ use mesh::{Edges, TriMesh};
 
 use super::Neighbour;
 
-/// Samples within the reach of a vertex, about.
-const SAMPLES: f64 = 80.0;
-
 /// More samples of a region are not taken: what is fitted to them has far fewer unknowns.
 const MOST_SAMPLES: usize = 4000;
 
@@ -17,10 +14,10 @@ pub(super) struct Windows {
 }
 
 impl Windows {
-    /// Those within so far of each vertex, among vertices that are seen.
-    pub(super) fn around(region: &TriMesh, is_seen: &[bool], reach: f64) -> Self {
+    /// Those within so far of each vertex, about so many, among vertices that are seen.
+    pub(super) fn around(region: &TriMesh, is_seen: &[bool], reach: f64, within: f64) -> Self {
         let ball = std::f64::consts::PI * reach * reach;
-        let wanted = SAMPLES * region.area() / ball.max(f64::MIN_POSITIVE);
+        let wanted = within * region.area() / ball.max(f64::MIN_POSITIVE);
         let wanted = (wanted.ceil() as usize).clamp(1, MOST_SAMPLES);
         let samples = spread(region, is_seen, wanted);
         let around = Edges::of(region).neighbours();

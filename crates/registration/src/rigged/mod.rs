@@ -11,7 +11,7 @@ mod rigid;
 mod surface;
 
 pub use placed::{UnposedSuspect, unpose_placed};
-pub use surface::{UnposedSurface, unpose_surface};
+pub use surface::{UnposedSurface, unpose_bent, unpose_surface};
 
 use std::collections::HashMap;
 

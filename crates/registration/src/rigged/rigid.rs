@@ -349,6 +349,14 @@ impl Rigid {
         shares
     }
 
+    /// How what has these weights moves, as dual quaternions have it.
+    pub(super) fn blended_motion(&self, weights: &[(u32, f64)]) -> Motion {
+        let blended = self.blend(weights);
+        let (w, v, t) = blended.parts();
+        let real = [w, v[0], v[1], v[2]];
+        Motion { real, dual: [0.0; 4] }.shifted(t)
+    }
+
     /// Not of unit length.
     fn blend(&self, weights: &[(u32, f64)]) -> Motion {
         let mut sum = Motion {

@@ -202,7 +202,8 @@ impl Verifier {
         // A cropped copy may stand among other things.
         let large = LargeParts::of(suspect.mesh());
         // Each is a way to the same bits, whether or not it is taken: any counts as often as there are.
-        let ways = [has_parts, self.rig.is_some(), bent.is_some()];
+        let is_bent = bent.is_some() || found.may_be_bent();
+        let ways = [has_parts, self.rig.is_some(), is_bent];
         let ways = 1 + large.count() + ways.into_iter().map(usize::from).sum::<usize>();
         let expected = self.certificate.bits();
         let decoder = Decoder::new(&self.certificate, &expected).enough(ways, self.least_p());
@@ -234,6 +235,12 @@ impl Verifier {
         if let Some(bent) = bent.filter(|_| !self.is_enough(&verdict)) {
             let in_frames = self.verify_whole(&bent, &decoder, job)?;
             verdict = better(verdict, self.weighed(in_frames, ways));
+        }
+        if !self.is_enough(&verdict)
+            && let Some(unbent) = found.unbent(job)?
+        {
+            let by_surface = self.verify_whole(&unbent, &decoder, job)?;
+            verdict = better(verdict, self.weighed(by_surface, ways));
         }
         Ok(verdict)
     }

@@ -235,6 +235,9 @@ pub(crate) fn recognised_by(by: MatchedBy) -> &'static str {
         MatchedBy::LocalFrames => {
             "by its vertices, each seen from its own surroundings: it was bent or posed"
         }
+        MatchedBy::BentSurface => {
+            "by its surface, each place seen from its own surroundings: it was bent or posed"
+        }
         _ => "by its surface",
     }
 }

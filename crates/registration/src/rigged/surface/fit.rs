@@ -2,7 +2,7 @@
 
 use faer::{Mat, Side, linalg::solvers::Solve};
 use job::{Job, JobError};
-use mesh::Vec3;
+use mesh::{Similarity, Vec3};
 
 use super::{Motion, Pose, Rigid, skeleton::Skeleton};
 use crate::{PreparedMesh, RegistrationError, sampled::GRAIN};
@@ -40,6 +40,13 @@ pub(super) const FINE: [Stage; 4] = [
     stage(0.002, 8, 20_000, LOOSE),
 ];
 
+/// Of many nodes, which lie nearly where they should.
+pub(super) const BY_NODES: [Stage; 3] = [
+    stage(0.01, 6, 20_000, HELD),
+    stage(0.004, 8, 20_000, HELD),
+    stage(0.002, 8, 20_000, HELD),
+];
+
 /// Normals that are farther apart belong to different sides.
 const SAME_SIDE: f64 = 0.4;
 
@@ -61,12 +68,17 @@ const TRIES: usize = 4;
 /// What nothing is told of is damped as if it was told this share of the mean.
 const LEAST_DAMPED: f64 = 0.01;
 
+/// How far a size may be from what is known.
+const MOST_RESIZED: f64 = 1.15;
+
 /// A suspect on which joints are laid.
 pub(super) struct Fit<'a> {
     pub(super) skeleton: &'a Skeleton<'a>,
     suspect: &'a PreparedMesh,
     normals: &'a [[f64; 3]],
     centre: Vec3,
+    /// About how large the suspect is, to a diagonal of the original, if that is known: nodes could shrink onto any surface.
+    size: Option<f64>,
 }
 
 /// A sample, the unit normal where the suspect is nearest to it, how far that is along the normal, and in all.
@@ -86,8 +98,28 @@ impl<'a> Fit<'a> {
             skeleton,
             centre: suspect.sampled("suspect")?.centroid,
             normals: suspect.triangle_normals(),
+            size: None,
             suspect,
         })
+    }
+
+    /// The same, of which it is known about how large the suspect is.
+    pub(super) fn about(mut self, seed: &Similarity) -> Self {
+        self.size = Some(seed.inverse().scale * self.skeleton.diagonal());
+        self
+    }
+
+    /// Whether the size is known.
+    pub(super) fn is_sized(&self) -> bool {
+        self.size.is_some()
+    }
+
+    /// A size that is not too far from what is known.
+    pub(super) fn bounded(&self, size: f64) -> f64 {
+        match self.size {
+            Some(known) => size.clamp(known / MOST_RESIZED, known * MOST_RESIZED),
+            None => size,
+        }
     }
 
     /// The middle of the suspect, from which poses count.
@@ -157,6 +189,10 @@ impl<'a> Fit<'a> {
                     continue;
                 };
                 let tried = pose.stepped(&step);
+                if self.bounded(tried.scale()) != tried.scale() {
+                    damping *= LESS;
+                    continue;
+                }
                 let again = self.matches(&tried, samples, tolerance, job)?;
                 if self.left(&tried, &again, samples.len(), tolerance) < before {
                     (pose, matches, is_better) = (tried, again, true);

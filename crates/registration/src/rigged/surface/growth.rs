@@ -9,7 +9,7 @@ use super::{
     placing::{LEAST, NARROW, WIDE},
     skeleton::Link,
 };
-use crate::matrix::Mat3;
+use crate::{RegistrationError, matrix::Mat3};
 
 /// Rounds in which all that are placed so far are moved together.
 const SO_FAR: usize = 4;
@@ -22,9 +22,6 @@ const BETTER: f64 = 0.03;
 /// Of so many joints that could be placed next the one that lies best is; of rigs with many joints fewer, so that these are placed no more often in all than this.
 const MOST_TRIED: usize = 4;
 const MOST_PLACED: usize = 96;
-
-/// Where less of the original lies on the suspect, 0 to 1, once joints are placed, this is not its pose: of other models a third does, of the right one half and more.
-const LIES: f64 = 0.35;
 
 /// By this power of how many samples tell of a joint, its place is worth more.
 const WORTH: f64 = 0.125;
@@ -66,14 +63,19 @@ impl Fit<'_> {
         (self.score(joint, &motion, scale, WIDE) > LEAST).then_some(begun)
     }
 
-    /// The pose of all joints, from one of them; none where too little of the original lies on the suspect then.
-    pub(super) fn grown(&self, begun: &Beginning, job: &Job) -> Result<Option<Rigid>, JobError> {
+    /// The pose of all joints, from one of them; none where it is not it once they are placed.
+    pub(super) fn grown(
+        &self,
+        begun: &Beginning,
+        is_it: impl Fn(&Rigid) -> Result<bool, RegistrationError>,
+        job: &Job,
+    ) -> Result<Option<Rigid>, RegistrationError> {
         let joints = vec![begun.motion; self.skeleton.joints()];
         let mut pose = Rigid::of_joints(Blending::Linear, joints, begun.scale);
         let order = self.place_all(&mut pose, begun.joint, job)?;
         for _pass in 0..PASSES {
             pose = self.together(pose, &COARSE, job)?;
-            if self.lies(&pose) < LIES {
+            if !is_it(&pose)? {
                 return Ok(None);
             }
             if !self.placed_again(&mut pose, &order, job)? {
@@ -132,7 +134,7 @@ impl Fit<'_> {
     }
 
     /// How much of the original lies on the suspect, 0 to 1.
-    fn lies(&self, pose: &Rigid) -> f64 {
+    pub(super) fn lies(&self, pose: &Rigid) -> f64 {
         let joints = 0..self.skeleton.joints();
         let sum: f64 = joints
             .map(|joint| self.score_in(pose, joint, NARROW) * self.skeleton.of_joint[joint].len() as f64)

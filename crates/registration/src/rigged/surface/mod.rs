@@ -8,6 +8,7 @@
 
 mod fit;
 mod growth;
+mod nodes;
 mod placing;
 mod skeleton;
 
@@ -20,10 +21,12 @@ use super::{
 };
 use crate::{
     AlignOptions, Aligner, Placement, PreparedMesh, RegistrationError,
+    matrix::{Mat3, svd},
     sampled::{GRAIN, Sampled},
 };
-use fit::Fit;
+use fit::{BY_NODES, Fit};
 use growth::Beginning;
+use nodes::{Nodes, Spread};
 use skeleton::Skeleton;
 
 /// A suspect whose surface was brought back into the original's pose.
@@ -41,6 +44,28 @@ pub struct UnposedSurface {
 
 /// More joints than this are not laid on a surface: each has six unknowns, in many rounds.
 const MOST_LAID: usize = 256;
+
+/// Nodes that are laid on a bent suspect one after the other, and those that are laid on it together then.
+const FEW: Spread = Spread {
+    nodes: 40,
+    reach: 1.5,
+    power: 2,
+};
+/// Their motions change so slowly from place to place that nothing comes of it which isn't gone with what is smooth: neither how a pose was approximated, nor what the fit took of a mark.
+const MANY: Spread = Spread {
+    nodes: 100,
+    reach: 3.5,
+    power: 4,
+};
+
+/// A bent suspect of which less lies on the few nodes' original is not it.
+const LEAST_LAID: f64 = 0.5;
+
+/// A place where lengths became so many times larger, or smaller, than they did in the median is another shape.
+const BEARABLE_STRETCH: f64 = 2.0;
+
+/// Where less of the original lies on the suspect, 0 to 1, once joints are placed, this is not its pose: of other models a third does, of the right one half and more. Of nodes as much of the suspect has to lie on the original.
+const LIES: f64 = 0.35;
 
 /// With so much of both on each other, no other beginning is tried.
 const GOOD: f64 = 0.95;
@@ -94,50 +119,52 @@ pub fn unpose_surface(
         return Ok(None);
     }
     let skeleton = Skeleton::of(original, rig)?;
-    let laying = Laying {
-        original,
-        rig,
-        suspect,
-        fit: Fit::new(&skeleton, suspect)?,
-    };
-    let mut best: Option<Found> = None;
-    let begun = seeds.iter().filter(|seed| !seed.mirrors());
-    let begun = begun.filter_map(|seed| laying.fit.beginning(seed, None));
-    laying.better(&mut best, begun.collect(), SEEDS, job)?;
-    let mut begun = Vec::new();
-    let aligner = Aligner::new(suspect, &AlignOptions::default())?;
-    for joint in skeleton.largest(PARTS) {
-        if best.as_ref().is_some_and(Found::is_good) {
-            break;
-        }
-        let Some(part) = skeleton.part(original.mesh(), joint) else {
-            continue;
-        };
-        let placement = match aligner.find(part, &job.quiet()) {
-            // Of triangles without area alone.
-            Err(RegistrationError::NoSurface { .. }) => continue,
-            found => found?,
-        };
-        if let Placement::BySurface(alignment) = placement {
-            let poses = [alignment.transform].into_iter().chain(alignment.alternatives);
-            let seeds = poses.map(|pose| pose.inverse()).filter(|seed| !seed.mirrors());
-            begun.extend(
-                seeds
-                    .take(2)
-                    .filter_map(|seed| laying.fit.beginning(&seed, Some(joint))),
-            );
-        }
-    }
-    laying.better(&mut best, begun, PLACES, job)?;
-    let Some(best) = best else {
+    let laying = Laying::of(original, rig, &skeleton, suspect)?;
+    let Some(best) = laying.found(seeds, job)? else {
         return Ok(None);
     };
-    Ok(Some(UnposedSurface {
-        positions: laying.undone(&best, job)?,
-        overlap: best.shares[0],
-        coverage: best.shares[1],
-        residual: best.residual,
-    }))
+    Ok(Some(laying.unposed(&best, job)?))
+}
+
+/// Brings the surface of a suspect back that something bent, twisted or posed, and nobody knows what: nodes all over the original are taken for joints, few at first, and then many. As [`unpose_surface`] otherwise.
+///
+/// # Errors
+/// As [`unpose_surface`].
+pub fn unpose_bent(
+    original: &PreparedMesh,
+    suspect: &PreparedMesh,
+    seeds: &[Similarity],
+    job: &Job,
+) -> Result<Option<UnposedSurface>, RegistrationError> {
+    let [few, many] = [FEW, MANY].map(|spread| Nodes::over(original.mesh(), spread));
+    let (Some(few), Some(many)) = (few, many) else {
+        return Ok(None);
+    };
+    let skeleton = Skeleton::of(original, &few.rig)?;
+    let mut laying = Laying::of(original, &few.rig, &skeleton, suspect)?;
+    if let Some(seed) = seeds.first() {
+        laying.fit = laying.fit.about(seed);
+    }
+    let seeds = unmirrored(seeds, original.sampled("original")?);
+    let seeds = &seeds[..];
+    let Some(found) = laying
+        .found(seeds, job)?
+        .filter(|found| found.shares[0] > LEAST_LAID)
+    else {
+        return Ok(None);
+    };
+    let motion = |&vertex: &u32| found.pose.blended_motion(few.rig.weights_of(vertex as usize));
+    let joints = many.vertices.iter().map(motion).collect();
+    let begun = Rigid::of_joints(Blending::DualQuaternions, joints, found.pose.scale());
+    let skeleton = Skeleton::of(original, &many.rig)?;
+    let laying = Laying::of(original, &many.rig, &skeleton, suspect)?;
+    let pose = laying.fit.together(begun, &BY_NODES, job)?;
+    let Some(best) = laying.judged(pose, job)? else {
+        return Ok(None);
+    };
+    let mut unposed = laying.unposed(&best, job)?;
+    unposed.overlap *= one_shape(suspect.mesh(), &unposed.positions);
+    Ok(Some(unposed))
 }
 
 /// An original that is to be laid on a suspect.
@@ -148,7 +175,69 @@ struct Laying<'a> {
     fit: Fit<'a>,
 }
 
-impl Laying<'_> {
+impl<'a> Laying<'a> {
+    fn of(
+        original: &'a PreparedMesh,
+        rig: &'a Rig,
+        skeleton: &'a Skeleton<'a>,
+        suspect: &'a PreparedMesh,
+    ) -> Result<Self, RegistrationError> {
+        Ok(Self {
+            original,
+            rig,
+            suspect,
+            fit: Fit::new(skeleton, suspect)?,
+        })
+    }
+
+    /// The best pose from transforms that may take the suspect, or a part of it, to the original, and if none is good, from where parts of the original are found by themselves.
+    fn found(&self, seeds: &[Similarity], job: &Job) -> Result<Option<Found>, RegistrationError> {
+        let skeleton = self.fit.skeleton;
+        let mut best: Option<Found> = None;
+        let begun = seeds.iter().filter(|seed| !seed.mirrors());
+        let begun = begun.filter_map(|seed| self.fit.beginning(seed, None));
+        self.better(&mut best, begun.collect(), SEEDS, job)?;
+        if self.fit.is_sized() {
+            // One node's part is alike everywhere.
+            return Ok(best);
+        }
+        let mut begun = Vec::new();
+        let aligner = Aligner::new(self.suspect, &AlignOptions::default())?;
+        for joint in skeleton.largest(PARTS) {
+            if best.as_ref().is_some_and(Found::is_good) {
+                break;
+            }
+            let Some(part) = skeleton.part(self.original.mesh(), joint) else {
+                continue;
+            };
+            let placement = match aligner.find(part, &job.quiet()) {
+                // Of triangles without area alone.
+                Err(RegistrationError::NoSurface { .. }) => continue,
+                found => found?,
+            };
+            if let Placement::BySurface(alignment) = placement {
+                let poses = [alignment.transform].into_iter().chain(alignment.alternatives);
+                let seeds = poses.map(|pose| pose.inverse()).filter(|seed| !seed.mirrors());
+                begun.extend(
+                    seeds
+                        .take(2)
+                        .filter_map(|seed| self.fit.beginning(&seed, Some(joint))),
+                );
+            }
+        }
+        self.better(&mut best, begun, PLACES, job)?;
+        Ok(best)
+    }
+
+    fn unposed(&self, found: &Found, job: &Job) -> Result<UnposedSurface, RegistrationError> {
+        Ok(UnposedSurface {
+            positions: self.undone(found, job)?,
+            overlap: found.shares[0],
+            coverage: found.shares[1],
+            residual: found.residual,
+        })
+    }
+
     /// Looks for a pose from so many beginnings, those of which most lies on the suspect first, until a good one is found.
     fn better(
         &self,
@@ -162,7 +251,14 @@ impl Laying<'_> {
             if best.as_ref().is_some_and(Found::is_good) {
                 break;
             }
-            if let Some(pose) = self.fit.grown(begun, job)?
+            let is_it = |pose: &Rigid| match self.fit.is_sized() {
+                false => Ok(self.fit.lies(pose) >= LIES),
+                true => {
+                    let judged = self.judged(pose.clone(), job)?;
+                    Ok(judged.is_some_and(|found| found.shares[0] >= LIES))
+                }
+            };
+            if let Some(pose) = self.fit.grown(begun, is_it, job)?
                 && let Some(found) = self.judged(pose, job)?
                 && best.as_ref().is_none_or(|best| found.score() > best.score())
             {
@@ -254,6 +350,67 @@ impl Laying<'_> {
             .quiet()
             .map(self.suspect.mesh().vertex_count(), GRAIN, place)?)
     }
+}
+
+/// Transforms that don't mirror, each that did reflected once more at each of the original's principal planes: what was bent may lie better mirrored than as it is.
+fn unmirrored(seeds: &[Similarity], original: &Sampled) -> Vec<Similarity> {
+    let axes = svd(&original.covariance).right.0;
+    let reflected = |axis: Vec3| {
+        let Mat3(mut rotation) = Mat3::IDENTITY;
+        let twice = Mat3::outer(axis * 2.0, axis);
+        (0..3).for_each(|i| rotation[i] -= twice.0[i]);
+        Similarity {
+            rotation: Mat3(rotation).rows(),
+            translation: (axis * (2.0 * axis.dot(original.centroid))).into(),
+            ..Similarity::IDENTITY
+        }
+    };
+    let proper = |seed: &Similarity| match seed.mirrors() {
+        false => vec![*seed],
+        true => axes.map(|axis| seed.then(&reflected(axis))).to_vec(),
+    };
+    seeds.iter().flat_map(proper).collect()
+}
+
+/// The share of a suspect's area that is no other shape than it was where it came from: where lengths became at most so many times as large, or as small, as they did in the median.
+fn one_shape(suspect: &TriMesh, before: &[[f64; 3]]) -> f64 {
+    let stretches: Vec<(f64, [f64; 2])> = (suspect.triangles().iter())
+        .filter_map(|corners| {
+            let [[a, b], [c, d]] = [suspect.positions(), before].map(|positions| {
+                let [p, q, r] = corners.map(|v| Vec3(positions[v as usize]));
+                [q - p, r - p]
+            });
+            Some((a.cross(b).norm(), stretch([c, d], [a, b])?))
+        })
+        .collect();
+    let scales: Vec<f64> = stretches
+        .iter()
+        .map(|(_, [most, least])| (most * least).sqrt())
+        .collect();
+    if scales.is_empty() {
+        return 0.0;
+    }
+    let scale = super::median(scales);
+    let (mut own, mut all) = (0.0, 0.0);
+    for (area, [most, least]) in stretches {
+        all += area;
+        if most <= BEARABLE_STRETCH * scale && least * BEARABLE_STRETCH >= scale {
+            own += area;
+        }
+    }
+    own / all
+}
+
+/// The singular values of the map between two edges of a triangle before and after, the larger first; none where there is none.
+fn stretch(before: [Vec3; 2], after: [Vec3; 2]) -> Option<[f64; 2]> {
+    let products = |[a, b]: [Vec3; 2]| [a.squared(), a.dot(b), b.squared()];
+    let ([e, f, g], [p, q, r]) = (products(before), products(after));
+    let [from, to] = [e * g - f * f, p * r - q * q];
+    // The eigenvalues of the metric after beside that before.
+    let mean = 0.5 * (g * p - 2.0 * f * q + e * r) / from;
+    let apart = (mean * mean - to / from).max(0.0).sqrt();
+    let [most, least] = [mean + apart, mean - apart].map(|square| square.max(0.0).sqrt());
+    (from > 0.0 && least > 0.0 && most.is_finite()).then_some([most, least])
 }
 
 /// The weights of a triangle's corners at a point in its plane; a third each where it has no area.

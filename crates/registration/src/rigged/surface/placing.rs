@@ -139,7 +139,7 @@ impl Fit<'_> {
             };
             let [turn, shift] = [0, 3].map(|first| Vec3(std::array::from_fn(|axis| step[(first + axis, 0)])));
             now = now.turned(turn).shifted(shift);
-            size *= step[(6, 0)].clamp(-0.1, 0.1).exp();
+            size = self.bounded(size * step[(6, 0)].clamp(-0.1, 0.1).exp());
             let reached = self.score(joint, &now, size, NARROW);
             if reached > score {
                 (best, score) = ((now, size), reached);

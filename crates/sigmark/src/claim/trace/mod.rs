@@ -234,7 +234,8 @@ impl Tracer {
         let has_parts = self.has_parts(suspect.mesh());
         let found = self.reader.find(&suspect, job)?;
         let (bent, large) = (self.bent(&found), LargeParts::of(suspect.mesh()));
-        let looks = self.looks(has_parts, bent.is_some(), large.count());
+        let is_bent = bent.is_some() || found.may_be_bent();
+        let looks = self.looks(has_parts, is_bent, large.count());
         let trace = self.accuse(self.read_found(&found, looks, job)?, job)?;
         if trace.is_found() {
             return Ok(trace);
@@ -270,6 +271,12 @@ impl Tracer {
                 return Ok(in_frames);
             }
         }
+        if let Some(unbent) = found.unbent(job)? {
+            let by_surface = self.accuse(self.read_found(&unbent, looks, job)?, job)?;
+            if by_surface.is_found() {
+                return Ok(by_surface);
+            }
+        }
         Ok(trace)
     }
 
@@ -282,7 +289,7 @@ impl Tracer {
         let has_parts = self.has_parts(suspect.mesh());
         let large = LargeParts::of(suspect.mesh()).count();
         let found = self.reader.find(suspect, job)?;
-        let looks = self.looks(has_parts, self.bent(&found).is_some(), large);
+        let looks = self.looks(has_parts, self.is_bent(&found), large);
         self.read_found(&found, looks, job)
     }
 
@@ -305,6 +312,11 @@ impl Tracer {
     /// A suspect in local frames, if something bent it.
     fn bent(&self, found: &Found) -> Option<Found> {
         found.in_local_frames(self.lots.first()?.method.layout())
+    }
+
+    /// Whether it is looked at in local frames, too, by its vertices or by its surface.
+    fn is_bent(&self, found: &Found) -> bool {
+        self.bent(found).is_some() || found.may_be_bent()
     }
 
     /// How many ways there are to the same coefficients: as a whole, by its parts together, in local frames, by the rig of the copies, and by each of its large parts alone.
@@ -350,7 +362,7 @@ impl Tracer {
         let suspect = suspect.into();
         let found = self.reader.find(&suspect, job)?;
         let large = LargeParts::of(suspect.mesh()).count();
-        let looks = self.looks(true, self.bent(&found).is_some(), large);
+        let looks = self.looks(true, self.is_bent(&found), large);
         self.parts_read(&suspect, looks, job)
     }
 

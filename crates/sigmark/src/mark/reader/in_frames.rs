@@ -68,8 +68,13 @@ impl InFrames {
         map: &Correspondence,
         job: &Job,
     ) -> Result<Self, MarkError> {
+        Self::seen(layout, Registered::by_vertices(map.carry(suspect.mesh())), job)
+    }
+
+    /// A suspect whose surface was brought back.
+    pub(super) fn seen(layout: &MarkLayout, registered: Registered, job: &Job) -> Result<Self, MarkError> {
         let original = layout.original();
-        let seen = map.carry(suspect.mesh());
+        let seen = &registered.positions;
         let fit = |index: usize, patch: &Patch, _: &PatchBasis| {
             let functions = original.functions()[index].max(1) as f64;
             let wavelength = (std::f64::consts::PI * patch.mesh().area() / functions).sqrt();
@@ -77,13 +82,20 @@ impl InFrames {
                 reach: REACH * wavelength,
                 noise: layout.distortion_rms() * original.mesh().bounding_box().diagonal(),
             };
-            (
-                index,
-                LocalFrames::fit(patch.mesh(), &patch.gather(&seen), &options),
-            )
+            let own = patch.gather(seen);
+            let along = patch.gather(&registered.along);
+            if along.iter().all(Option::is_none) {
+                return (index, LocalFrames::fit(patch.mesh(), &own, &options));
+            }
+            let line = |(v, (place, u)): (usize, (&Option<[f64; 3]>, &Option<[f64; 3]>))| {
+                let u = Vec3((*u)?);
+                Some((u, u.dot(Vec3((*place)?) - patch.mesh().point(v))))
+            };
+            let lines: Vec<Option<(Vec3, f64)>> = own.iter().zip(&along).enumerate().map(line).collect();
+            (index, LocalFrames::fit_along(patch.mesh(), &lines, &options))
         };
         let mut frames: Vec<Option<LocalFrames>> = vec![None; original.patches().len()];
-        for (index, fitted) in layout.map_seen(&seen, fit, job)? {
+        for (index, fitted) in layout.map_seen(seen, fit, job)? {
             frames[index] = Some(fitted);
         }
         let mut positions = vec![None; original.mesh().vertex_count()];
@@ -101,7 +113,10 @@ impl InFrames {
         Ok(Self {
             frames,
             bearable: bearable(&stretch),
-            registered: Registered::by_vertices(positions),
+            registered: Registered {
+                positions,
+                ..registered
+            },
         })
     }
 

@@ -27,11 +27,17 @@ use job::Job;
 use mesh::{Rig, Similarity, near_part};
 use registration::{
     AlignOptions, Aligner, Alignment, Correspondence, MatchedBy, Placement, PreparedMesh, RegistrationStage,
-    UnposedSuspect, unpose_placed,
+    UnposedSurface, UnposedSuspect, unpose_bent, unpose_placed,
 };
 
 use super::{MarkError, MarkLayout, MarkStage};
 use suspect::SeenBy;
+
+/// A suspect of whose surface more lies on the reference was bent nowhere, or in a small part.
+const MOSTLY_THERE: f64 = 0.9;
+
+/// From so many of the ways in which its surface may lie a bent suspect is looked for.
+const MOST_SEEDS: usize = 4;
 
 /// Brings suspects onto a reference and reads them there. What does not depend on the suspect is computed once, when it is first
 /// needed, and kept.
@@ -149,6 +155,21 @@ pub struct Found {
     brought_back: BroughtBack,
 }
 
+/// Where a suspect lies whose surface was brought back from a pose.
+fn placed(found: &UnposedSurface, by: MatchedBy) -> Placement {
+    Placement::BySurface(Alignment {
+        transform: Similarity::IDENTITY,
+        matched_by: by,
+        overlap: found.overlap,
+        coverage: found.coverage,
+        residual: found.residual,
+        aligned: found.overlap >= AlignOptions::default().least_overlap,
+        correspondence: None,
+        alternatives: Vec::new(),
+        free_directions: 0,
+    })
+}
+
 /// What was undone before a suspect is read.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum BroughtBack {
@@ -187,18 +208,8 @@ impl Found {
                 (found.positions, Placement::ByVertices(vec![found.map]))
             }
             Some(UnposedSuspect::BySurface(found)) => {
-                let alignment = Alignment {
-                    transform: Similarity::IDENTITY,
-                    matched_by: MatchedBy::RigSurface,
-                    overlap: found.overlap,
-                    coverage: found.coverage,
-                    residual: found.residual,
-                    aligned: found.overlap >= AlignOptions::default().least_overlap,
-                    correspondence: None,
-                    alternatives: Vec::new(),
-                    free_directions: 0,
-                };
-                (found.positions, Placement::BySurface(alignment))
+                let placement = placed(&found, MatchedBy::RigSurface);
+                (found.positions, placement)
             }
         };
         Ok(Some(Self {
@@ -225,10 +236,46 @@ impl Found {
         })
     }
 
+    /// Whether its surface lies so little on the reference that something may have bent it, or posed it: where most of it does, that is read as it is.
+    pub fn may_be_bent(&self) -> bool {
+        match &self.placement {
+            Placement::ByVertices(_) => false,
+            Placement::BySurface(alignment) => {
+                self.brought_back == BroughtBack::AsItIs && alignment.overlap < MOSTLY_THERE
+            }
+        }
+    }
+
+    /// The suspect brought back from whatever had bent or posed it, by its surface, to be read in the frames of each vertex' own surroundings. None where it [is not](Self::may_be_bent), or can't be laid there. No bits are looked at.
+    ///
+    /// # Errors
+    /// As [`unposed`](Self::unposed).
+    pub fn unbent(&self, job: &Job) -> Result<Option<Self>, MarkError> {
+        let Placement::BySurface(alignment) = &self.placement else {
+            return Ok(None);
+        };
+        if !self.may_be_bent() {
+            return Ok(None);
+        }
+        let seeds = std::iter::once(&alignment.transform).chain(&alignment.alternatives);
+        let seeds: Vec<Similarity> = seeds.take(MOST_SEEDS).copied().collect();
+        let found = unpose_bent(&self.reference, &self.suspect, &seeds, job)?;
+        let Some(found) = found else {
+            return Ok(None);
+        };
+        let placement = placed(&found, MatchedBy::BentSurface);
+        Ok(Some(Self {
+            reference: self.reference.clone(),
+            suspect: self.suspect.mesh().with_positions(found.positions)?.into(),
+            placement,
+            brought_back: BroughtBack::InFrames,
+        }))
+    }
+
     /// What of it was found again.
     pub fn matched_by(&self) -> MatchedBy {
         match &self.placement {
-            _ if self.brought_back == BroughtBack::InFrames => MatchedBy::LocalFrames,
+            Placement::ByVertices(_) if self.brought_back == BroughtBack::InFrames => MatchedBy::LocalFrames,
             Placement::ByVertices(_) if self.brought_back == BroughtBack::ByRig => MatchedBy::Rig,
             Placement::ByVertices(maps) => {
                 let all = |map: &Correspondence| map.matched() == map.suspect_of.len();

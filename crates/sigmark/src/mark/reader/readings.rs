@@ -75,6 +75,14 @@ impl<'a> Readings<'a> {
                     let seen_by = SeenBy::Surface(alignment.correspondence.clone());
                     let suspect = Suspect::new(found.reference.clone(), found.suspect.clone(), seen_by);
                     job.begin(MarkStage::Resampling)?;
+                    if found.brought_back == BroughtBack::InFrames {
+                        let sampled = suspect.sample(&pose, job)?;
+                        let frames = InFrames::seen(method.layout(), sampled, job)?;
+                        return Ok(Way {
+                            looks: vec![Look::by(method.clone())],
+                            by: ReadBy::Frames(Box::new(frames)),
+                        });
+                    }
                     let sampled = suspect.sampled(&pose, job)?;
                     Ok(Way {
                         looks: looks_by(method, |v| sampled.registered.positions[v].is_some()),

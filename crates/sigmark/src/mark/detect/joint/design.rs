@@ -42,8 +42,28 @@ pub(super) struct View<'a> {
     rotation: Option<PatchRotation>,
     pub(super) patch: &'a Patch,
     pub(super) basis: &'a PatchBasis,
-    /// What local frames leave of the harmonics, by their numbers from 0; none where the patch is seen as it is.
-    left: Option<Vec<Vec<f64>>>,
+    left: Left,
+}
+
+/// What is seen of the harmonics of a patch, by their numbers from 0.
+enum Left {
+    /// All.
+    All,
+    /// What local frames leave of each.
+    OfEach(Vec<Vec<f64>>),
+    /// What they leave of each along the lines that are seen.
+    Along(Vec<Vec<Vec3>>),
+}
+
+impl Left {
+    fn of(frames: &LocalFrames, basis: &PatchBasis, count: usize) -> Self {
+        let harmonics = (0..count).map(|k| basis.spectrum().eigenfunction(k));
+        let along: Option<Vec<_>> = harmonics.clone().map(|f| frames.left_along(f)).collect();
+        match along {
+            Some(along) => Self::Along(along),
+            None => Self::OfEach(harmonics.map(|f| frames.left_of(f)).collect()),
+        }
+    }
 }
 
 impl<'a> View<'a> {
@@ -74,20 +94,23 @@ impl<'a> View<'a> {
             rotation,
             patch,
             basis,
-            left: design.frames_of(index).map(|frames| {
+            left: design.frames_of(index).map_or(Left::All, |frames| {
                 let count = chips.iter().map(|chip| chip.frequency + 1).max().unwrap_or(0);
-                (0..count)
-                    .map(|k| frames.left_of(basis.spectrum().eigenfunction(k)))
-                    .collect()
+                Left::of(frames, basis, count)
             }),
         }
     }
 
-    /// The part of a harmonic that is seen.
-    fn harmonic(&self, k: usize) -> &[f64] {
-        match &self.left {
-            Some(left) => &left[k],
-            None => self.basis.spectrum().eigenfunction(k),
+    /// What an observation tells of a harmonic along an axis.
+    fn told(&self, k: usize, axis: usize) -> impl Fn(&Observation) -> f64 {
+        let (harmonic, along): (&[f64], Option<&[Vec3]>) = match &self.left {
+            Left::All => (self.basis.spectrum().eigenfunction(k), None),
+            Left::OfEach(left) => (&left[k], None),
+            Left::Along(left) => (&[], Some(&left[k])),
+        };
+        move |observation| match along {
+            Some(along) => along[observation.vertex][axis],
+            None => observation.along[axis] * harmonic[observation.vertex],
         }
     }
 
@@ -152,10 +175,10 @@ impl<'a> Design<'a> {
         let bits = view.bits.len();
         let mut rows = Mat::<f64>::zeros(block.len(), view.columns());
         for (chip, &column) in view.chips.iter().zip(&view.columns) {
-            let harmonic = view.harmonic(chip.frequency);
+            let told = view.told(chip.frequency, chip.axis);
             let column = rows.col_as_slice_mut(column).iter_mut();
             for (entry, observation) in column.zip(block) {
-                *entry += amplitude[chip.axis] * observation.along[chip.axis] * harmonic[observation.vertex];
+                *entry += amplitude[chip.axis] * told(observation);
             }
         }
         for (i, observation) in block.iter().enumerate() {

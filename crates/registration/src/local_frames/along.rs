@@ -1,0 +1,198 @@
+//! A smooth field around one vertex, of which only one direction is seen at each place.
+//!
+//! A surface that was brought back nearly to where it was tells dᵢ = uᵢ·(δᵢ + e(xᵢ)): along the normal where a line met it, and uᵢ = f / (f·n) for the normal f that it met (see `Registered`). Of the error e nothing is known but that it is smooth, so around each vertex a polynomial of degree 2 with
+//! three components is fitted to the dⱼ there. Sliding along the surface is seen where the surface has slopes; where it has none nothing tells of it, and nothing comes of it. What is not told is held to zero as if it was noise of the size that was given.
+
+use mesh::{TriMesh, Vec3};
+
+use super::{
+    FrameOptions, LocalFrames, ROUNDS,
+    fit::{MONOMIALS, Neighbour, cholesky, monomials, solve, welsch},
+    windows::Windows,
+};
+
+/// Samples within the reach of a vertex, about.
+const SAMPLES: f64 = 160.0;
+
+/// Three components.
+const UNKNOWNS: usize = 3 * MONOMIALS;
+
+/// How large an error is expected, beside the noise.
+const EXPECTED: f64 = 10.0;
+
+/// Fewer neighbours say too little.
+const FEWEST: usize = 2 * MONOMIALS;
+
+/// What is seen of a region.
+struct Lines<'a> {
+    region: &'a TriMesh,
+    /// u, and u·δ.
+    seen: &'a [Option<(Vec3, f64)>],
+    reach: f64,
+    weights: Vec<f64>,
+}
+
+pub(super) fn fit(region: &TriMesh, seen: &[Option<(Vec3, f64)>], options: &FrameOptions) -> LocalFrames {
+    assert_eq!(region.vertex_count(), seen.len(), "one u·δ a vertex");
+    let is_seen: Vec<bool> = seen.iter().map(Option::is_some).collect();
+    let windows = Windows::around(region, &is_seen, options.reach, SAMPLES);
+    let mut lines = Lines {
+        region,
+        seen,
+        reach: options.reach,
+        weights: vec![1.0; seen.len()],
+    };
+    let samples = windows.samples();
+    for _ in 0..ROUNDS {
+        let off = |&sample: &u32| lines.at(sample, windows.of(sample)).map(|(off, _)| off.abs());
+        let off: Vec<Option<f64>> = samples.iter().map(off).collect();
+        welsch(samples, &off, &mut lines.weights);
+    }
+    let mut frames = LocalFrames {
+        beside: Vec::with_capacity(seen.len()),
+        stretch: Vec::with_capacity(seen.len()),
+        shares: Vec::new(),
+        ends: Vec::with_capacity(seen.len()),
+        along: Some(
+            seen.iter()
+                .map(|seen| seen.map_or(Vec3::ZERO, |(u, _)| u))
+                .collect(),
+        ),
+    };
+    for (vertex, seen) in (0..).zip(seen) {
+        let fitted = seen.and_then(|(u, _)| Some((u, lines.at(vertex, windows.of(vertex))?)));
+        frames.stretch.push([f64::from(u8::from(fitted.is_some())); 2]);
+        frames
+            .beside
+            .push(fitted.as_ref().map(|(u, (off, _))| *u * (off / u.squared())));
+        frames
+            .shares
+            .extend(fitted.into_iter().flat_map(|(_, (_, shares))| shares));
+        frames.ends.push(frames.shares.len());
+    }
+    frames
+}
+
+impl Lines<'_> {
+    /// dᵢ − Σⱼ sᵢⱼ dⱼ, and j with sᵢⱼ.
+    fn at(&self, vertex: u32, around: &[Neighbour]) -> Option<(f64, Vec<(u32, f32)>)> {
+        let (u, own) = self.seen[vertex as usize]?;
+        let here = self.region.point(vertex as usize);
+        let mut normal = [[0.0; UNKNOWNS]; UNKNOWNS];
+        let mut rows = Vec::with_capacity(around.len());
+        for neighbour in around {
+            let v = neighbour.vertex as usize;
+            let weight = neighbour.weight * self.weights[v];
+            let Some((u, d)) = self.seen[v].filter(|_| weight > 0.01) else {
+                continue;
+            };
+            let x = (self.region.point(v) - here) * (1.0 / self.reach);
+            let row = outer(&monomials(x), u);
+            for i in 0..UNKNOWNS {
+                let weighed = weight * row[i];
+                for j in 0..=i {
+                    normal[i][j] += weighed * row[j];
+                }
+            }
+            rows.push((neighbour.vertex, weight, row, d));
+        }
+        if rows.len() < FEWEST {
+            return None;
+        }
+        let factor = cholesky(&normal, |_| 1.0 / (EXPECTED * EXPECTED))?;
+        let mut unit = [0.0; MONOMIALS];
+        unit[0] = 1.0;
+        let shares_of = solve(&factor, outer(&unit, u));
+        let mut off = own;
+        let mut shares = Vec::with_capacity(rows.len());
+        for (v, weight, row, d) in rows {
+            let share = weight * row.iter().zip(&shares_of).map(|(a, b)| a * b).sum::<f64>();
+            off -= d * share;
+            shares.push((v, share as f32));
+        }
+        Some((off, shares))
+    }
+}
+
+/// The polynomial's columns: each monomial along each axis.
+fn outer(monomials: &[f64; MONOMIALS], u: Vec3) -> [f64; UNKNOWNS] {
+    std::array::from_fn(|i| monomials[i / 3] * u[i % 3])
+}
+
+#[cfg(test)]
+mod tests {
+    use mesh::shapes;
+
+    use super::*;
+
+    const OPTIONS: FrameOptions = FrameOptions {
+        reach: 0.35,
+        noise: 2e-3,
+    };
+
+    /// What is seen of a field along the normals of a mesh, and a little askew.
+    fn seen(mesh: &TriMesh, field: impl Fn(Vec3) -> Vec3) -> Vec<Option<(Vec3, f64)>> {
+        let along = |(v, normal): (usize, Vec3)| {
+            let p = mesh.point(v);
+            let u = (normal + p.map(|x| 0.2 * (9.0 * x).sin())) * 1.1;
+            Some((u, u.dot(field(p))))
+        };
+        mesh.vertex_normals()
+            .into_iter()
+            .map(Vec3)
+            .enumerate()
+            .map(along)
+            .collect()
+    }
+
+    fn quadratic(Vec3([x, y, z]): Vec3) -> Vec3 {
+        Vec3([2.0 * y + x * z, 1.0 - 2.0 * x, x * y - z]) * 1e-3
+    }
+
+    /// Far shorter than the reach.
+    fn ripple(p: Vec3) -> Vec3 {
+        p.map(|x| 2e-3 * (40.0 * x).sin())
+    }
+
+    // What directions tell little of is held to zero, and so stays in part.
+    #[test]
+    fn nearly_all_of_a_smooth_error_is_gone_and_what_is_left_of_a_field_is_what_is_seen_of_it() {
+        let mesh = shapes::bumpy_torus(80, 50, 1);
+        let size = |values: &[f64]| values.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let of = |field: &dyn Fn(Vec3) -> Vec3| {
+            let seen = seen(&mesh, field);
+            let frames = LocalFrames::fit_along(&mesh, &seen, &OPTIONS);
+            let beside = frames.beside().iter().zip(&seen);
+            let told: Vec<f64> = beside
+                .map(|(beside, seen)| beside.unwrap_or(Vec3::ZERO).dot(seen.unwrap().0))
+                .collect();
+            (frames, told)
+        };
+        let smooth = size(
+            &seen(&mesh, quadratic)
+                .iter()
+                .map(|seen| seen.unwrap().1)
+                .collect::<Vec<_>>(),
+        );
+        let (_, left) = of(&quadratic);
+        assert!(size(&left) < 0.15 * smooth, "{} of {smooth}", size(&left));
+
+        let (frames, told) = of(&|p| quadratic(p) + ripple(p));
+        let places: Vec<Vec3> = (0..mesh.vertex_count()).map(|v| ripple(mesh.point(v))).collect();
+        let by_axis = [0, 1, 2].map(|axis| {
+            let field: Vec<f64> = places.iter().map(|place| place[axis]).collect();
+            frames.left_along(&field).unwrap()
+        });
+        let foretold: Vec<f64> = (0..mesh.vertex_count())
+            .map(|v| (0..3).map(|axis| by_axis[axis][v][axis]).sum())
+            .collect();
+        let off: Vec<f64> = told.iter().zip(&foretold).map(|(a, b)| a - b).collect();
+        assert!(
+            size(&off) < 0.1 * size(&foretold),
+            "{} of {}",
+            size(&off),
+            size(&foretold)
+        );
+        assert!(size(&foretold) > 0.3 * size(&places.iter().map(|p| p.norm()).collect::<Vec<_>>()));
+    }
+}
