@@ -116,7 +116,7 @@ impl LocalFrames {
         frames
     }
 
-    /// Those of a region of which only u·δ is seen at each vertex, and the region was brought back nearly to where it was: see [`along`].
+    /// Those of a region of which only u·δ is seen at each vertex, and the region was brought back nearly to where it was: the rest of the way, which is smooth, is taken out as a polynomial of degree 2 around each vertex that such observations tell.
     ///
     /// # Panics
     /// When there isn't one u·δ a vertex.

@@ -87,11 +87,11 @@ impl InFrames {
             if along.iter().all(Option::is_none) {
                 return (index, LocalFrames::fit(patch.mesh(), &own, &options));
             }
-            let line = |(v, (place, u)): (usize, (&Option<[f64; 3]>, &Option<[f64; 3]>))| {
-                let u = Vec3((*u)?);
-                Some((u, u.dot(Vec3((*place)?) - patch.mesh().point(v))))
+            let line = |v: usize| {
+                let u = Vec3(along[v]?);
+                Some((u, u.dot(Vec3(own[v]?) - patch.mesh().point(v))))
             };
-            let lines: Vec<Option<(Vec3, f64)>> = own.iter().zip(&along).enumerate().map(line).collect();
+            let lines: Vec<Option<(Vec3, f64)>> = (0..own.len()).map(line).collect();
             (index, LocalFrames::fit_along(patch.mesh(), &lines, &options))
         };
         let mut frames: Vec<Option<LocalFrames>> = vec![None; original.patches().len()];
