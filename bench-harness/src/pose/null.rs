@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sigmark::{
     claim::statistics::p_of_chosen,
-    mark::{JointEstimator, ReadingMethod},
+    mark::{Found, JointEstimator, ReadingMethod},
 };
 
 use super::{
@@ -88,9 +88,10 @@ fn asked_of(
     let found = signed.reader().find(suspect, &job())?;
     let unposed = found.unposed(rig, &job())?;
     let bent = found.in_local_frames(layout);
-    let lies = found.alignment().is_none_or(|alignment| alignment.aligned);
-    let count = 2.0 + f64::from(u8::from(bent.is_some()));
-    let ways = [lies.then_some(&found), unposed.as_ref(), bent.as_ref()];
+    let unbent = found.unbent(&job())?;
+    let lies = |found: &&Found| found.alignment().is_none_or(|alignment| alignment.aligned);
+    let count = 2.0 + f64::from(u8::from(bent.is_some() || found.may_be_bent()));
+    let ways = [Some(&found), unposed.as_ref(), bent.as_ref(), unbent.as_ref()].map(|way| way.filter(lies));
     let readings = ways
         .into_iter()
         .flatten()

@@ -334,21 +334,28 @@ fn with_other_vertices(mesh: &TriMesh, share: f64) -> TriMesh {
     decimation::decimate(mesh, target, decimation::Decimator::Queue, &Job::default()).unwrap()
 }
 
+/// Long, and smooth.
+fn body() -> TriMesh {
+    let long = |Vec3([x, y, z])| Vec3([4.0 * x, y, 0.8 * z + 0.1 * x * y]);
+    deformed(&shapes::bumpy_sphere(5, 7), long)
+}
+
+fn signed_body() -> &'static Signed {
+    static SIGNED: OnceLock<Signed> = OnceLock::new();
+    SIGNED.get_or_init(|| Embedder::new(&key()).embed(&body(), &Job::default()).unwrap())
+}
+
+/// What is said of a mesh beside the body, once it has half of the triangles.
+fn judged_as_body(mesh: &TriMesh) -> Verdict {
+    let certificate = signed_body().certificate();
+    let verifier = Verifier::new(&body(), certificate, certificate.public_key()).unwrap();
+    let suspect = with_other_vertices(mesh, 0.5);
+    verifier.verify(&suspect, &Job::default()).unwrap()
+}
+
 #[test]
 fn a_copy_that_was_bent_and_then_decimated_is_found_by_its_surface() {
-    let long = |&[x, y, z]: &[f64; 3]| [4.0 * x, y, 0.8 * z + 0.1 * x * y];
-    let ball = shapes::bumpy_sphere(5, 7);
-    let body = ball
-        .with_positions(ball.positions().iter().map(long).collect())
-        .unwrap();
-    let signed = Embedder::new(&key()).embed(&body, &Job::default()).unwrap();
-    let certificate = signed.certificate();
-    let verifier = Verifier::new(&body, certificate, certificate.public_key()).unwrap();
-    let judged = |mesh: &TriMesh| {
-        let suspect = with_other_vertices(&arched(mesh, PI / 3.0), 0.5);
-        verifier.verify(&suspect, &Job::default()).unwrap()
-    };
-    let verdict = judged(signed.mesh());
+    let verdict = judged_as_body(&arched(signed_body().mesh(), PI / 3.0));
     assert_eq!(
         verdict.matched_by,
         MatchedBy::BentSurface,
@@ -363,7 +370,7 @@ fn a_copy_that_was_bent_and_then_decimated_is_found_by_its_surface() {
         "{}",
         verdict.overlap
     );
-    let unmarked = judged(&body);
+    let unmarked = judged_as_body(&arched(&body(), PI / 3.0));
     assert!(
         matches!(unmarked.outcome, Outcome::NotFound { .. }),
         "{}",
@@ -371,20 +378,19 @@ fn a_copy_that_was_bent_and_then_decimated_is_found_by_its_surface() {
     );
 }
 
+/// The forger's chair: the mark on the body as it lies bent, which then grew to three times the width at one end. No pose makes that of it.
 #[test]
-fn what_lies_bent_on_another_shape_is_not_found_by_its_surface() {
-    // Twice and a half as wide where it was thin: no pose makes that of it.
-    let bounds = original().bounding_box();
-    let stretched = |mesh: &TriMesh| {
-        deformed(mesh, |Vec3([x, y, z])| {
-            let along = (x - bounds.min[0]) / bounds.size()[0];
-            Vec3([x, y * (1.0 + 4.0 * along), z * (1.0 + 4.0 * along)])
-        })
-    };
-    let verdict = judged(&with_other_vertices(&stretched(signed().mesh()), 0.5));
+fn a_mark_that_was_carried_onto_another_shape_is_not_found_by_its_surface() {
+    let bounds = body().bounding_box();
+    let widened = deformed(signed_body().mesh(), |Vec3([x, y, z])| {
+        let along = (x - bounds.min[0]) / bounds.size()[0];
+        Vec3([x, y * (1.0 + 2.0 * along), z * (1.0 + 2.0 * along)])
+    });
+    let verdict = judged_as_body(&arched(&widened, PI / 3.0));
     assert!(
-        matches!(verdict.outcome, Outcome::NotFound { .. }),
-        "{:?}",
-        verdict.matched_by
+        matches!(verdict.outcome, Outcome::NotFound { .. }) && verdict.overlap < 0.8,
+        "{:?} {}",
+        verdict.matched_by,
+        verdict.overlap
     );
 }

@@ -7,7 +7,7 @@ use mesh::{TriMesh, Vec3};
 
 use super::{
     FrameOptions, LocalFrames, ROUNDS,
-    fit::{MONOMIALS, Neighbour, cholesky, monomials, solve, welsch},
+    fit::{LEAST_WEIGHT, MONOMIALS, Neighbour, cholesky, monomials, solve, welsch},
     windows::Windows,
 };
 
@@ -83,7 +83,7 @@ impl Lines<'_> {
         for neighbour in around {
             let v = neighbour.vertex as usize;
             let weight = neighbour.weight * self.weights[v];
-            let Some((u, d)) = self.seen[v].filter(|_| weight > 0.01) else {
+            let Some((u, d)) = self.seen[v].filter(|_| weight > LEAST_WEIGHT) else {
                 continue;
             };
             let x = (self.region.point(v) - here) * (1.0 / self.reach);

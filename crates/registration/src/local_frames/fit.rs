@@ -35,7 +35,7 @@ const RIDGE: f64 = 1e-9;
 const STRAIN: f64 = 0.3;
 
 /// Vertices that count less are left out.
-const LEAST_WEIGHT: f64 = 0.01;
+pub(super) const LEAST_WEIGHT: f64 = 0.01;
 
 pub(super) type Monomials = [f64; MONOMIALS];
 

@@ -25,7 +25,7 @@ use windows::Windows;
 pub struct LocalFrames {
     /// δᵢ − Σⱼ sᵢⱼ δⱼ, in the region's frame and unit; none where too little was seen around, or space was folded.
     beside: Vec<Option<Vec3>>,
-    /// The largest and the smallest singular value of Jᵢ; zeros where there is none.
+    /// The largest and the smallest singular value of Jᵢ; zeros where there is none. Where only one direction is seen the region was brought back before, and both are 1.
     stretch: Vec<[f64; 2]>,
     /// j and sᵢⱼ, one vertex after the other.
     shares: Vec<(u32, f32)>,
@@ -43,6 +43,9 @@ pub struct FrameOptions {
     /// About how far vertices lie beside a smooth deformation, in the region's unit: what gradients can't be told from.
     pub noise: f64,
 }
+
+/// A place where lengths became so many times larger, or smaller, than they did in the median is another shape.
+const BEARABLE_STRETCH: f64 = 2.0;
 
 /// Samples within the reach of a vertex, about.
 const SAMPLES: f64 = 80.0;
@@ -168,6 +171,25 @@ impl LocalFrames {
         };
         self.ends.iter().enumerate().map(left).collect()
     }
+}
+
+/// Whether each place is the same shape as before, by the largest and the smallest of its [stretches](LocalFrames::stretch); none where both are zero, since nothing is known of it. Where space was folded it is not.
+pub fn bearable(stretch: &[[f64; 2]]) -> Vec<Option<bool>> {
+    let is_told = |[most, _]: &&[f64; 2]| *most > 0.0;
+    let mut middle: Vec<f64> = stretch
+        .iter()
+        .filter(is_told)
+        .map(|[most, least]| (most * least).sqrt())
+        .collect();
+    if middle.is_empty() {
+        return vec![None; stretch.len()];
+    }
+    let count = middle.len();
+    let scale = *middle.select_nth_unstable_by(count / 2, f64::total_cmp).1;
+    let is_bearable =
+        |[most, least]: &[f64; 2]| *most <= BEARABLE_STRETCH * scale && least * BEARABLE_STRETCH >= scale;
+    let of_one = |stretch: &[f64; 2]| Some(stretch).filter(is_told).map(is_bearable);
+    stretch.iter().map(of_one).collect()
 }
 
 #[cfg(test)]

@@ -66,8 +66,12 @@ fn unpose_changed(
     {
         return Ok(Some(UnposedSuspect::ByVertices(found)));
     }
-    let seeds = std::iter::once(&alignment.transform).chain(&alignment.alternatives);
-    let seeds: Vec<Similarity> = seeds.take(MOST_SEEDS).copied().collect();
-    let found = unpose_surface(original, rig, suspect, &seeds, job)?;
+    let found = unpose_surface(original, rig, suspect, &seeds(alignment), job)?;
     Ok(found.map(UnposedSuspect::BySurface))
+}
+
+/// The ways in which a surface may lie from which a pose is looked for.
+pub(super) fn seeds(alignment: &Alignment) -> Vec<Similarity> {
+    let ways = std::iter::once(&alignment.transform).chain(&alignment.alternatives);
+    ways.take(MOST_SEEDS).copied().collect()
 }

@@ -17,11 +17,12 @@ use mesh::{Rig, Similarity, TriMesh, Vec3};
 
 use super::{
     Pose, Row,
+    placed::seeds,
     rigid::{Blending, Motion, Rigid},
 };
 use crate::{
-    AlignOptions, Aligner, Placement, PreparedMesh, RegistrationError,
-    matrix::{Mat3, svd},
+    AlignOptions, Aligner, Alignment, Placement, PreparedMesh, RegistrationError,
+    local_frames::bearable,
     sampled::{GRAIN, Sampled},
 };
 use fit::{BY_NODES, Fit};
@@ -60,9 +61,6 @@ const MANY: Spread = Spread {
 
 /// A bent suspect of which less lies on the few nodes' original is not it.
 const LEAST_LAID: f64 = 0.5;
-
-/// A place where lengths became so many times larger, or smaller, than they did in the median is another shape.
-const BEARABLE_STRETCH: f64 = 2.0;
 
 /// Where less of the original lies on the suspect, 0 to 1, once joints are placed, this is not its pose: of other models a third does, of the right one half and more. Of nodes as much of the suspect has to lie on the original.
 const LIES: f64 = 0.35;
@@ -120,37 +118,35 @@ pub fn unpose_surface(
     }
     let skeleton = Skeleton::of(original, rig)?;
     let laying = Laying::of(original, rig, &skeleton, suspect)?;
-    let Some(best) = laying.found(seeds, job)? else {
+    let mut best = laying.by_seeds(seeds, job)?;
+    laying.by_parts(&mut best, job)?;
+    let Some(best) = best else {
         return Ok(None);
     };
     Ok(Some(laying.unposed(&best, job)?))
 }
 
-/// Brings the surface of a suspect back that something bent, twisted or posed, and nobody knows what: nodes all over the original are taken for joints, few at first, and then many. As [`unpose_surface`] otherwise.
+/// Brings the surface of a suspect back that something bent, twisted or posed, and nobody knows what, from the ways in which it may lie: nodes all over the original are taken for joints, few at first, and then many. As [`unpose_surface`] otherwise.
 ///
 /// # Errors
 /// As [`unpose_surface`].
 pub fn unpose_bent(
     original: &PreparedMesh,
     suspect: &PreparedMesh,
-    seeds: &[Similarity],
+    alignment: &Alignment,
     job: &Job,
 ) -> Result<Option<UnposedSurface>, RegistrationError> {
-    let [few, many] = [FEW, MANY].map(|spread| Nodes::over(original.mesh(), spread));
-    let (Some(few), Some(many)) = (few, many) else {
+    let Some(few) = Nodes::over(original.mesh(), FEW, job)? else {
         return Ok(None);
     };
     let skeleton = Skeleton::of(original, &few.rig)?;
     let mut laying = Laying::of(original, &few.rig, &skeleton, suspect)?;
-    if let Some(seed) = seeds.first() {
-        laying.fit = laying.fit.about(seed);
-    }
-    let seeds = unmirrored(seeds, original.sampled("original")?);
-    let seeds = &seeds[..];
-    let Some(found) = laying
-        .found(seeds, job)?
-        .filter(|found| found.shares[0] > LEAST_LAID)
-    else {
+    laying.fit = laying.fit.about(&alignment.transform);
+    let found = laying.by_seeds(&seeds(alignment), job)?;
+    let Some(found) = found.filter(|found| found.shares[0] > LEAST_LAID) else {
+        return Ok(None);
+    };
+    let Some(many) = Nodes::over(original.mesh(), MANY, job)? else {
         return Ok(None);
     };
     let motion = |&vertex: &u32| found.pose.blended_motion(few.rig.weights_of(vertex as usize));
@@ -190,17 +186,18 @@ impl<'a> Laying<'a> {
         })
     }
 
-    /// The best pose from transforms that may take the suspect, or a part of it, to the original, and if none is good, from where parts of the original are found by themselves.
-    fn found(&self, seeds: &[Similarity], job: &Job) -> Result<Option<Found>, RegistrationError> {
-        let skeleton = self.fit.skeleton;
-        let mut best: Option<Found> = None;
+    /// The best pose from transforms that may take the suspect, or a part of it, to the original.
+    fn by_seeds(&self, seeds: &[Similarity], job: &Job) -> Result<Option<Found>, RegistrationError> {
+        let mut best = None;
         let begun = seeds.iter().filter(|seed| !seed.mirrors());
         let begun = begun.filter_map(|seed| self.fit.beginning(seed, None));
         self.better(&mut best, begun.collect(), SEEDS, job)?;
-        if self.fit.is_sized() {
-            // One node's part is alike everywhere.
-            return Ok(best);
-        }
+        Ok(best)
+    }
+
+    /// A better pose, until one is good, from where parts of the original are found by themselves.
+    fn by_parts(&self, best: &mut Option<Found>, job: &Job) -> Result<(), RegistrationError> {
+        let skeleton = self.fit.skeleton;
         let mut begun = Vec::new();
         let aligner = Aligner::new(self.suspect, &AlignOptions::default())?;
         for joint in skeleton.largest(PARTS) {
@@ -225,8 +222,7 @@ impl<'a> Laying<'a> {
                 );
             }
         }
-        self.better(&mut best, begun, PLACES, job)?;
-        Ok(best)
+        self.better(best, begun, PLACES, job)
     }
 
     fn unposed(&self, found: &Found, job: &Job) -> Result<UnposedSurface, RegistrationError> {
@@ -352,53 +348,24 @@ impl<'a> Laying<'a> {
     }
 }
 
-/// Transforms that don't mirror, each that did reflected once more at each of the original's principal planes: what was bent may lie better mirrored than as it is.
-fn unmirrored(seeds: &[Similarity], original: &Sampled) -> Vec<Similarity> {
-    let axes = svd(&original.covariance).right.0;
-    let reflected = |axis: Vec3| {
-        let Mat3(mut rotation) = Mat3::IDENTITY;
-        let twice = Mat3::outer(axis * 2.0, axis);
-        (0..3).for_each(|i| rotation[i] -= twice.0[i]);
-        Similarity {
-            rotation: Mat3(rotation).rows(),
-            translation: (axis * (2.0 * axis.dot(original.centroid))).into(),
-            ..Similarity::IDENTITY
-        }
-    };
-    let proper = |seed: &Similarity| match seed.mirrors() {
-        false => vec![*seed],
-        true => axes.map(|axis| seed.then(&reflected(axis))).to_vec(),
-    };
-    seeds.iter().flat_map(proper).collect()
-}
-
-/// The share of a suspect's area that is no other shape than it was where it came from: where lengths became at most so many times as large, or as small, as they did in the median.
+/// The share of a suspect's area that is [no other shape](bearable) than it was where it came from.
 fn one_shape(suspect: &TriMesh, before: &[[f64; 3]]) -> f64 {
-    let stretches: Vec<(f64, [f64; 2])> = (suspect.triangles().iter())
-        .filter_map(|corners| {
-            let [[a, b], [c, d]] = [suspect.positions(), before].map(|positions| {
-                let [p, q, r] = corners.map(|v| Vec3(positions[v as usize]));
-                [q - p, r - p]
-            });
-            Some((a.cross(b).norm(), stretch([c, d], [a, b])?))
-        })
-        .collect();
-    let scales: Vec<f64> = stretches
-        .iter()
-        .map(|(_, [most, least])| (most * least).sqrt())
-        .collect();
-    if scales.is_empty() {
-        return 0.0;
-    }
-    let scale = super::median(scales);
+    let edges = |positions: &[[f64; 3]], corners: &[u32; 3]| {
+        let [p, q, r] = corners.map(|v| Vec3(positions[v as usize]));
+        [q - p, r - p]
+    };
+    let of_triangle = |corners: &[u32; 3]| {
+        let after = edges(suspect.positions(), corners);
+        let stretch = stretch(edges(before, corners), after).unwrap_or_default();
+        (after[0].cross(after[1]).norm(), stretch)
+    };
+    let (areas, stretches): (Vec<f64>, Vec<[f64; 2]>) = suspect.triangles().iter().map(of_triangle).unzip();
     let (mut own, mut all) = (0.0, 0.0);
-    for (area, [most, least]) in stretches {
-        all += area;
-        if most <= BEARABLE_STRETCH * scale && least * BEARABLE_STRETCH >= scale {
-            own += area;
-        }
+    for (area, is_bearable) in areas.into_iter().zip(bearable(&stretches)) {
+        all += if is_bearable.is_some() { area } else { 0.0 };
+        own += if is_bearable == Some(true) { area } else { 0.0 };
     }
-    own / all
+    own / f64::max(all, f64::MIN_POSITIVE)
 }
 
 /// The singular values of the map between two edges of a triangle before and after, the larger first; none where there is none.
@@ -502,6 +469,28 @@ mod tests {
             let [middle, most] = [0.5, 0.95].map(|share| off[(share * off.len() as f64) as usize]);
             assert!(middle < 2e-4 && most < 1e-3, "{angle}: {middle} {most}");
         }
+    }
+
+    #[test]
+    fn what_was_turned_and_scaled_is_one_shape_and_what_was_pulled_to_three_times_the_length_is_not() {
+        let mesh = body(3);
+        let similarity = Similarity {
+            scale: 5.0,
+            translation: [1.0, 2.0, 3.0],
+            ..Similarity::from_quaternion([0.9, 0.3, -0.2, 0.1])
+        };
+        let moved = shapes::moved(&mesh, &similarity);
+        assert!((one_shape(&moved, mesh.positions()) - 1.0).abs() < 1e-12);
+        let after = [Vec3::X * 3.0, Vec3::X * 3.0 + Vec3::Y * 0.5];
+        let [most, least] = stretch([Vec3::X, Vec3::Y], after).unwrap();
+        // Of the matrix (3 3; 0 ½) the singular values have this product and this sum of squares.
+        assert!((most * least - 1.5).abs() < 1e-12 && (most * most + least * least - 18.25).abs() < 1e-12);
+        let half = |&[x, y, z]: &[f64; 3]| [if x > 0.0 { 3.0 * x } else { x }, y, z];
+        let pulled = mesh
+            .with_positions(mesh.positions().iter().map(half).collect())
+            .unwrap();
+        let share = one_shape(&pulled, mesh.positions());
+        assert!(0.2 < share && share < 0.6, "{share}");
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use std::{cmp::Reverse, collections::BinaryHeap};
 
+use job::{Job, JobError};
 use mesh::{Components, Edges, Rig, Surface, TriMesh, Vec3, VertexStars, components};
 
 /// How nodes are spread.
@@ -26,23 +27,26 @@ pub(super) struct Nodes {
 
 impl Nodes {
     /// Nodes over the largest connected part, each as far along the edges from those before it as any vertex; other parts move as what is nearest to them there. None where that has too few vertices.
-    pub(super) fn over(mesh: &TriMesh, spread: Spread) -> Option<Self> {
+    pub(super) fn over(mesh: &TriMesh, spread: Spread, job: &Job) -> Result<Option<Self>, JobError> {
         let ways = Ways {
             mesh,
             around: Edges::of(mesh).neighbours(),
         };
         let parts = components(mesh);
-        let largest = (0..parts.count).max_by_key(|&part| parts.sizes[part])? as u32;
+        let largest = (0..parts.count)
+            .max_by_key(|&part| parts.sizes[part])
+            .unwrap_or(0) as u32;
         let own = |v: &u32| parts.of_vertex[*v as usize] == largest;
         let own: Vec<u32> = (0..mesh.vertex_count() as u32).filter(own).collect();
         if own.len() < FEWEST_VERTICES * spread.nodes {
-            return None;
+            return Ok(None);
         }
-        let (vertices, farthest) = ways.spread(&own, spread.nodes);
+        let (vertices, farthest) = ways.spread(&own, spread.nodes, job)?;
         let reach = spread.reach * farthest;
         let mut weights = vec![Vec::new(); mesh.vertex_count()];
         let mut apart = vec![f64::INFINITY; mesh.vertex_count()];
         for (node, &vertex) in (0..).zip(&vertices) {
+            job.go_on()?;
             for v in ways.within(vertex, reach, &mut apart) {
                 let beside = apart[v as usize] / reach;
                 weights[v as usize].push((node, (1.0 - beside * beside).powi(spread.power)));
@@ -53,7 +57,7 @@ impl Nodes {
             follow(mesh, &parts, largest, &mut weights);
         }
         let rig = Rig::new(&weights);
-        (rig.joints() == vertices.len()).then_some(Self { rig, vertices })
+        Ok((rig.joints() == vertices.len()).then_some(Self { rig, vertices }))
     }
 }
 
@@ -88,12 +92,13 @@ struct Ways<'a> {
 
 impl Ways<'_> {
     /// So many of these vertices, each as far from those before it as any; and how far the vertex is from the nearest that is farthest from any.
-    fn spread(&self, among: &[u32], count: usize) -> (Vec<u32>, f64) {
+    fn spread(&self, among: &[u32], count: usize, job: &Job) -> Result<(Vec<u32>, f64), JobError> {
         let mut apart = vec![f64::INFINITY; self.mesh.vertex_count()];
         let mut spread = Vec::with_capacity(count);
         let mut next = among.first().copied();
         let mut farthest = 0.0;
         while let Some(node) = next.filter(|_| spread.len() < count) {
+            job.go_on()?;
             spread.push(node);
             self.go(node, f64::INFINITY, &mut apart, |_| {});
             let away = |v: &u32| apart[*v as usize];
@@ -104,7 +109,7 @@ impl Ways<'_> {
                 .filter(|v| away(v) > 0.0);
             farthest = next.map_or(0.0, |v| away(&v));
         }
-        (spread, farthest)
+        Ok((spread, farthest))
     }
 
     /// The vertices within a reach of one, ascending, and in `apart`, which is infinite before, how far each is.
@@ -152,10 +157,14 @@ mod tests {
         power: 2,
     };
 
+    fn over(mesh: &TriMesh) -> Option<Nodes> {
+        Nodes::over(mesh, SPREAD, &Job::default()).unwrap()
+    }
+
     #[test]
     fn nodes_lie_apart_and_every_vertex_follows_those_around_it() {
         let mesh = shapes::bumpy_torus(60, 40, 1);
-        let Nodes { rig, vertices } = Nodes::over(&mesh, SPREAD).unwrap();
+        let Nodes { rig, vertices } = over(&mesh).unwrap();
         assert_eq!((rig.joints(), vertices.len()), (20, 20));
         let apart = |a: u32, b: u32| (mesh.point(a as usize) - mesh.point(b as usize)).norm();
         for (i, &a) in vertices.iter().enumerate() {
@@ -180,7 +189,7 @@ mod tests {
                 ..Similarity::IDENTITY
             },
         );
-        assert!(Nodes::over(&small, SPREAD).is_none());
+        assert!(over(&small).is_none());
         let count = body.vertex_count() as u32;
         let others = small.triangles().iter().map(|corners| corners.map(|v| v + count));
         let both = TriMesh::new(
@@ -192,7 +201,7 @@ mod tests {
             body.triangles().iter().copied().chain(others).collect(),
         )
         .unwrap();
-        let rig = Nodes::over(&both, SPREAD).unwrap().rig;
+        let rig = over(&both).unwrap().rig;
         let main = |v: usize| {
             let weights = rig.weights_of(v).iter();
             weights.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap().0

@@ -2,7 +2,7 @@
 
 use job::Job;
 use mesh::Vec3;
-use registration::{Correspondence, FrameOptions, LocalFrames, PreparedMesh};
+use registration::{Correspondence, FrameOptions, LocalFrames, PreparedMesh, bearable};
 
 use super::{Reading, ReadingMethod};
 use crate::mark::{MarkError, MarkLayout, Patch, PatchBasis, Registered};
@@ -19,9 +19,6 @@ pub(super) struct InFrames {
 
 /// How far surroundings go, in wavelengths of a patch's highest harmonic: what varies over much more is taken for the pose.
 const REACH: f64 = 1.0;
-
-/// A place where lengths became so many times larger, or smaller, than they did in the median is another shape.
-const BEARABLE_STRETCH: f64 = 2.0;
 
 /// What is left by a similarity has to be so many times as large as a mark, or nothing was bent.
 const MORE_THAN_A_MARK: f64 = 3.0;
@@ -133,23 +130,4 @@ impl InFrames {
         );
         Ok(reading.where_it_is_one_shape(&self.bearable))
     }
-}
-
-/// Whether each vertex was stretched bearably; none where too little was seen around it. Where space was folded it was not.
-fn bearable(stretch: &[[f64; 2]]) -> Vec<Option<bool>> {
-    let is_told = |[most, _]: &&[f64; 2]| *most > 0.0;
-    let mut middle: Vec<f64> = stretch
-        .iter()
-        .filter(is_told)
-        .map(|[most, least]| (most * least).sqrt())
-        .collect();
-    if middle.is_empty() {
-        return vec![None; stretch.len()];
-    }
-    let count = middle.len();
-    let scale = *middle.select_nth_unstable_by(count / 2, f64::total_cmp).1;
-    let is_bearable =
-        |[most, least]: &[f64; 2]| *most <= BEARABLE_STRETCH * scale && least * BEARABLE_STRETCH >= scale;
-    let of_one = |stretch: &[f64; 2]| Some(stretch).filter(is_told).map(is_bearable);
-    stretch.iter().map(of_one).collect()
 }

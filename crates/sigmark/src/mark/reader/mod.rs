@@ -36,9 +36,6 @@ use suspect::SeenBy;
 /// A suspect of whose surface more lies on the reference was bent nowhere, or in a small part.
 const MOSTLY_THERE: f64 = 0.9;
 
-/// From so many of the ways in which its surface may lie a bent suspect is looked for.
-const MOST_SEEDS: usize = 4;
-
 /// Brings suspects onto a reference and reads them there. What does not depend on the suspect is computed once, when it is first
 /// needed, and kept.
 ///
@@ -257,10 +254,7 @@ impl Found {
         if !self.may_be_bent() {
             return Ok(None);
         }
-        let seeds = std::iter::once(&alignment.transform).chain(&alignment.alternatives);
-        let seeds: Vec<Similarity> = seeds.take(MOST_SEEDS).copied().collect();
-        let found = unpose_bent(&self.reference, &self.suspect, &seeds, job)?;
-        let Some(found) = found else {
+        let Some(found) = unpose_bent(&self.reference, &self.suspect, alignment, job)? else {
             return Ok(None);
         };
         let placement = placed(&found, MatchedBy::BentSurface);
