@@ -23,6 +23,7 @@ use super::{
 use crate::{
     AlignOptions, Aligner, Alignment, Placement, PreparedMesh, RegistrationError,
     local_frames::bearable,
+    matrix::{Mat3, svd},
     sampled::{GRAIN, Sampled},
 };
 use fit::{BY_NODES, Fit};
@@ -142,7 +143,7 @@ pub fn unpose_bent(
     let skeleton = Skeleton::of(original, &few.rig)?;
     let mut laying = Laying::of(original, &few.rig, &skeleton, suspect)?;
     laying.fit = laying.fit.about(&alignment.transform);
-    let found = laying.by_seeds(&seeds(alignment), job)?;
+    let found = laying.by_seeds(&unmirrored(&seeds(alignment), original.sampled("original")?), job)?;
     let Some(found) = found.filter(|found| found.shares[0] > LEAST_LAID) else {
         return Ok(None);
     };
@@ -346,6 +347,26 @@ impl<'a> Laying<'a> {
             .quiet()
             .map(self.suspect.mesh().vertex_count(), GRAIN, place)?)
     }
+}
+
+/// Transforms that don't mirror, each that did reflected once more at each of the original's principal planes: what was bent may lie better mirrored than as it is.
+fn unmirrored(seeds: &[Similarity], original: &Sampled) -> Vec<Similarity> {
+    let axes = svd(&original.covariance).right.0;
+    let reflected = |axis: Vec3| {
+        let Mat3(mut rotation) = Mat3::IDENTITY;
+        let twice = Mat3::outer(axis * 2.0, axis);
+        (0..3).for_each(|i| rotation[i] -= twice.0[i]);
+        Similarity {
+            rotation: Mat3(rotation).rows(),
+            translation: (axis * (2.0 * axis.dot(original.centroid))).into(),
+            ..Similarity::IDENTITY
+        }
+    };
+    let proper = |seed: &Similarity| match seed.mirrors() {
+        false => vec![*seed],
+        true => axes.map(|axis| seed.then(&reflected(axis))).to_vec(),
+    };
+    seeds.iter().flat_map(proper).collect()
 }
 
 /// The share of a suspect's area that is [no other shape](bearable) than it was where it came from.
