@@ -10,7 +10,7 @@ use std::{
 };
 
 use anyhow::{Context, Result, bail};
-use evaluation::{machine::cpu_of_children, process::root};
+use evaluation::{machine::cpu_of_children, process::root, sources::commit};
 use fuzzing::{TARGETS, Target};
 use record::Run;
 
@@ -104,6 +104,8 @@ fn run_for(target: &Target, seconds: u64) -> Result<Run> {
         command.arg(format!("-dict={}", dictionary.display()));
     }
     command.stderr(File::create(&log).with_context(|| log.display().to_string())?);
+    // Told before it begins: the tree may have gone on when it ends.
+    let commit = commit();
     let (began, cpu_before) = (Instant::now(), cpu_of_children());
     let status = command.status().context("cargo can't be run")?;
     let wall = began.elapsed().as_secs_f64();
@@ -113,6 +115,7 @@ fn run_for(target: &Target, seconds: u64) -> Result<Run> {
     let said = fs::read_to_string(&log).with_context(|| log.display().to_string())?;
     Run::of(
         target.name,
+        commit,
         cpu.unwrap_or(wall).min(wall),
         &said,
         status.success(),

@@ -3,7 +3,7 @@
 use std::{collections::BTreeMap, fmt, fs, fs::OpenOptions, io::Write, path::PathBuf};
 
 use anyhow::{Context, Result};
-use evaluation::{machine, process::root, sources::commit, table::Table};
+use evaluation::{machine, process::root, table::Table};
 use fuzzing::TARGETS;
 
 const HEADER: &str = "target,commit,CPU seconds,inputs tried,edges,inputs kept,found";
@@ -26,8 +26,15 @@ pub(super) struct Run {
 }
 
 impl Run {
-    /// What libFuzzer's words say of a run; none where its last line is missing, or where it ended early and kept no input as the reason.
-    pub(super) fn of(target: &str, cpu_seconds: f64, said: &str, success: bool) -> Option<Self> {
+    /// What libFuzzer's words say of a run of what was built at a commit; none where its last line is missing, or where it ended early and kept no
+    /// input as the reason.
+    pub(super) fn of(
+        target: &str,
+        commit: String,
+        cpu_seconds: f64,
+        said: &str,
+        success: bool,
+    ) -> Option<Self> {
         // It names the file of a slow input, too, and goes on.
         let found = !success && said.contains("Test unit written to");
         if !success && !found {
@@ -46,7 +53,7 @@ impl Run {
         };
         Some(Self {
             target: target.into(),
-            commit: commit(),
+            commit,
             cpu_seconds,
             tried: after("#")?,
             edges: after("cov:")?,
@@ -175,7 +182,7 @@ mod tests {
     fn words_of_a_run_are_understood_and_written_down() {
         let said = "INFO: Seed: 1\n#2\tINITED cov: 10 ft: 11 corp: 1/1b exec/s: 0 rss: 40Mb\n\
                     #2097152\tDONE   cov: 4021 ft: 15123 corp: 3034/1204Kb lim: 8192 exec/s: 3472 rss: 612Mb\nstat::average_exec_per_sec: 3\n";
-        let run = Run::of("obj", 599.6, said, true).unwrap();
+        let run = Run::of("obj", "c0ffee".into(), 599.6, said, true).unwrap();
         assert_eq!(
             (run.tried, run.edges, run.kept, run.found),
             (2_097_152, 4021, 3034, false)
@@ -188,16 +195,23 @@ mod tests {
                 ..run
             }
         );
-        assert_eq!(Run::of("obj", 1.0, "error: no such command: `fuzz`", false), None);
+        assert_eq!(
+            Run::of("obj", String::new(), 1.0, "error: no such command: `fuzz`", false),
+            None
+        );
     }
 
     #[test]
     fn only_an_input_that_was_kept_is_a_finding() {
         let said = "#4096\tpulse  cov: 12 ft: 13 corp: 5/9b exec/s: 9 rss: 40Mb\n";
         let kept = format!("{said}artifact_prefix='artifacts/'; Test unit written to artifacts/crash-12\n");
-        assert!(Run::of("obj", 1.0, &kept, false).unwrap().found);
-        assert!(!Run::of("obj", 1.0, &kept, true).unwrap().found);
-        assert_eq!(Run::of("obj", 1.0, said, false), None, "killed from outside");
+        assert!(Run::of("obj", String::new(), 1.0, &kept, false).unwrap().found);
+        assert!(!Run::of("obj", String::new(), 1.0, &kept, true).unwrap().found);
+        assert_eq!(
+            Run::of("obj", String::new(), 1.0, said, false),
+            None,
+            "killed from outside"
+        );
     }
 
     #[test]
