@@ -1,8 +1,6 @@
 //! Suspects in unknown position, that lost their vertices or never had a surface to speak of: what `align` and `verify` say.
 
-mod common;
-
-use common::{Folder, model};
+use crate::common::{Folder, model};
 use mesh::{Similarity, TriMesh, Welded, shapes};
 use mesh_io::{Asset, Precision};
 use serde_json::Value;

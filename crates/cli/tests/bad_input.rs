@@ -1,9 +1,7 @@
 //! Whatever is wrong with what a command is given, it ends with exit code 2 and one line that names the file, the place and
 //! the remedy; no file is left, none is changed, and no memory is taken because a header says so.
 
-mod common;
-
-use common::{Folder, model};
+use crate::common::{Folder, model};
 use mesh::{TriMesh, shapes};
 use mesh_io::Precision;
 use serde_json::Value;

@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used)] // in the helpers of tests, too
 
-mod common;
-
-use common::{Folder, finish, model};
+use crate::common::{Folder, finish, model};
 use mesh::shapes;
 use mesh_io::Precision;
 use serde_json::Value;

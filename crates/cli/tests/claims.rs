@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used)] // in the helpers of tests, too
 
-mod common;
-
-use common::Folder;
+use crate::common::Folder;
 use mesh::shapes;
 use mesh_io::Precision;
 

@@ -1,13 +1,11 @@
 //! What the commands do when all is well, and how they answer yes and no.
 
-mod common;
-
 use std::{
     io::{Cursor, Read},
     process::Stdio,
 };
 
-use common::{Folder, finish, model};
+use crate::common::{Folder, finish, model};
 use mesh::{Similarity, TriMesh, shapes};
 use mesh_io::{Asset, Precision};
 use serde_json::Value;

@@ -2,11 +2,9 @@
 
 #![allow(clippy::unwrap_used)] // in the helpers of tests, too
 
-mod common;
-
 use std::{collections::BTreeMap, fs, path::PathBuf, time::SystemTime};
 
-use common::{Folder, Run, finish, model};
+use crate::common::{Folder, Run, finish, model};
 use mesh::shapes;
 use mesh_io::Precision;
 

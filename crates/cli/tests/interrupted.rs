@@ -3,8 +3,6 @@
 #![cfg(unix)]
 #![allow(clippy::unwrap_used)] // in the helpers of tests, too
 
-mod common;
-
 use std::{
     io::{BufRead, BufReader, Read},
     process::{Child, Command, Stdio},
@@ -12,7 +10,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use common::Folder;
+use crate::common::Folder;
 use mesh::shapes;
 use mesh_io::Precision;
 
@@ -74,7 +72,7 @@ fn a_signature_that_is_interrupted_leaves_nothing() {
 #[test]
 fn a_batch_that_is_interrupted_ends_as_a_whole() {
     let folder = folder();
-    folder.write_mesh("small.ply", &common::model(), Precision::Double);
+    folder.write_mesh("small.ply", &crate::common::model(), Precision::Double);
     let mut child = started(
         &folder,
         "embed small.ply large.ply -o signed -k owner.pem --chip-rate 1 --threads 1 --json",
@@ -96,7 +94,7 @@ fn a_batch_that_is_interrupted_ends_as_a_whole() {
 #[test]
 fn a_verification_that_is_interrupted_answers_nothing() {
     let folder = folder();
-    folder.write_mesh("small.ply", &common::model(), Precision::Double);
+    folder.write_mesh("small.ply", &crate::common::model(), Precision::Double);
     folder.done("embed small.ply -o s.ply -k owner.pem --chip-rate 1");
     let before: Vec<String> = folder
         .contents()

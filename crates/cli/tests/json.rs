@@ -2,15 +2,13 @@
 
 #![allow(clippy::unwrap_used)] // in the helpers of tests, too
 
-mod common;
-
 use std::{
     collections::{BTreeMap, BTreeSet},
     fs,
     path::Path,
 };
 
-use common::{Folder, finish, model};
+use crate::common::{Folder, finish, model};
 use mesh::shapes;
 use mesh_io::{Asset, Precision};
 use serde_json::Value;
@@ -139,7 +137,7 @@ fn folder() -> Folder {
     );
     folder.write("sheet.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 9\nf 1 2 3\n");
     folder.write("bad.ply", "ply");
-    let rigged = common::rigged::rigged(&shapes::bumpy_torus(20, 20, 1));
+    let rigged = crate::common::rigged::rigged(&shapes::bumpy_torus(20, 20, 1));
     folder.write("rigged.glb", rigged);
     folder.write("list.csv", "Anna\nBert\n");
     folder.write_mesh("odd.obj", &model(), Precision::Double);

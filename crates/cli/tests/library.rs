@@ -2,11 +2,9 @@
 
 #![allow(clippy::unwrap_used)] // in the helpers of tests, too
 
-mod common;
-
 use std::{fs, process::Stdio, thread, time::Duration};
 
-use common::Folder;
+use crate::common::Folder;
 use mesh::{TriMesh, shapes};
 use mesh_io::{Asset, Precision};
 use serde_json::Value;

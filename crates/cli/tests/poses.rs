@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used)] // in the helpers of tests, too
 
-mod common;
-
-use common::{
+use crate::common::{
     Folder,
     rigged::{rigged, with_views},
 };

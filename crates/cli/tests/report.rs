@@ -2,11 +2,9 @@
 
 #![allow(clippy::unwrap_used)] // in the helpers of tests, too
 
-mod common;
-
 use std::process::Command;
 
-use common::{Folder, Run, finish, model};
+use crate::common::{Folder, Run, finish, model};
 use mesh::{Similarity, shapes};
 use mesh_io::{Asset, Precision};
 use sha2::{Digest, Sha256};

@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used)] // in the helpers of tests, too
 
-mod common;
-
-use common::{Folder, model};
+use crate::common::{Folder, model};
 use mesh::shapes;
 use mesh_io::{Asset, Format, Precision, write_mesh};
 use serde_json::Value;

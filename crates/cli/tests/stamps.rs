@@ -1,10 +1,8 @@
 //! Time stamps on certificates, by an authority that OpenSSL plays.
 
-mod common;
-
 use std::{io::ErrorKind, process::Command};
 
-use common::Folder;
+use crate::common::Folder;
 use serde_json::{Value, json};
 
 const CERTIFICATE: &str = "signed.ply.cert.json";

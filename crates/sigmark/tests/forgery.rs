@@ -332,7 +332,7 @@ fn a_mark_of_full_strength_that_was_taken_off_is_no_claim() {
 
 /// The same on meshes of files, from the faintest mark to the default.
 #[test]
-#[ignore = "wants a folder of meshes and three minutes: SIGMARK_MESHES=DIR cargo test --test forgery -- --ignored"]
+#[ignore = "wants a folder of meshes and three minutes: SIGMARK_MESHES=DIR cargo test -p sigmark --test all forgery -- --ignored"]
 fn marks_that_were_taken_off_real_meshes_are_no_claims() {
     let folder = std::env::var("SIGMARK_MESHES").expect("SIGMARK_MESHES names a folder of meshes");
     let mut files: Vec<_> = std::fs::read_dir(&folder)

@@ -1,5 +1,4 @@
 //! The real binary, run in a folder of its own.
-#![allow(dead_code)] // Each test file uses a part.
 
 pub(crate) mod rigged;
 

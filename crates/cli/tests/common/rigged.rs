@@ -1,5 +1,4 @@
 //! A model with joints and a morph target.
-#![allow(dead_code)] // Each test file uses a part.
 
 use mesh::TriMesh;
 use mesh_io::{Format, Precision, write_mesh};
