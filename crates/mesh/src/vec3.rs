@@ -27,6 +27,8 @@ impl Vec3 {
     pub const Y: Self = Self([0.0, 1.0, 0.0]);
     /// The unit vector along the z axis.
     pub const Z: Self = Self([0.0, 0.0, 1.0]);
+    /// All three unit vectors.
+    pub const AXES: [Self; 3] = [Self::X, Self::Y, Self::Z];
 
     /// a · b.
     #[inline]

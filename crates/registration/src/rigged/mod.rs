@@ -189,17 +189,6 @@ impl Row<'_> {
         self.x + self.offset(shape)
     }
 
-    /// A place beside the vertex that moves as it does.
-    fn shifted(&self, by: Vec3) -> Row<'_> {
-        Row {
-            vertex: self.vertex,
-            x: self.x + by,
-            y: self.y,
-            weights: self.weights,
-            offsets: self.offsets.clone(),
-        }
-    }
-
     fn offset(&self, shape: &[f64]) -> Vec3 {
         let moved = self.offsets.iter();
         moved

@@ -55,6 +55,8 @@ pub(super) enum Blending {
 pub(super) struct Rigid {
     blending: Blending,
     joints: Vec<Motion>,
+    /// The joints' motions as affine maps.
+    maps: Vec<Affine>,
     /// How far each morph target is taken.
     shape: Vec<f64>,
     scale: f64,
@@ -66,6 +68,7 @@ impl Rigid {
     pub(super) fn of_joints(blending: Blending, joints: Vec<Motion>, scale: f64) -> Self {
         Self {
             blending,
+            maps: joints.iter().map(Motion::map).collect(),
             joints,
             shape: Vec::new(),
             scale,
@@ -81,6 +84,7 @@ impl Rigid {
     /// Moves one joint otherwise.
     pub(super) fn set_joint(&mut self, joint: usize, motion: Motion) {
         self.joints[joint] = motion;
+        self.maps[joint] = motion.map();
     }
 
     /// The same joints, blended otherwise.
@@ -136,11 +140,9 @@ impl Rigid {
             still.turned(turn).shifted(Vec3([0.02, -0.01, 0.03]) * j as f64)
         };
         Self {
-            blending,
-            joints: (0..joints).map(joint).collect(),
             shape: shape.to_vec(),
-            scale: 7.0,
             mirrors,
+            ..Self::of_joints(blending, (0..joints).map(joint).collect(), 7.0)
         }
     }
 
@@ -169,12 +171,10 @@ impl Rigid {
             Motion::of(rotation, middle(&to) - rotation * middle(&from))
         };
         let joints = own.into_iter().map(joint).collect();
-        (scale.is_finite() && scale > 0.0).then_some(Self {
-            blending,
-            joints,
+        (scale.is_finite() && scale > 0.0).then(|| Self {
             shape: linear.shape.clone(),
-            scale,
             mirrors,
+            ..Self::of_joints(blending, joints, scale)
         })
     }
 
@@ -255,9 +255,8 @@ impl Rigid {
     fn linear_columns(&self, row: &Row<'_>, columns: &mut Vec<(usize, Vec3)>) -> Vec3 {
         let from = row.place(&self.shape);
         for &(joint, weight) in row.weights {
-            let there = self.joints[joint as usize].apply(from);
-            for axis in 0..3 {
-                let unit = Vec3(std::array::from_fn(|i| if i == axis { 1.0 } else { 0.0 }));
+            let there = apply(&self.maps[joint as usize], from);
+            for (axis, unit) in Vec3::AXES.into_iter().enumerate() {
                 let first = 6 * joint as usize + axis;
                 columns.push((first, unit.cross(there) * (weight * self.scale)));
                 columns.push((first + 3, unit * (weight * self.scale)));
@@ -299,15 +298,10 @@ impl Rigid {
 
     /// The weighted mean of the joints' maps, without the scale.
     fn linear_blend(&self, weights: &[(u32, f64)]) -> Affine {
-        let mut sum = [Vec3([0.0; 3]); 4];
+        let mut sum = [Vec3::ZERO; 4];
         for &(joint, weight) in weights {
-            let motion = &self.joints[joint as usize];
-            let origin = motion.apply(Vec3([0.0; 3]));
-            for axis in 0..3 {
-                let unit = Vec3(std::array::from_fn(|i| if i == axis { 1.0 } else { 0.0 }));
-                sum[axis] += (motion.apply(unit) - origin) * weight;
-            }
-            sum[3] += origin * weight;
+            let map = &self.maps[joint as usize];
+            (0..4).for_each(|i| sum[i] += map[i] * weight);
         }
         sum
     }
@@ -322,12 +316,11 @@ impl Rigid {
         });
         let (first, last) = (6 * self.joints.len(), self.unknowns() - 1);
         let shape = self.shape.iter().enumerate();
+        let scale = self.scale * number(last).clamp(-1.0, 1.0).exp();
         Self {
-            blending: self.blending,
-            joints: joints.collect(),
             shape: shape.map(|(k, c)| c + number(first + k)).collect(),
-            scale: self.scale * number(last).clamp(-1.0, 1.0).exp(),
             mirrors: self.mirrors,
+            ..Self::of_joints(self.blending, joints.collect(), scale)
         }
     }
 
@@ -347,6 +340,16 @@ impl Rigid {
             (0..4).for_each(|i| sum[i] += *share * real[i]);
         }
         shares
+    }
+
+    /// As [`moved`](Pose::moved), with where a direction turns there, of unit length; of what isn't mirrored.
+    pub(super) fn moved_with(&self, row: &Row<'_>, direction: Vec3) -> (Vec3, Vec3) {
+        let map = match self.blending {
+            Blending::Linear => self.linear_blend(row.weights),
+            Blending::DualQuaternions => self.blend(row.weights).map(),
+        };
+        let place = apply(&map, row.place(&self.shape)) * self.scale;
+        (place, (apply(&map, direction) - map[3]).unit())
     }
 
     /// How what has these weights moves, as dual quaternions have it.
@@ -442,6 +445,13 @@ impl Motion {
     pub(super) fn apply(&self, x: Vec3) -> Vec3 {
         let (w, v, t) = self.parts();
         x + v.cross(v.cross(x) + x * w) * 2.0 + t
+    }
+
+    /// The same as an affine map.
+    fn map(&self) -> Affine {
+        let (w, v, t) = self.parts();
+        let [a, b, c] = Vec3::AXES.map(|unit| unit + v.cross(v.cross(unit) + unit * w) * 2.0);
+        [a, b, c, t]
     }
 
     fn undo(&self, y: Vec3) -> Vec3 {

@@ -1,10 +1,9 @@
 //! Joints that all move together: robust least squares of distances from tangent planes.
 
-use faer::{Mat, Side, linalg::solvers::Solve};
 use job::{Job, JobError};
 use mesh::{Similarity, Vec3};
 
-use super::{Motion, Pose, Rigid, skeleton::Skeleton};
+use super::{Motion, Pose, Rigid, equations::NormalEquations, skeleton::Skeleton};
 use crate::{PreparedMesh, RegistrationError, sampled::GRAIN};
 
 /// How joints are moved for a while.
@@ -65,8 +64,8 @@ const MORE: f64 = 0.2;
 const LESS: f64 = 8.0;
 const TRIES: usize = 4;
 
-/// What nothing is told of is damped as if it was told this share of the mean.
-const LEAST_DAMPED: f64 = 0.01;
+/// Equations of so many matches are summed up at a time.
+const SUMMED: usize = 2500;
 
 /// How far a size may be from what is known.
 const MOST_RESIZED: f64 = 1.15;
@@ -146,13 +145,11 @@ impl<'a> Fit<'a> {
         tolerance: f64,
         job: &Job,
     ) -> Result<Vec<Match>, JobError> {
-        const STEP: f64 = 1e-4;
         let limit = tolerance * pose.scale();
         let found = job.quiet().map(samples.len(), GRAIN, |i| {
             let sample = &self.skeleton.samples[samples[i]];
-            let place = pose.moved(&sample.row);
-            let ahead = pose.moved(&sample.row.shifted(sample.normal * STEP));
-            let (normal, rest, distance) = self.near(place, (ahead - place).unit(), limit)?;
+            let (place, facing) = pose.moved_with(&sample.row, sample.normal);
+            let (normal, rest, distance) = self.near(place, facing, limit)?;
             Some(Match {
                 sample: samples[i],
                 normal,
@@ -180,11 +177,11 @@ impl<'a> Fit<'a> {
             if matches.is_empty() {
                 break;
             }
-            let (normal, right) = self.equations(&pose, &matches, held);
+            let equations = self.equations(&pose, &matches, held, job)?;
             let before = self.left(&pose, &matches, samples.len(), tolerance);
             let mut is_better = false;
             for _try in 0..TRIES {
-                let Some(step) = solved(&normal, &right, damping) else {
+                let Some(step) = equations.solved(damping) else {
                     damping *= LESS;
                     continue;
                 };
@@ -215,48 +212,56 @@ impl<'a> Fit<'a> {
         near + (samples - matches.len()) as f64
     }
 
-    fn equations(&self, pose: &Rigid, matches: &[Match], held: f64) -> (Mat<f64>, Mat<f64>) {
+    fn equations(
+        &self,
+        pose: &Rigid,
+        matches: &[Match],
+        held: f64,
+        job: &Job,
+    ) -> Result<NormalEquations, JobError> {
         let mut off: Vec<f64> = matches.iter().map(|found| found.rest.abs()).collect();
         let middle = off.len() / 2;
         let median = *off.select_nth_unstable_by(middle, f64::total_cmp).1;
         let width = 3.0 * median.max(1e-9 * pose.scale());
-        let count = pose.unknowns();
-        let (mut normal, mut right) = (Mat::<f64>::zeros(count, count), Mat::<f64>::zeros(count, 1));
-        let mut columns = Vec::new();
-        let mut numbers: Vec<(usize, f64)> = Vec::new();
-        for found in matches {
-            columns.clear();
-            pose.columns(&self.skeleton.samples[found.sample].row, &mut columns);
-            numbers.clear();
-            numbers.extend(columns.iter().map(|&(i, column)| (i, column.dot(found.normal))));
-            let weight = (-0.5 * (found.rest / width).powi(2)).exp();
-            add(&mut normal, &mut right, &numbers, found.rest, weight);
-        }
+        let sums = job.quiet().map_chunks(matches.len(), SUMMED, |range| {
+            let mut sum = NormalEquations::of_unknowns(pose.unknowns());
+            let mut columns = Vec::new();
+            let mut numbers: Vec<(usize, f64)> = Vec::new();
+            for found in &matches[range] {
+                columns.clear();
+                pose.columns(&self.skeleton.samples[found.sample].row, &mut columns);
+                numbers.clear();
+                numbers.extend(columns.iter().map(|&(i, column)| (i, column.dot(found.normal))));
+                numbers.sort_unstable_by_key(|&(i, _)| i);
+                let weight = (-0.5 * (found.rest / width).powi(2)).exp();
+                sum.add(&numbers, found.rest, weight);
+            }
+            sum
+        })?;
+        let mut sum = NormalEquations::of_unknowns(pose.unknowns());
         let weight = held * matches.len() as f64 / self.skeleton.links.len().max(1) as f64;
-        self.hold(pose, weight, &mut normal, &mut right);
-        (normal, right)
+        self.hold(pose, weight, &mut sum);
+        Ok(sums.iter().fold(sum, NormalEquations::and))
     }
 
     /// Neighbours keep the place together about which they turn.
-    fn hold(&self, pose: &Rigid, weight: f64, normal: &mut Mat<f64>, right: &mut Mat<f64>) {
+    fn hold(&self, pose: &Rigid, weight: f64, sum: &mut NormalEquations) {
         let scale = pose.scale();
         for link in &self.skeleton.links {
             let [a, b] = link.joints;
             let motions = [a, b].map(|joint| pose.joints()[joint]);
             let pivot = hinge(&motions, link.pivot);
             let [there, here] = motions.map(|motion| motion.apply(pivot));
-            for axis in 0..3 {
-                let unit = Vec3(std::array::from_fn(|i| if i == axis { 1.0 } else { 0.0 }));
+            for unit in Vec3::AXES {
                 let mut numbers = Vec::with_capacity(12);
                 for (joint, place, sign) in [(a, there, 1.0), (b, here, -1.0)] {
-                    for turn in 0..3 {
-                        let about = Vec3(std::array::from_fn(|i| if i == turn { 1.0 } else { 0.0 }));
-                        numbers.push((6 * joint + turn, sign * scale * about.cross(place).dot(unit)));
-                        numbers.push((6 * joint + 3 + turn, sign * scale * about.dot(unit)));
-                    }
+                    let turned = place.cross(unit) * (sign * scale);
+                    let shifted = unit * (sign * scale);
+                    numbers.extend((0..3).map(|turn| (6 * joint + turn, turned[turn])));
+                    numbers.extend((0..3).map(|shift| (6 * joint + 3 + shift, shifted[shift])));
                 }
-                let rest = scale * (here - there).dot(unit);
-                add(normal, right, &numbers, rest, weight);
+                numbers.sort_unstable_by_key(|&(i, _)| i);
+                sum.add(&numbers, scale * (here - there).dot(unit), weight);
             }
         }
     }
@@ -272,49 +277,18 @@ impl<'a> Fit<'a> {
     }
 }
 
-/// The solution of normal equations, damped (Marquardt 1963); none where they say nothing.
-pub(super) fn solved(normal: &Mat<f64>, right: &Mat<f64>, damping: f64) -> Option<Mat<f64>> {
-    let count = normal.nrows();
-    let mean = (0..count).map(|i| normal[(i, i)]).sum::<f64>() / count as f64;
-    let mut damped = normal.clone();
-    for i in 0..count {
-        damped[(i, i)] += damping * (normal[(i, i)] + LEAST_DAMPED * mean) + f64::MIN_POSITIVE;
-    }
-    let step = damped.llt(Side::Lower).ok()?.solve(right);
-    let is_finite = (0..count).all(|i| step[(i, 0)].is_finite());
-    is_finite.then_some(step)
-}
-
-/// Adds an equation Σ number × unknown = rest.
-pub(super) fn add(
-    normal: &mut Mat<f64>,
-    right: &mut Mat<f64>,
-    numbers: &[(usize, f64)],
-    rest: f64,
-    weight: f64,
-) {
-    for &(i, a) in numbers {
-        right[(i, 0)] += weight * a * rest;
-        for &(k, b) in numbers {
-            normal[(i, k)] += weight * a * b;
-        }
-    }
-}
-
 /// The place that two motions take most nearly to the same place, not far from a given one: on the axis about which the second turns against the first.
 fn hinge(motions: &[Motion; 2], middle: Vec3) -> Vec3 {
     let apart = |p: Vec3| motions[0].apply(p) - motions[1].apply(p);
     let (origin, rest) = (apart(Vec3::ZERO), apart(middle));
-    let (mut normal, mut right) = (Mat::<f64>::zeros(3, 3), Mat::<f64>::zeros(3, 1));
-    let columns: [Vec3; 3] = std::array::from_fn(|axis| {
-        apart(Vec3(std::array::from_fn(|i| if i == axis { 1.0 } else { 0.0 }))) - origin
-    });
+    let columns = Vec3::AXES.map(|unit| apart(unit) - origin);
+    let mut sum = NormalEquations::of_unknowns(3);
     for i in 0..3 {
-        let numbers: Vec<(usize, f64)> = (0..3).map(|axis| (axis, columns[axis].0[i])).collect();
-        add(&mut normal, &mut right, &numbers, -rest.0[i], 1.0);
-        normal[(i, i)] += NEAR_MIDDLE;
+        let numbers: [(usize, f64); 3] = std::array::from_fn(|axis| (axis, columns[axis][i]));
+        sum.add(&numbers, -rest[i], 1.0);
     }
-    solved(&normal, &right, 0.0).map_or(middle, |step| {
+    sum.hold_all(NEAR_MIDDLE);
+    sum.solved(0.0).map_or(middle, |step| {
         middle + Vec3(std::array::from_fn(|i| step[(i, 0)]))
     })
 }

@@ -6,6 +6,7 @@
 //!
 //! What was found is undone point by point: what lies over a point of the posed original is put over the same point of the original as it was.
 
+mod equations;
 mod fit;
 mod growth;
 mod nodes;

@@ -6,7 +6,8 @@ use mesh::Vec3;
 
 use super::{
     Motion, Pose, Rigid,
-    fit::{Fit, add, solved, turned_about},
+    equations::NormalEquations,
+    fit::{Fit, turned_about},
 };
 
 /// Turns that are tried about a joint: so many axes, by these angles in degrees, and no turn.
@@ -98,17 +99,15 @@ impl Fit<'_> {
 
     /// The least squares of what a joint's samples leave over a turn and a shift of all that hang together; none where nothing is near.
     fn step_with(&self, told: &[usize], pose: &Rigid, hanging: &[usize], tolerance: f64) -> Option<Mat<f64>> {
-        const STEP: f64 = 1e-4;
-        let (mut normal, mut right) = (Mat::<f64>::zeros(6, 6), Mat::<f64>::zeros(6, 1));
+        let mut sum = NormalEquations::of_unknowns(6);
         let limit = tolerance * pose.scale();
         let mut hangs = vec![false; self.skeleton.joints() + 1];
         hanging.iter().for_each(|&joint| hangs[joint] = true);
         let mut columns = Vec::new();
         for &i in told.iter().step_by((told.len() / A_FEW).max(1)) {
             let sample = &self.skeleton.samples[i];
-            let place = pose.moved(&sample.row);
-            let ahead = pose.moved(&sample.row.shifted(sample.normal * STEP));
-            let Some((across, rest, distance)) = self.near(place, (ahead - place).unit(), limit) else {
+            let (place, facing) = pose.moved_with(&sample.row, sample.normal);
+            let Some((across, rest, distance)) = self.near(place, facing, limit) else {
                 continue;
             };
             columns.clear();
@@ -122,9 +121,9 @@ impl Fit<'_> {
             }
             let numbers: Vec<(usize, f64)> = numbers.into_iter().enumerate().collect();
             let weight = (1.0 - (distance / limit).powi(2)).max(0.0).powi(2);
-            add(&mut normal, &mut right, &numbers, rest, weight);
+            sum.add(&numbers, rest, weight);
         }
-        solved(&normal, &right, HELD_ALONE)
+        sum.solved(HELD_ALONE)
     }
 
     /// A joint's samples laid on the suspect by themselves, point to plane; they say how large the suspect is, too.
@@ -150,7 +149,7 @@ impl Fit<'_> {
 
     /// The least squares of what a joint's samples leave, over a turn, a shift and the logarithm of the scale; none where nothing is near.
     fn step_alone(&self, joint: usize, motion: &Motion, scale: f64, tolerance: f64) -> Option<Mat<f64>> {
-        let (mut normal, mut right) = (Mat::<f64>::zeros(7, 7), Mat::<f64>::zeros(7, 1));
+        let mut sum = NormalEquations::of_unknowns(7);
         let origin = motion.apply(Vec3::ZERO);
         for i in self.few_of(joint) {
             let sample = &self.skeleton.samples[i];
@@ -164,9 +163,9 @@ impl Fit<'_> {
             let Vec3([x, y, z]) = place.cross(across);
             let numbers = [x, y, z, across[0], across[1], across[2], across.dot(place)];
             let numbers: Vec<(usize, f64)> = numbers.into_iter().enumerate().collect();
-            add(&mut normal, &mut right, &numbers, rest / scale, weight);
+            sum.add(&numbers, rest / scale, weight);
         }
-        solved(&normal, &right, HELD_ALONE)
+        sum.solved(HELD_ALONE)
     }
 
     fn few_of(&self, joint: usize) -> impl Iterator<Item = usize> + '_ {
@@ -198,14 +197,12 @@ impl Fit<'_> {
 
     /// As [`score_in`](Self::score_in), of any samples.
     fn score_of(&self, pose: &Rigid, own: &[usize], tolerance: f64) -> f64 {
-        const STEP: f64 = 1e-4;
         let limit = tolerance * pose.scale();
         let (mut sum, mut count) = (0.0, 0.0);
         for &i in own.iter().step_by((own.len() / A_FEW).max(1)) {
             let sample = &self.skeleton.samples[i];
-            let place = pose.moved(&sample.row);
-            let ahead = pose.moved(&sample.row.shifted(sample.normal * STEP));
-            if let Some((_, _, distance)) = self.near(place, (ahead - place).unit(), limit) {
+            let (place, facing) = pose.moved_with(&sample.row, sample.normal);
+            if let Some((_, _, distance)) = self.near(place, facing, limit) {
                 sum += 1.0 - (distance / limit).powi(2);
             }
             count += 1.0;
