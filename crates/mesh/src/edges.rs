@@ -64,11 +64,13 @@ impl Edges {
     }
 
     /// The triangles on an edge, ascending; at least one.
+    #[inline]
     pub fn triangles(&self, edge: usize) -> &[u32] {
         &self.triangles[self.offsets[edge] as usize..self.offsets[edge + 1] as usize]
     }
 
     /// The edges of each triangle, #F by 3: edge i joins its corners i and i + 1 (mod 3).
+    #[inline]
     pub fn of_triangle(&self) -> &[[u32; 3]] {
         &self.of_triangle
     }

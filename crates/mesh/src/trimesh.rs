@@ -73,21 +73,25 @@ impl TriMesh {
     }
 
     /// Vertex positions, #V by 3.
+    #[inline]
     pub fn positions(&self) -> &[[f64; 3]] {
         &self.positions
     }
 
     /// Vertex indices of each triangle, #F by 3.
+    #[inline]
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles
     }
 
     /// #V.
+    #[inline]
     pub fn vertex_count(&self) -> usize {
         self.positions.len()
     }
 
     /// #F.
+    #[inline]
     pub fn triangle_count(&self) -> usize {
         self.triangles.len()
     }

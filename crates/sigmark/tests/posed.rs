@@ -4,7 +4,7 @@
 
 use decimation::{Decimator, decimate};
 use job::Job;
-use mesh::{Rig, TriMesh, Vec3, shapes};
+use mesh::{BoundingBox, Rig, TriMesh, Vec3, shapes};
 use rand_chacha::{ChaCha20Rng, rand_core::SeedableRng};
 use registration::MatchedBy;
 use sigmark::{
@@ -223,13 +223,14 @@ fn a_rig_that_was_made_for_the_bits_is_passed_over_or_too_late() {
 
 /// A rig of which the weights are bent until an unmarked model in this pose comes back with a mark.
 fn forged_for(mesh: &TriMesh, rig: &Rig, signed: &Signed, suspect: &TriMesh) -> Rig {
+    let bounds = mesh.bounding_box();
     let weights = |v: usize| {
         let own = rig.weights_of(v);
         let wanted = signed.mesh().point(v);
         // Of the two joints' shares those that put the marked vertex nearest to where the unmarked one is seen.
         let at = |share: f64| {
             let [(a, _), (b, _)] = [own[0], *own.last().unwrap()];
-            let there = posed_point(mesh, wanted, &[(a, 1.0 - share), (b, share)], FORGED);
+            let there = posed_point(&bounds, wanted, &[(a, 1.0 - share), (b, share)], FORGED);
             (there - suspect.point(v)).squared()
         };
         let share = own.last().unwrap().1;
@@ -243,9 +244,8 @@ fn forged_for(mesh: &TriMesh, rig: &Rig, signed: &Signed, suspect: &TriMesh) -> 
 /// How far the forger's joints turn.
 const FORGED: f64 = 0.6;
 
-/// Where joints take one point.
-fn posed_point(mesh: &TriMesh, point: Vec3, weights: &[(u32, f64)], angle: f64) -> Vec3 {
-    let bounds = mesh.bounding_box();
+/// Where joints along a mesh of these bounds take one point.
+fn posed_point(bounds: &BoundingBox, point: Vec3, weights: &[(u32, f64)], angle: f64) -> Vec3 {
     let turned = |&(joint, weight): &(u32, f64)| {
         let pivot = bounds.min[0] + bounds.size()[0] * f64::from(joint) / f64::from(JOINTS - 1);
         let (sin, cos) = (angle * f64::from(joint)).sin_cos();

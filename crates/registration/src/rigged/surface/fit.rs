@@ -3,7 +3,12 @@
 use job::{Job, JobError};
 use mesh::{Similarity, Vec3};
 
-use super::{Motion, Pose, Rigid, equations::NormalEquations, skeleton::Skeleton};
+use super::{
+    Motion, Pose, Rigid,
+    equations::NormalEquations,
+    placing::{OF_JOINTS, OF_NODES, Turns},
+    skeleton::Skeleton,
+};
 use crate::{PreparedMesh, RegistrationError, sampled::GRAIN};
 
 /// How joints are moved for a while.
@@ -78,6 +83,8 @@ pub(super) struct Fit<'a> {
     centre: Vec3,
     /// About how large the suspect is, to a diagonal of the original, if that is known: nodes could shrink onto any surface.
     size: Option<f64>,
+    /// How joints are turned to find where they lie.
+    pub(super) turns: &'static Turns,
 }
 
 /// A sample, the unit normal where the suspect is nearest to it, how far that is along the normal, and in all.
@@ -98,12 +105,14 @@ impl<'a> Fit<'a> {
             centre: suspect.sampled("suspect")?.centroid,
             normals: suspect.triangle_normals(),
             size: None,
+            turns: &OF_JOINTS,
             suspect,
         })
     }
 
-    /// The same, of which it is known about how large the suspect is.
+    /// The same of nodes in place of joints, and it is known about how large the suspect is.
     pub(super) fn about(mut self, seed: &Similarity) -> Self {
+        self.turns = &OF_NODES;
         self.size = Some(seed.inverse().scale * self.skeleton.diagonal());
         self
     }

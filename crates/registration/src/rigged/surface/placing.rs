@@ -10,16 +10,31 @@ use super::{
     fit::{Fit, turned_about},
 };
 
-/// Turns that are tried about a joint: so many axes, by these angles in degrees, and no turn.
-const AXES: usize = 42;
-const ANGLES: [f64; 9] = [15.0, 30.0, 45.0, 60.0, 75.0, 90.0, 105.0, 125.0, 150.0];
+/// Turns that are tried about a joint: about so many axes, by these angles in degrees, and no turn; from so many of them, the best, it is fitted.
+pub(super) struct Turns {
+    axes: usize,
+    angles: &'static [f64],
+    fitted: usize,
+}
+
+/// Turns are coarse, and about a place that only weights tell.
+pub(super) const OF_JOINTS: Turns = Turns {
+    axes: 42,
+    angles: &[15.0, 30.0, 45.0, 60.0, 75.0, 90.0, 105.0, 125.0, 150.0],
+    fitted: 8,
+};
+/// What bends turns little from node to node; turned more, a part that is round would lie as well.
+pub(super) const OF_NODES: Turns = Turns {
+    axes: 14,
+    angles: &[12.0, 25.0, 45.0],
+    fitted: 4,
+};
 
 /// How near, in diagonals, a joint's samples have to come to count, while turns are tried and in the end.
 pub(super) const WIDE: f64 = 0.03;
 pub(super) const NARROW: f64 = 0.01;
 
-/// Turns from which a joint is fitted, at which tolerances, and rounds at each: turns are coarse, and about a place that only weights tell.
-const FITTED: usize = 8;
+/// At which tolerances a joint is fitted, and rounds at each.
 const TOLERANCES: [f64; 3] = [0.12, 0.06, 0.03];
 const ROUNDS: usize = 8;
 
@@ -43,7 +58,7 @@ impl Fit<'_> {
         hanging: &[usize],
         job: &Job,
     ) -> Result<Option<(f64, Motion)>, JobError> {
-        let turns = turns();
+        let turns = self.turns.all();
         let told = self.skeleton.telling(joint, hanging);
         let score = |motion: &Motion, tolerance| {
             let mut tried = pose.clone();
@@ -56,7 +71,7 @@ impl Fit<'_> {
         })?;
         let mut order: Vec<usize> = (0..tried.len()).collect();
         order.sort_by(|&a, &b| tried[b].0.total_cmp(&tried[a].0));
-        let fitted = job.quiet().map(FITTED.min(order.len()), 1, |i| {
+        let fitted = job.quiet().map(self.turns.fitted.min(order.len()), 1, |i| {
             let begun = tried[order[i]].1;
             let motion = self.settled_with(joint, begun, pose, hanging, &told);
             let [begun, motion] = [begun, motion].map(|motion| (score(&motion, NARROW), motion));
@@ -211,14 +226,18 @@ impl Fit<'_> {
     }
 }
 
-/// Turns all around: axes evenly over the sphere (Fibonacci's lattice).
-fn turns() -> Vec<Vec3> {
-    const GOLDEN: f64 = 2.399_963_229_728_653;
-    let axis = |i: usize| {
-        let z = 1.0 - (2.0 * i as f64 + 1.0) / AXES as f64;
-        let (radius, angle) = ((1.0 - z * z).sqrt(), GOLDEN * i as f64);
-        Vec3([radius * angle.cos(), radius * angle.sin(), z])
-    };
-    let all = (0..AXES).flat_map(|i| ANGLES.map(|angle| axis(i) * angle.to_radians()));
-    [Vec3::ZERO].into_iter().chain(all).collect()
+impl Turns {
+    /// All around: axes evenly over the sphere (Fibonacci's lattice).
+    fn all(&self) -> Vec<Vec3> {
+        const GOLDEN: f64 = 2.399_963_229_728_653;
+        let axis = |i: usize| {
+            let z = 1.0 - (2.0 * i as f64 + 1.0) / self.axes as f64;
+            let (radius, angle) = ((1.0 - z * z).sqrt(), GOLDEN * i as f64);
+            Vec3([radius * angle.cos(), radius * angle.sin(), z])
+        };
+        let turns = |i: usize| self.angles.iter().map(move |angle| axis(i) * angle.to_radians());
+        std::iter::once(Vec3::ZERO)
+            .chain((0..self.axes).flat_map(turns))
+            .collect()
+    }
 }
