@@ -37,6 +37,15 @@ pub(super) const COARSE: [Stage; 3] = [
     stage(0.015, 10, 2000, HELD),
     stage(0.006, 10, 3000, HELD),
 ];
+/// From where all nodes move as one: what lies on the suspect takes its neighbours there.
+pub(super) const SPREADING: [Stage; 6] = [
+    stage(0.06, 10, 2000, 100.0 * HELD),
+    stage(0.06, 10, 2000, 10.0 * HELD),
+    stage(0.06, 10, 2000, HELD),
+    stage(0.03, 15, 2000, HELD),
+    stage(0.015, 10, 2000, HELD),
+    stage(0.006, 10, 3000, HELD),
+];
 pub(super) const FINE: [Stage; 4] = [
     stage(0.01, 4, 3000, HELD),
     stage(0.006, 4, 3000, LOOSE),
@@ -45,7 +54,9 @@ pub(super) const FINE: [Stage; 4] = [
 ];
 
 /// Of many nodes, which lie nearly where they should.
-pub(super) const BY_NODES: [Stage; 3] = [
+pub(super) const BY_NODES: [Stage; 5] = [
+    stage(0.03, 8, 3000, HELD),
+    stage(0.015, 8, 5000, HELD),
     stage(0.01, 6, 20_000, HELD),
     stage(0.004, 8, 20_000, HELD),
     stage(0.002, 8, 20_000, HELD),
@@ -117,17 +128,10 @@ impl<'a> Fit<'a> {
         self
     }
 
-    /// Whether the size is known.
-    pub(super) fn is_sized(&self) -> bool {
-        self.size.is_some()
-    }
-
-    /// A size that is not too far from what is known.
-    pub(super) fn bounded(&self, size: f64) -> f64 {
-        match self.size {
-            Some(known) => size.clamp(known / MOST_RESIZED, known * MOST_RESIZED),
-            None => size,
-        }
+    /// Whether a size is not too far from what is known.
+    fn allows(&self, size: f64) -> bool {
+        let near = 1.0 / MOST_RESIZED..MOST_RESIZED;
+        self.size.is_none_or(|known| near.contains(&(size / known)))
     }
 
     /// The middle of the suspect, from which poses count.
@@ -195,7 +199,7 @@ impl<'a> Fit<'a> {
                     continue;
                 };
                 let tried = pose.stepped(&step);
-                if self.bounded(tried.scale()) != tried.scale() {
+                if !self.allows(tried.scale()) {
                     damping *= LESS;
                     continue;
                 }

@@ -1,11 +1,11 @@
-//! Joints one after the other, each from its neighbour.
+//! Joints one after the other, each from its neighbour; and nodes, from where they all move as one.
 
 use job::{Job, JobError};
 use mesh::{Similarity, Vec3};
 
 use super::{
     BLENDINGS, Blending, Motion, Pose, Rigid,
-    fit::{COARSE, FINE, Fit, HELD},
+    fit::{COARSE, FINE, Fit, HELD, SPREADING},
     placing::{LEAST, NARROW, WIDE},
     skeleton::Link,
 };
@@ -22,6 +22,9 @@ const BETTER: f64 = 0.03;
 /// Of so many joints that could be placed next the one that lies best is; of rigs with many joints fewer, so that these are placed no more often in all than this.
 const MOST_TRIED: usize = 4;
 const MOST_PLACED: usize = 96;
+
+/// With so much of a suspect on the original, all nodes lie well.
+const ALL: f64 = 0.98;
 
 /// By this power of how many samples tell of a joint, its place is worth more.
 const WORTH: f64 = 0.125;
@@ -63,19 +66,63 @@ impl Fit<'_> {
         (self.score(joint, &motion, scale, WIDE) > LEAST).then_some(begun)
     }
 
+    /// The pose of all nodes, from where a transform of the suspect puts them all: what lies on it there takes the others along.
+    pub(super) fn spread(&self, seed: &Similarity, job: &Job) -> Result<Rigid, JobError> {
+        let (motion, scale) = self.motion(seed);
+        let joints = vec![motion; self.skeleton.joints()];
+        self.together(Rigid::of_joints(Blending::Linear, joints, scale), &SPREADING, job)
+    }
+
+    /// Nodes that lie badly are looked for again from those around them, as long as more lies on the suspect for it, as a measure from 0 to 1 has it.
+    pub(super) fn spread_on(
+        &self,
+        mut pose: Rigid,
+        lies: impl Fn(&Rigid) -> Result<f64, RegistrationError>,
+        job: &Job,
+    ) -> Result<Rigid, RegistrationError> {
+        let best = |&joint: &usize| self.score_in(&pose, joint, NARROW);
+        let first = (0..self.skeleton.joints()).max_by(|a, b| best(a).total_cmp(&best(b)));
+        let order = self.order_from(first.unwrap_or(0));
+        let mut most = lies(&pose)?;
+        let mut now = pose.clone();
+        for _pass in 0..PASSES {
+            if most > ALL || !self.placed_again(&mut now, &order, job)? {
+                break;
+            }
+            now = self.together(now, &COARSE, job)?;
+            let share = lies(&now)?;
+            if share > most {
+                (most, pose) = (share, now.clone());
+            }
+        }
+        Ok(pose)
+    }
+
+    /// All joints but one, each after that to which its link is strongest of those before it.
+    fn order_from(&self, first: usize) -> Vec<Placed> {
+        let mut is_placed = vec![false; self.skeleton.joints()];
+        is_placed[first] = true;
+        let mut order = Vec::new();
+        while let Some(next) = self.next(&is_placed).into_iter().next() {
+            is_placed[next.joint] = true;
+            order.push(next);
+        }
+        order
+    }
+
     /// The pose of all joints, from one of them; none where it is not it once they are placed.
     pub(super) fn grown(
         &self,
         begun: &Beginning,
-        is_it: impl Fn(&Rigid) -> Result<bool, RegistrationError>,
+        is_it: impl Fn(&Rigid) -> bool,
         job: &Job,
-    ) -> Result<Option<Rigid>, RegistrationError> {
+    ) -> Result<Option<Rigid>, JobError> {
         let joints = vec![begun.motion; self.skeleton.joints()];
         let mut pose = Rigid::of_joints(Blending::Linear, joints, begun.scale);
         let order = self.place_all(&mut pose, begun.joint, job)?;
         for _pass in 0..PASSES {
             pose = self.together(pose, &COARSE, job)?;
-            if !is_it(&pose)? {
+            if !is_it(&pose) {
                 return Ok(None);
             }
             if !self.placed_again(&mut pose, &order, job)? {

@@ -48,7 +48,7 @@ pub struct UnposedSurface {
 /// More joints than this are not laid on a surface: each has six unknowns, in many rounds.
 const MOST_LAID: usize = 256;
 
-/// Nodes that are laid on a bent suspect one after the other, and those that are laid on it together then.
+/// Nodes that are spread over a bent suspect, and those that are laid on it then.
 const FEW: Spread = Spread {
     nodes: 40,
     reach: 1.5,
@@ -61,10 +61,10 @@ const MANY: Spread = Spread {
     power: 4,
 };
 
-/// A bent suspect of which less lies on the few nodes' original is not it.
+/// A bent suspect of which less lies on the original once its few nodes are laid is not it.
 const LEAST_LAID: f64 = 0.5;
 
-/// Where less of the original lies on the suspect, 0 to 1, once joints are placed, this is not its pose: of other models a third does, of the right one half and more. Of nodes as much of the suspect has to lie on the original.
+/// Where less of the original lies on the suspect, 0 to 1, once joints are placed, this is not its pose: of other models a third does, of the right one half and more.
 const LIES: f64 = 0.35;
 
 /// With so much of both on each other, no other beginning is tried.
@@ -72,6 +72,13 @@ const GOOD: f64 = 0.95;
 
 /// From so many of the given transforms, those at which a joint lies best, a pose is looked for.
 const SEEDS: usize = 2;
+
+/// From so many of the given transforms nodes are spread, until by one of them so much of the suspect lies on the original, 0 to 1.
+const SPREAD: usize = 6;
+const NEARLY: f64 = 0.8;
+
+/// With less of a suspect on the original, nodes are not looked for again one by one: it is another model.
+const LEAST_SPREAD: f64 = 0.35;
 
 /// Parts of so many joints, the largest, are aligned each by itself; from so many of these places, the best, a pose is looked for.
 const PARTS: usize = 5;
@@ -144,8 +151,8 @@ pub fn unpose_bent(
     let skeleton = Skeleton::of(original, &few.rig)?;
     let mut laying = Laying::of(original, &few.rig, &skeleton, suspect)?;
     laying.fit = laying.fit.about(&alignment.transform);
-    let found = laying.by_seeds(&unmirrored(&seeds(alignment), original.sampled("original")?), job)?;
-    let Some(found) = found.filter(|found| found.shares[0] > LEAST_LAID) else {
+    let seeds = unmirrored(&seeds(alignment), original.sampled("original")?);
+    let Some(found) = laying.by_spreading(&seeds, job)? else {
         return Ok(None);
     };
     let Some(many) = Nodes::over(original.mesh(), MANY, job)? else {
@@ -186,6 +193,31 @@ impl<'a> Laying<'a> {
             suspect,
             fit: Fit::new(skeleton, suspect)?,
         })
+    }
+
+    /// The pose of nodes from transforms that may take the suspect to the original, that by which most lies; none where too little does.
+    fn by_spreading(&self, seeds: &[Similarity], job: &Job) -> Result<Option<Found>, RegistrationError> {
+        let mut best: Option<Found> = None;
+        for seed in seeds.iter().take(SPREAD) {
+            let found = self.judged(self.fit.spread(seed, job)?, job)?;
+            best = best
+                .into_iter()
+                .chain(found)
+                .max_by(|a, b| a.score().total_cmp(&b.score()));
+            if best.as_ref().is_some_and(|best| best.shares[0] > NEARLY) {
+                break;
+            }
+        }
+        let Some(best) = best.filter(|best| best.shares[0] > LEAST_SPREAD) else {
+            return Ok(None);
+        };
+        let lies = |pose: &Rigid| {
+            Ok(self
+                .judged(pose.clone(), job)?
+                .map_or(0.0, |found| found.shares[0]))
+        };
+        let found = self.judged(self.fit.spread_on(best.pose, lies, job)?, job)?;
+        Ok(found.filter(|found| found.shares[0] > LEAST_LAID))
     }
 
     /// The best pose from transforms that may take the suspect, or a part of it, to the original.
@@ -249,13 +281,7 @@ impl<'a> Laying<'a> {
             if best.as_ref().is_some_and(Found::is_good) {
                 break;
             }
-            let is_it = |pose: &Rigid| match self.fit.is_sized() {
-                false => Ok(self.fit.lies(pose) >= LIES),
-                true => {
-                    let judged = self.judged(pose.clone(), job)?;
-                    Ok(judged.is_some_and(|found| found.shares[0] >= LIES))
-                }
-            };
+            let is_it = |pose: &Rigid| self.fit.lies(pose) >= LIES;
             if let Some(pose) = self.fit.grown(begun, is_it, job)?
                 && let Some(found) = self.judged(pose, job)?
                 && best.as_ref().is_none_or(|best| found.score() > best.score())

@@ -26,7 +26,7 @@ pub(super) const OF_JOINTS: Turns = Turns {
 /// What bends turns little from node to node; turned more, a part that is round would lie as well.
 pub(super) const OF_NODES: Turns = Turns {
     axes: 14,
-    angles: &[12.0, 25.0, 45.0],
+    angles: &[12.0, 25.0, 45.0, 75.0],
     fitted: 4,
 };
 
@@ -37,6 +37,8 @@ pub(super) const NARROW: f64 = 0.01;
 /// At which tolerances a joint is fitted, and rounds at each.
 const TOLERANCES: [f64; 3] = [0.12, 0.06, 0.03];
 const ROUNDS: usize = 8;
+/// A step in which nothing turns or moves more, in radians and diagonals, is the last at a tolerance.
+const SETTLED: f64 = 1e-4;
 
 /// Samples of a joint that are looked at.
 const A_FEW: usize = 200;
@@ -103,6 +105,9 @@ impl Fit<'_> {
                     (0..6).for_each(|i| all[(6 * joint + i, 0)] = step[(i, 0)]);
                 }
                 now = now.stepped(&all);
+                if (0..6).all(|i| step[(i, 0)].abs() < SETTLED) {
+                    break;
+                }
             }
             let score = self.score_of(&now, told, NARROW);
             if score > best.0 {
@@ -153,7 +158,7 @@ impl Fit<'_> {
             };
             let [turn, shift] = [0, 3].map(|first| Vec3(std::array::from_fn(|axis| step[(first + axis, 0)])));
             now = now.turned(turn).shifted(shift);
-            size = self.bounded(size * step[(6, 0)].clamp(-0.1, 0.1).exp());
+            size *= step[(6, 0)].clamp(-0.1, 0.1).exp();
             let reached = self.score(joint, &now, size, NARROW);
             if reached > score {
                 (best, score) = ((now, size), reached);
