@@ -60,6 +60,7 @@ pub(super) const OWN_RIG: &str = "by its rig";
 pub(super) const FRAMES: &str = "its own animation";
 pub(super) const NO_RIG: &str = "without a rig";
 pub(super) const OTHER_VERTICES: &str = "by its rig, and then other vertices";
+pub(super) const BENT_OTHERS: &str = "without a rig, and then other vertices";
 
 /// The order in which scans come back: every format in turn.
 const FORMATS: [&str; 4] = ["obj", "stl", "glb", "ply"];
@@ -154,6 +155,7 @@ impl Model {
             poses.push(changed(60, false, "cropped to half", json!({"crop": true})));
             poses.push(changed(60, false, "subdivided", json!({"subdivide": 1})));
             poses.extend([false, true].map(remeshed));
+            poses.extend(bent_others());
         }
         poses.into_iter()
     }
@@ -279,14 +281,46 @@ fn decimated(degrees: u32, preserve_volume: bool) -> Pose {
 
 /// With triangles as even as MeshLab makes them, as many as before.
 fn remeshed(preserve_volume: bool) -> Pose {
-    let mut pose = changed(60, preserve_volume, "re-meshed", json!({}));
-    if let By::Blender { attack, .. } = &mut pose.by {
-        *attack = Some("remesh:100".into());
-    }
-    pose
+    changed(60, preserve_volume, "re-meshed", json!({})).with_attack("remesh:100")
+}
+
+/// What no rig does, to copies that then get other vertices.
+fn bent_others() -> Vec<Pose> {
+    let decimated = |pose: Pose| pose.and_then("decimated to 30 %", json!({"decimate": 0.3}));
+    let bent = || deformed("bend", 90);
+    vec![
+        decimated(deformed("twist", 60)),
+        decimated(deformed("twist", 90)),
+        decimated(deformed("bend", 60)),
+        decimated(bent()),
+        decimated(shaped("lattice")),
+        decimated(shaped("proportional")),
+        deformed("twist", 90).and_then("cropped to half", json!({"crop": true})),
+        bent().and_then("cropped to half", json!({"crop": true})),
+        bent().and_then("subdivided", json!({"subdivide": 1})),
+        bent().and_then("re-meshed", json!({})).with_attack("remesh:100"),
+    ]
 }
 
 impl Pose {
+    /// The same, changed by one of our attacks then.
+    fn with_attack(mut self, spec: &str) -> Self {
+        if let By::Blender { attack, .. } = &mut self.by {
+            *attack = Some(spec.into());
+        }
+        self
+    }
+
+    /// The same without a rig, and its vertices changed then.
+    fn and_then(mut self, name: &str, change: Value) -> Self {
+        self.group = BENT_OTHERS.into();
+        self.name = format!("{}, {name}", self.name);
+        if let By::Blender { after, .. } = &mut self.by {
+            *after = change;
+        }
+        self
+    }
+
     /// What tells it from others of a model.
     pub(super) fn key(&self) -> String {
         serde_json::to_string(&self.by).unwrap_or_default()

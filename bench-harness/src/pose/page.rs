@@ -11,7 +11,7 @@ use quality::picture::{Paint, Picture, View, linear};
 use super::{
     Found, PoseBench, Row,
     blender::Blender,
-    models::{FRAMES, Model, NO_RIG, OTHER_VERTICES, OWN_RIG, Pose},
+    models::{BENT_OTHERS, FRAMES, Model, NO_RIG, OTHER_VERTICES, OWN_RIG, Pose},
     null::LEVELS,
     reading::{ALGORITHMS, Read, Signed, job, unposed},
 };
@@ -66,7 +66,7 @@ fn overview(found: &[Found], every: usize) -> Table {
         table = table.note(&format!("Of animations every {every}th frame."));
     }
     for model in found {
-        for group in [FRAMES, OWN_RIG, OTHER_VERTICES, NO_RIG] {
+        for group in [FRAMES, OWN_RIG, OTHER_VERTICES, NO_RIG, BENT_OTHERS] {
             let read: Vec<&Read> = of_group(model, group)
                 .filter_map(|row| row.read.as_ref()?.last())
                 .collect();

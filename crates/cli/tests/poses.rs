@@ -258,14 +258,45 @@ fn align_writes_a_suspect_back_in_the_pose_of_the_original() {
     );
     assert!(!folder.path("never.ply").exists());
 
-    // Without a rig, without the vertices.
-    folder.write("plain.glb", without_skin(&folder.read("model.glb")));
-    folder.refused(
-        "align posed.obj plain.glb -o never.obj --pose",
-        &["plain.glb: has no joints or morph targets"],
-    );
+    // Another model.
     folder.write_mesh("ball.obj", &shapes::icosphere(3), Precision::Single);
     let run = folder.run("align ball.obj model.glb -o never.obj --pose --json");
     assert_eq!((run.code, run.json()["aligned"].clone()), (Some(1), json!(false)));
     assert!(!folder.path("never.obj").exists());
+}
+
+#[test]
+fn align_undoes_what_bent_a_suspect_that_no_joints_had_posed() {
+    let folder = Folder::new();
+    let long = |&[x, y, z]: &[f64; 3]| [4.0 * x, y, 0.8 * z + 0.1 * x * y];
+    let ball = shapes::bumpy_sphere(4, 7);
+    let model = ball.with_positions(ball.positions().iter().map(long).collect());
+    let model = model.unwrap();
+    folder.write_mesh("model.ply", &model, Precision::Double);
+    // A quarter of a circle in all, in triangles of its own.
+    let bent = |&[x, y, z]: &[f64; 3]| {
+        let (sin, cos) = (x / 5.0).sin_cos();
+        [(5.0 - z) * sin, y, 5.0 - (5.0 - z) * cos]
+    };
+    let divided = shapes::divided(&model);
+    let suspect = divided.with_positions(divided.positions().iter().map(bent).collect());
+    folder.write_mesh("bent.stl", &suspect.unwrap(), Precision::Single);
+    let words = folder.done("align bent.stl model.ply -o back.stl --pose").out;
+    assert!(words.contains("what had bent or posed it undone"), "{words}");
+    let report = folder
+        .done("align bent.stl model.ply -o back.stl --pose --json --force")
+        .json();
+    assert_eq!(report["pose"]["undone_by"], "bent_surface");
+    assert!(
+        report["overlap"].as_f64().unwrap() > 0.95,
+        "{}",
+        report["overlap"]
+    );
+    // What was not bent is to be aligned as it is.
+    let run = folder.run("align back.stl model.ply -o never.stl --pose");
+    assert!(
+        run.out.contains("as it is; align it without --pose"),
+        "{}",
+        run.out
+    );
 }

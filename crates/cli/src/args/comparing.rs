@@ -123,11 +123,11 @@ the order of its file, from 0. --points reads pairs from a text file, one a line
 numbers, separated by blanks; # begins a comment.
 
 --pose brings a suspect back that was posed: one that still has the original's vertices, in any order and file, but with the joints bent or the morph targets taken \
-that the original's glTF has; or one with the joints bent whose surface was cut, decimated or divided then. Normals and tangents that are stored in the suspect's file stay as they are in its pose.
+that the original's glTF has; or one with the joints bent whose surface was cut, decimated or divided then. Where no joints do, or the original has none, what bent or posed it otherwise is undone by the surface alone, as well as that tells. Normals and tangents that are stored in the suspect's file stay as they are in its pose.
   sigmark align posed.obj model.glb -o unposed.obj --pose
 
 --json prints: aligned, output (file name; null if nothing was written), transform (4 × 4, suspect to original; null with --pose, as scale, rotation and translation), scale, \
-rotation (3 × 3; determinant -1 where mirrored), translation, mirrored, pose (null, or undone_by, rig: by its vertices and the original's joints and morph targets, or rig_surface: by its surface and the joints, and between, how many vertices were laid between their neighbours since the pose could not be undone for \
+rotation (3 × 3; determinant -1 where mirrored), translation, mirrored, pose (null, or undone_by, rig: by its vertices and the original's joints and morph targets, rig_surface: by its surface and the joints, or bent_surface: by its surface alone, and between, how many vertices were laid between their neighbours since the pose could not be undone for \
 them), not_turned (what should have turned with the mesh, and why it did not), registration (connectivity, surroundings, surface or \
 points), overlap (share of the suspect's surface that lies on the original, 0 to 1), coverage (share of the original's that \
 lies on the suspect), residual (RMS, fraction of the diagonal), ambiguous, alternatives (other transforms that fit a \
@@ -146,7 +146,7 @@ pub(crate) struct Align {
     /// A text file with such pairs, one a line
     #[arg(long, value_name = "FILE")]
     pub(crate) points: Option<PathBuf>,
-    /// Undo the suspect's pose by the joints and morph targets of the original's glTF
+    /// Undo the suspect's pose, by the joints and morph targets of the original's glTF where they explain it
     #[arg(long, conflicts_with_all = ["point", "points"])]
     pub(crate) pose: bool,
     /// Replace a file that exists

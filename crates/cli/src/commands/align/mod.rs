@@ -190,6 +190,7 @@ fn summary(
     let by = match brought.map_or(found.matched_by, |brought| brought.by) {
         MatchedBy::Rig => "its vertices, and its pose undone by the original's joints and morph targets",
         MatchedBy::RigSurface => "its surface, and its pose undone by the original's joints",
+        MatchedBy::BentSurface => "its surface, and what had bent or posed it undone",
         MatchedBy::Connectivity => "its vertices",
         MatchedBy::Surroundings => "the vertices that are left",
         MatchedBy::Points => "its surface, from the given points",

@@ -4,6 +4,8 @@
 //! begins where its neighbour takes it, and is turned about the place between both until what it moves lies on the suspect (`placing.rs`); which lies best comes next. Then all move together, point to plane
 //! (`fit.rs`). Of several beginnings the one counts by which the surfaces lie on each other best. Nothing is asked of a mark.
 //!
+//! Where there is no rig, nodes that lie all over the original do as joints would (`nodes.rs`). At first all move as one, as the suspect was aligned; what lies on it there takes the others along, the nearest first; those that still lie badly are placed anew from their neighbours.
+//!
 //! What was found is undone point by point: what lies over a point of the posed original is put over the same point of the original as it was.
 
 mod equations;
@@ -135,7 +137,7 @@ pub fn unpose_surface(
     Ok(Some(laying.unposed(&best, job)?))
 }
 
-/// Brings the surface of a suspect back that something bent, twisted or posed, and nobody knows what, from the ways in which it may lie: nodes all over the original are taken for joints, few at first, and then many. As [`unpose_surface`] otherwise.
+/// Brings the surface of a suspect back that something bent, twisted or posed, and nobody knows what, from the ways in which it may lie: nodes all over the original are taken for joints, few at first, and then many. None where no way lays nodes of which half of the suspect comes to lie on the original, or the original has too few vertices. As [`unpose_surface`] otherwise.
 ///
 /// # Errors
 /// As [`unpose_surface`].
