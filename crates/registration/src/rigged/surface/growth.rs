@@ -23,8 +23,9 @@ const BETTER: f64 = 0.03;
 const MOST_TRIED: usize = 4;
 const MOST_PLACED: usize = 96;
 
-/// With so much of a suspect on the original, all nodes lie well.
+/// With so much of a suspect on the original, all nodes lie well; with so little, it is another model.
 const ALL: f64 = 0.98;
+const LEAST_SPREAD: f64 = 0.35;
 
 /// By this power of how many samples tell of a joint, its place is worth more.
 const WORTH: f64 = 0.125;
@@ -73,29 +74,32 @@ impl Fit<'_> {
         self.together(Rigid::of_joints(Blending::Linear, joints, scale), &SPREADING, job)
     }
 
-    /// Nodes that lie badly are looked for again from those around them, as long as more lies on the suspect for it, as a measure from 0 to 1 has it.
+    /// Nodes that lie badly are looked for again from those around them: of each pass the pose by which most of the suspect lies on the original, as a measure from 0 to 1 has it. None where too little does from the beginning.
     pub(super) fn spread_on(
         &self,
         mut pose: Rigid,
-        lies: impl Fn(&Rigid) -> Result<f64, RegistrationError>,
+        share: impl Fn(&Rigid) -> Result<f64, RegistrationError>,
         job: &Job,
-    ) -> Result<Rigid, RegistrationError> {
-        let best = |&joint: &usize| self.score_in(&pose, joint, NARROW);
-        let first = (0..self.skeleton.joints()).max_by(|a, b| best(a).total_cmp(&best(b)));
+    ) -> Result<Option<Rigid>, RegistrationError> {
+        let mut most = share(&pose)?;
+        if most < LEAST_SPREAD {
+            return Ok(None);
+        }
+        let lies = |&joint: &usize| self.score_in(&pose, joint, NARROW);
+        let first = (0..self.skeleton.joints()).max_by(|a, b| lies(a).total_cmp(&lies(b)));
         let order = self.order_from(first.unwrap_or(0));
-        let mut most = lies(&pose)?;
         let mut now = pose.clone();
         for _pass in 0..PASSES {
             if most > ALL || !self.placed_again(&mut now, &order, job)? {
                 break;
             }
             now = self.together(now, &COARSE, job)?;
-            let share = lies(&now)?;
-            if share > most {
-                (most, pose) = (share, now.clone());
+            let reached = share(&now)?;
+            if reached > most {
+                (most, pose) = (reached, now.clone());
             }
         }
-        Ok(pose)
+        Ok(Some(pose))
     }
 
     /// All joints but one, each after that to which its link is strongest of those before it.

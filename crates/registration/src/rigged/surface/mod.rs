@@ -75,12 +75,8 @@ const GOOD: f64 = 0.95;
 /// From so many of the given transforms, those at which a joint lies best, a pose is looked for.
 const SEEDS: usize = 2;
 
-/// From so many of the given transforms nodes are spread, until by one of them so much of the suspect lies on the original, 0 to 1.
+/// From so many of the given transforms nodes are spread.
 const SPREAD: usize = 6;
-const NEARLY: f64 = 0.8;
-
-/// With less of a suspect on the original, nodes are not looked for again one by one: it is another model.
-const LEAST_SPREAD: f64 = 0.35;
 
 /// Parts of so many joints, the largest, are aligned each by itself; from so many of these places, the best, a pose is looked for.
 const PARTS: usize = 5;
@@ -197,28 +193,25 @@ impl<'a> Laying<'a> {
         })
     }
 
-    /// The pose of nodes from transforms that may take the suspect to the original, that by which most lies; none where too little does.
+    /// The pose of nodes from that of the transforms that may take the suspect to the original by which most lies on it; none where too little does.
     fn by_spreading(&self, seeds: &[Similarity], job: &Job) -> Result<Option<Found>, RegistrationError> {
-        let mut best: Option<Found> = None;
+        let mut best: Option<(f64, Rigid)> = None;
         for seed in seeds.iter().take(SPREAD) {
-            let found = self.judged(self.fit.spread(seed, job)?, job)?;
-            best = best
-                .into_iter()
-                .chain(found)
-                .max_by(|a, b| a.score().total_cmp(&b.score()));
-            if best.as_ref().is_some_and(|best| best.shares[0] > NEARLY) {
-                break;
+            let pose = self.fit.spread(seed, job)?;
+            let lies = self.fit.lies(&pose);
+            if best.as_ref().is_none_or(|(most, _)| lies > *most) {
+                best = Some((lies, pose));
             }
         }
-        let Some(best) = best.filter(|best| best.shares[0] > LEAST_SPREAD) else {
+        let Some((_, pose)) = best else {
             return Ok(None);
         };
-        let lies = |pose: &Rigid| {
-            Ok(self
-                .judged(pose.clone(), job)?
-                .map_or(0.0, |found| found.shares[0]))
+        let share = |pose: &Rigid| {
+            let found = self.judged(pose.clone(), job)?;
+            Ok(found.map_or(0.0, |found| found.shares[0]))
         };
-        let found = self.judged(self.fit.spread_on(best.pose, lies, job)?, job)?;
+        let pose = self.fit.spread_on(pose, share, job)?;
+        let found = pose.map(|pose| self.judged(pose, job)).transpose()?.flatten();
         Ok(found.filter(|found| found.shares[0] > LEAST_LAID))
     }
 
