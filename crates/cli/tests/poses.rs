@@ -267,7 +267,7 @@ fn align_writes_a_suspect_back_in_the_pose_of_the_original() {
 
 #[test]
 fn align_undoes_what_bent_a_suspect_that_no_joints_had_posed() {
-    let folder = Folder::new();
+    let folder = Folder::empty();
     let long = |&[x, y, z]: &[f64; 3]| [4.0 * x, y, 0.8 * z + 0.1 * x * y];
     let ball = shapes::bumpy_sphere(4, 7);
     let model = ball.with_positions(ball.positions().iter().map(long).collect());

@@ -7,7 +7,7 @@ use super::{
     Motion, Pose, Rigid,
     equations::NormalEquations,
     placing::{OF_JOINTS, OF_NODES, Turns},
-    skeleton::Skeleton,
+    skeleton::{Link, Skeleton},
 };
 use crate::{PreparedMesh, RegistrationError, sampled::GRAIN};
 
@@ -34,7 +34,7 @@ const fn stage(tolerance: f64, rounds: usize, samples: usize, held: f64) -> Stag
 /// While joints are still looked for, and in the end.
 pub(super) const COARSE: [Stage; 3] = [
     stage(0.03, 6, 2000, HELD),
-    stage(0.015, 10, 2000, HELD),
+    stage(0.015, 20, 2000, 100.0 * HELD),
     stage(0.006, 10, 3000, HELD),
 ];
 /// From where all nodes move as one: what lies on the suspect takes its neighbours there.
@@ -44,6 +44,14 @@ pub(super) const SPREADING: [Stage; 6] = [
     stage(0.06, 10, 2000, HELD),
     stage(0.03, 15, 2000, HELD),
     stage(0.015, 10, 2000, HELD),
+    stage(0.006, 10, 3000, HELD),
+];
+/// Of nodes that lie on the suspect, but slid along it where it is smooth: links are pulled tight, and then let go.
+pub(super) const RELAXING: [Stage; 5] = [
+    stage(0.06, 200, 2000, 3000.0 * HELD),
+    stage(0.03, 200, 2000, 1000.0 * HELD),
+    stage(0.015, 100, 2000, 100.0 * HELD),
+    stage(0.006, 30, 3000, 30.0 * HELD),
     stage(0.006, 10, 3000, HELD),
 ];
 pub(super) const FINE: [Stage; 4] = [
@@ -191,7 +199,11 @@ impl<'a> Fit<'a> {
                 break;
             }
             let equations = self.equations(&pose, &matches, held, job)?;
-            let before = self.left(&pose, &matches, samples.len(), tolerance);
+            let left = |pose: &Rigid, near: &[Match]| {
+                self.left(pose, near, samples.len(), tolerance)
+                    + self.strain(pose, matches.len(), held, tolerance)
+            };
+            let before = left(&pose, &matches);
             let mut is_better = false;
             for _try in 0..TRIES {
                 let Some(step) = equations.solved(damping) else {
@@ -204,7 +216,7 @@ impl<'a> Fit<'a> {
                     continue;
                 }
                 let again = self.matches(&tried, samples, tolerance, job)?;
-                if self.left(&tried, &again, samples.len(), tolerance) < before {
+                if left(&tried, &again) < before {
                     (pose, matches, is_better) = (tried, again, true);
                     damping *= MORE;
                     break;
@@ -252,9 +264,24 @@ impl<'a> Fit<'a> {
             sum
         })?;
         let mut sum = NormalEquations::of_unknowns(pose.unknowns());
-        let weight = held * matches.len() as f64 / self.skeleton.links.len().max(1) as f64;
-        self.hold(pose, weight, &mut sum);
+        self.hold(pose, self.weight(matches.len(), held), &mut sum);
         Ok(sums.iter().fold(sum, NormalEquations::and))
+    }
+
+    /// What a link counts beside so many matches.
+    fn weight(&self, matches: usize, held: f64) -> f64 {
+        held * matches as f64 / self.skeleton.links.len().max(1) as f64
+    }
+
+    /// How far neighbours take the place apart about which they turn, in squares of the tolerance.
+    fn strain(&self, pose: &Rigid, matches: usize, held: f64, tolerance: f64) -> f64 {
+        let apart = |link: &Link| {
+            let motions = link.joints.map(|joint| pose.joints()[joint]);
+            let pivot = hinge(&motions, link.pivot);
+            (motions[0].apply(pivot) - motions[1].apply(pivot)).squared()
+        };
+        let sum: f64 = self.skeleton.links.iter().map(apart).sum();
+        self.weight(matches, held) * sum / (tolerance * tolerance)
     }
 
     /// Neighbours keep the place together about which they turn.

@@ -289,7 +289,7 @@ impl Fit<'_> {
     }
 
     /// How far samples are off, in diagonals, none more than the narrow tolerance.
-    fn off(&self, pose: &Rigid, job: &Job) -> Result<f64, JobError> {
+    pub(super) fn off(&self, pose: &Rigid, job: &Job) -> Result<f64, JobError> {
         const LIMIT: f64 = 0.002;
         let samples: Vec<usize> = (0..self.skeleton.samples.len()).collect();
         let matches = self.matches(pose, &samples, LIMIT, job)?;

@@ -29,7 +29,7 @@ use crate::{
     matrix::{Mat3, svd},
     sampled::{GRAIN, Sampled},
 };
-use fit::{BY_NODES, Fit};
+use fit::{BY_NODES, Fit, RELAXING};
 use growth::Beginning;
 use nodes::{Nodes, Spread};
 use skeleton::Skeleton;
@@ -193,14 +193,14 @@ impl<'a> Laying<'a> {
         })
     }
 
-    /// The pose of nodes from that of the transforms that may take the suspect to the original by which most lies on it; none where too little does.
+    /// The pose of nodes from that of the transforms that may take the suspect to the original by which it lies there best; none where too little does.
     fn by_spreading(&self, seeds: &[Similarity], job: &Job) -> Result<Option<Found>, RegistrationError> {
         let mut best: Option<(f64, Rigid)> = None;
         for seed in seeds.iter().take(SPREAD) {
             let pose = self.fit.spread(seed, job)?;
-            let lies = self.fit.lies(&pose);
-            if best.as_ref().is_none_or(|(most, _)| lies > *most) {
-                best = Some((lies, pose));
+            let off = self.fit.off(&pose, job)?;
+            if best.as_ref().is_none_or(|(least, _)| off < *least) {
+                best = Some((off, pose));
             }
         }
         let Some((_, pose)) = best else {
@@ -210,8 +210,10 @@ impl<'a> Laying<'a> {
             let found = self.judged(pose.clone(), job)?;
             Ok(found.map_or(0.0, |found| found.shares[0]))
         };
-        let pose = self.fit.spread_on(pose, share, job)?;
-        let found = pose.map(|pose| self.judged(pose, job)).transpose()?.flatten();
+        let Some(pose) = self.fit.spread_on(pose, share, job)? else {
+            return Ok(None);
+        };
+        let found = self.judged(self.fit.together(pose, &RELAXING, job)?, job)?;
         Ok(found.filter(|found| found.shares[0] > LEAST_LAID))
     }
 
