@@ -19,6 +19,9 @@ const FOUND_3MF: &[u8] = include_bytes!("../found/archives_in_a_comment.3mf");
 /// And the OBJ: turned, it has the size of a binary STL without facets, and zeros where that has their number.
 const FOUND_OBJ: &[u8] = include_bytes!("../found/zeros_after_a_face.obj");
 
+/// And the STL: with shorter numbers the zeros of its text come to stand where binary STL counts its facets.
+const FOUND_STL: &[u8] = include_bytes!("../found/zeros_in_a_text.stl");
+
 /// Files of a format: with all that may stand around coordinates, and with nothing else.
 pub(crate) fn of_format(format: Format) -> Vec<Vec<u8>> {
     let of_mesh = |mesh: TriMesh| {
@@ -41,6 +44,7 @@ pub(crate) fn of_format(format: Format) -> Vec<Vec<u8>> {
         Format::Gltf => files.extend(scenes.iter().map(gltf_common::Scene::gltf)),
         Format::ThreeMf => files.push(FOUND_3MF.to_vec()),
         Format::Obj => files.push(FOUND_OBJ.to_vec()),
+        Format::Stl => files.push(FOUND_STL.to_vec()),
         _ => {}
     }
     files

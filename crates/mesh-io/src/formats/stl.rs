@@ -108,6 +108,11 @@ fn wrong_size(bytes: &[u8]) -> Fault {
 
 /// `solid`, then for each facet `facet normal`, `outer loop`, three `vertex` lines, `endloop`, `endfacet`; `endsolid`.
 fn read_ascii(bytes: &[u8]) -> Result<Geometry, Fault> {
+    // With other numbers before it a zero could come to stand where binary STL counts its facets.
+    if let Some(at) = bytes.iter().position(|&byte| byte == 0) {
+        let problem = "a zero byte, which ASCII STL never has: the file is damaged, or another format";
+        return Err(Fault::at_line(bytes, at, problem));
+    }
     let mut words = Words::new(bytes, 0);
     let mut geometry = TextGeometry::default();
     let mut open = Open::Nothing;
