@@ -94,7 +94,7 @@ fn a_text_with_the_size_of_a_binary_stl_is_none() {
 /// Shorter numbers would bring the zeros to bytes 80 to 84, and the text would have become a binary STL of so many facets.
 #[test]
 fn an_ascii_stl_with_zero_bytes_is_refused() {
-    let text = "solid\nfacet normal 0 0 1\nouter loop\nvertex 0.000000000 0 0 \u{b}\0\0\0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n";
+    let text = "solid with a name so long that what follows is no header\nfacet normal 0 0 1\nouter loop\nvertex 0.000000000 0 0 \u{b}\0\0\0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n";
     let refused = Asset::from_bytes(text.as_bytes().to_vec(), Format::Stl)
         .unwrap_err()
         .to_string();
