@@ -25,7 +25,7 @@ const MOST_PLACED: usize = 96;
 
 /// With so much of a suspect on the original, all nodes lie well; with so little, it is another model.
 const ALL: f64 = 0.98;
-const LEAST_SPREAD: f64 = 0.35;
+const LEAST_SPREAD: f64 = 0.5;
 
 /// By this power of how many samples tell of a joint, its place is worth more.
 const WORTH: f64 = 0.125;
