@@ -34,9 +34,16 @@ const fn stage(tolerance: f64, rounds: usize, samples: usize, held: f64) -> Stag
 /// While joints are still looked for, and in the end.
 pub(super) const COARSE: [Stage; 3] = [
     stage(0.03, 6, 2000, HELD),
-    stage(0.015, 20, 2000, 100.0 * HELD),
+    stage(0.015, 10, 2000, HELD),
     stage(0.006, 10, 3000, HELD),
 ];
+pub(super) const FINE: [Stage; 4] = [
+    stage(0.01, 4, 3000, HELD),
+    stage(0.006, 4, 3000, LOOSE),
+    stage(0.004, 6, 20_000, LOOSE),
+    stage(0.002, 8, 20_000, LOOSE),
+];
+
 /// From where all nodes move as one: what lies on the suspect takes its neighbours there.
 pub(super) const SPREADING: [Stage; 6] = [
     stage(0.06, 10, 2000, 100.0 * HELD),
@@ -46,6 +53,12 @@ pub(super) const SPREADING: [Stage; 6] = [
     stage(0.015, 10, 2000, HELD),
     stage(0.006, 10, 3000, HELD),
 ];
+/// Once nodes that lay badly were placed anew.
+pub(super) const PLACED: [Stage; 3] = [
+    stage(0.03, 6, 2000, HELD),
+    stage(0.015, 20, 2000, 100.0 * HELD),
+    stage(0.006, 10, 3000, HELD),
+];
 /// Of nodes that lie on the suspect, but slid along it where it is smooth: links are pulled tight, and then let go.
 pub(super) const RELAXING: [Stage; 5] = [
     stage(0.06, 200, 2000, 3000.0 * HELD),
@@ -53,12 +66,6 @@ pub(super) const RELAXING: [Stage; 5] = [
     stage(0.015, 100, 2000, 100.0 * HELD),
     stage(0.006, 30, 3000, 30.0 * HELD),
     stage(0.006, 10, 3000, HELD),
-];
-pub(super) const FINE: [Stage; 4] = [
-    stage(0.01, 4, 3000, HELD),
-    stage(0.006, 4, 3000, LOOSE),
-    stage(0.004, 6, 20_000, LOOSE),
-    stage(0.002, 8, 20_000, LOOSE),
 ];
 
 /// Of many nodes, which lie nearly where they should.

@@ -5,7 +5,7 @@ use mesh::{Similarity, Vec3};
 
 use super::{
     BLENDINGS, Blending, Motion, Pose, Rigid,
-    fit::{COARSE, FINE, Fit, HELD, SPREADING},
+    fit::{COARSE, FINE, Fit, HELD, PLACED, SPREADING},
     placing::{LEAST, NARROW, WIDE},
     skeleton::Link,
 };
@@ -93,7 +93,7 @@ impl Fit<'_> {
             if most > ALL || !self.placed_again(&mut now, &order, job)? {
                 break;
             }
-            now = self.together(now, &COARSE, job)?;
+            now = self.together(now, &PLACED, job)?;
             let reached = share(&now)?;
             if reached > most {
                 (most, pose) = (reached, now.clone());
