@@ -105,7 +105,7 @@ impl Converters {
         }
     }
 
-    /// What else than positions differs between two GLB.
+    /// What else than positions differs between two glTF, GLB or OBJ.
     pub(super) fn outside_positions(&self, before: &Path, after: &Path) -> Result<String> {
         Ok(self.python.run("same.py", [before, after])?.trim().into())
     }

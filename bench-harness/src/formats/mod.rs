@@ -52,7 +52,7 @@ struct Row {
 struct Tried {
     vertices: usize,
     marked_parts: usize,
-    /// Whether a GLB differs in anything but positions; `None` of other formats.
+    /// Whether a glTF, GLB or OBJ differs in anything but positions; `None` of other formats.
     outside_positions: Option<String>,
     /// What Khronos' validator finds that it did not find before; `None` where it can't be asked.
     new_issues: Option<Vec<String>>,

@@ -145,9 +145,9 @@ fn files(rows: &[Row]) -> Table {
     let mut table = Table::new("The signed files", header).text_columns(5);
     for (row, tried) in tried(rows) {
         let outside = match tried.outside_positions.as_deref() {
-            Some("same") => "positions and their bounds alone",
+            Some("same") => "positions (and their bounds) alone",
             Some(other) => other,
-            None => "(no GLB)",
+            None => "(not asked)",
         };
         let issues = match &tried.new_issues {
             Some(issues) if issues.is_empty() => "nothing".into(),

@@ -89,7 +89,7 @@ impl SignedAsset {
         Ok(Tried {
             vertices: self.marked.vertex_count(),
             marked_parts: self.verifier.marked_parts(),
-            outside_positions: match ending == "glb" {
+            outside_positions: match is_scene || ending == "obj" {
                 true => Some(converters.outside_positions(&self.original, &self.signed)?),
                 false => None,
             },

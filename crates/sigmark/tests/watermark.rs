@@ -10,8 +10,8 @@ use mhb_core::{LaplacianKind, Spectrum, SpectrumOptions};
 use proptest::prelude::*;
 use rand_chacha::{ChaCha20Rng, rand_core::SeedableRng};
 use sigmark::{
-    Certificate, Curve, Embedder, Mismatch, Outcome, Scheme, SigmarkError, Signed, SigningKey, Strength,
-    Verdict, Verifier,
+    Certificate, Curve, Embedder, Mismatch, Outcome, PayloadKind, Scheme, SigmarkError, Signed, SigningKey,
+    Strength, Verdict, Verifier,
     claim::statistics::p_value,
     mark::{
         ChipLayout, ChipPlan, CoefficientDetector, Detector, MarkError, MarkLayout, Original, Patch,
@@ -596,6 +596,23 @@ fn what_rounding_leaves_is_read_back_with_bases_and_without() {
     // Too coarse for the bound, fine enough in truth.
     assert!(read(2e-4).is_sound() && read(2e-4).extraction_rate > 0.99);
     assert!(!read(0.2).is_sound() && read(0.2).extraction_rate < 0.9);
+}
+
+#[test]
+fn bits_that_have_no_chip_are_not_missed() {
+    let mesh = shapes::bumpy_sphere(2, 3);
+    let embedder = Embedder::new(&key(Curve::P256, 1)).payload(Some(PayloadKind::Tag));
+    let signed = embedder.embed(&mesh, &Job::default()).unwrap();
+    let chips: usize = (0..signed.original().patches().len())
+        .map(|patch| signed.layout().chips(patch).len())
+        .sum();
+    assert!(chips < signed.certificate().bits().len(), "{chips} chips");
+    let step = 1e-3 * mesh.bounding_box().diagonal();
+    let moved = signed.positions().iter().map(|&[x, y, z]| [x, y, z + 0.1 * step]);
+    for positions in [signed.positions().to_vec(), moved.collect()] {
+        let read = signed.read_back(&positions, &Job::default()).unwrap();
+        assert!(read.is_sound() && read.extraction_rate > 0.99, "{read:?}");
+    }
 }
 
 #[test]

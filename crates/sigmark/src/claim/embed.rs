@@ -310,7 +310,7 @@ const SOUND: f64 = 0.95;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct ReadBack {
-    /// ER (eq. 18), from 0 to 1.
+    /// ER (eq. 18) over the bits that have a chip, from 0 to 1.
     pub extraction_rate: f64,
     /// Whether the payload is read.
     pub is_read: bool,
@@ -401,13 +401,20 @@ impl Signed {
     /// As [`Original::map_bases`].
     pub fn read_back(&self, positions: &[[f64; 3]], job: &Job) -> Result<ReadBack, SigmarkError> {
         let bits = self.certificate.bits();
-        let mut is_sure = vec![false; bits.len()];
-        let patches = 0..self.original().patches().len();
-        for patch in patches.filter(|&patch| self.is_surely_readable(patch, positions)) {
-            let chips = self.layout.chips(patch);
-            chips.iter().for_each(|chip| is_sure[chip.bit] = true);
+        let (mut is_borne, mut is_sure) = (vec![false; bits.len()], vec![false; bits.len()]);
+        for patch in 0..self.original().patches().len() {
+            let is_patch_sure = self.is_surely_readable(patch, positions);
+            for chip in self.layout.chips(patch) {
+                is_borne[chip.bit] = true;
+                is_sure[chip.bit] |= is_patch_sure;
+            }
         }
-        let known = is_sure.iter().filter(|&&sure| sure).count() as f64 / bits.len() as f64;
+        let borne = |of: &[bool]| -> Vec<bool> {
+            let chosen = of.iter().zip(&is_borne).filter(|&(_, &is_borne)| is_borne);
+            chosen.map(|(&bit, _)| bit).collect()
+        };
+        let count = |of: &[bool]| of.iter().filter(|&&is_it| is_it).count();
+        let known = count(&is_sure) as f64 / count(&is_borne).max(1) as f64;
         if known >= SOUND {
             let ratio = |(&bit, &is_sure): (&bool, &bool)| match (is_sure, bit) {
                 (false, _) => 0.0,
@@ -425,7 +432,7 @@ impl Signed {
         let registered = Registered::by_vertices(positions.iter().copied().map(Some).collect());
         let soft = CoefficientDetector::new(&self.layout).detect(&registered, job)?;
         Ok(ReadBack {
-            extraction_rate: extraction_rate(&bits, &soft.hard()),
+            extraction_rate: extraction_rate(&borne(&bits), &borne(&soft.hard())),
             is_read: self.certificate.is_read(&soft, &LISTS),
         })
     }
