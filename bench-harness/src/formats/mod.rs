@@ -57,6 +57,8 @@ struct Tried {
     /// What Khronos' validator finds that it did not find before; `None` where it can't be asked.
     new_issues: Option<Vec<String>>,
     trials: Vec<Trial>,
+    /// The signed model, verified with what the programs made of its original.
+    of_originals: Vec<Trial>,
 }
 
 impl FormatsBench {

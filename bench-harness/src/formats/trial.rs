@@ -5,12 +5,12 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use job::Job;
 use mesh::{Similarity, TriMesh, Welded, components, shapes};
 use mesh_io::Asset;
 use rand_chacha::{ChaCha20Rng, rand_core::SeedableRng};
-use sigmark::{Curve, Embedder, SigningKey, Verdict, Verifier};
+use sigmark::{Certificate, Curve, Embedder, SigningKey, Verdict, Verifier};
 
 use super::{Tried, converters::Converters};
 
@@ -20,6 +20,7 @@ pub(super) struct SignedAsset {
     signed: PathBuf,
     folder: PathBuf,
     marked: TriMesh,
+    certificate: Certificate,
     verifier: Verifier,
 }
 
@@ -39,8 +40,14 @@ impl SignedAsset {
         fs::create_dir_all(&folder)?;
         let (asset, job) = (Asset::open(original)?, Job::default());
         let key = SigningKey::generate(Curve::P256, &mut ChaCha20Rng::from_seed([18; 32]));
-        let signed = Embedder::new(&key).embed(asset.mesh(), &job)?;
-        let marked = asset.with_positions(signed.positions())?;
+        let mut signed = Embedder::new(&key).embed(asset.mesh(), &job)?;
+        let write = |positions: &[[f64; 3]]| anyhow::Ok(asset.with_positions(positions)?);
+        let marked = signed.hold(write, |marked| marked.mesh().positions())?;
+        let read_back = signed.read_back(marked.mesh().positions(), &job)?;
+        ensure!(
+            read_back.is_sound(),
+            "the file's precision is too coarse for the mark"
+        );
         let path = folder.join(original.file_name().unwrap_or_default());
         marked.save(&path, true)?;
         Ok(Self {
@@ -48,6 +55,7 @@ impl SignedAsset {
             signed: path,
             folder,
             marked: marked.mesh().clone(),
+            certificate: signed.certificate().clone(),
             verifier: Verifier::new(asset.mesh(), signed.certificate(), &key.public_key())?,
         })
     }
@@ -72,17 +80,26 @@ impl SignedAsset {
             what: "as it is".into(),
             verdict: self.verify_file(&self.signed),
         }];
+        let mut of_originals = Vec::new();
         for conversion in converters.conversions(&ending) {
             let what = format!("{} → {}", conversion.tool, conversion.ending);
-            let to = self
-                .folder
-                .join(what.replace([' ', '→'], "_"))
-                .with_extension(conversion.ending);
-            let converted = converters.convert(conversion, &self.signed, &to);
-            let verdict = converted
-                .map_err(|error| format!("the program failed: {error}"))
-                .and_then(|()| self.verify_file(&to));
-            trials.push(Trial { what, verdict });
+            let file = what.replace([' ', '→'], "_");
+            let convert = |from: &Path, name: &str| {
+                let to = self.folder.join(name).with_extension(conversion.ending);
+                let converted = converters.convert(conversion, from, &to);
+                converted
+                    .map(|()| to)
+                    .map_err(|error| format!("the program failed: {error}"))
+            };
+            trials.push(Trial {
+                verdict: convert(&self.signed, &file).and_then(|to| self.verify_file(&to)),
+                what: what.clone(),
+            });
+            of_originals.push(Trial {
+                verdict: convert(&self.original, &format!("original_{file}"))
+                    .and_then(|to| self.verify_with(&to)),
+                what,
+            });
         }
         trials.extend(self.parts());
         let is_scene = matches!(ending.as_str(), "glb" | "gltf");
@@ -97,6 +114,7 @@ impl SignedAsset {
                 .new_issues(&self.original, &self.signed)
                 .filter(|_| is_scene),
             trials,
+            of_originals,
         })
     }
 
@@ -104,6 +122,19 @@ impl SignedAsset {
         let judge = || -> Result<Verdict> {
             let suspect = Asset::open(path)?;
             self.verify(&*suspect.scene()?)
+        };
+        judge().map_err(|error| in_short(&error))
+    }
+
+    /// What `sigmark verify` says of the signed file where it is given another file in place of the original.
+    fn verify_with(&self, original: &Path) -> Result<Verdict, String> {
+        let judge = || -> Result<Verdict> {
+            let given = Asset::open(original)?;
+            let (certificate, key) = (&self.certificate, self.certificate.public_key());
+            let verifier = Verifier::new(given.mesh(), certificate, key)
+                .or_else(|_| Verifier::for_owner(given.mesh(), certificate, key))?;
+            let suspect = Asset::open(&self.signed)?;
+            Ok(verifier.verify(&*suspect.scene()?, &Job::default())?)
         };
         judge().map_err(|error| in_short(&error))
     }

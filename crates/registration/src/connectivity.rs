@@ -6,7 +6,6 @@ mod graph;
 mod matching;
 mod placement;
 mod propagation;
-mod seams;
 mod surroundings;
 
 pub use correspondence::Correspondence;

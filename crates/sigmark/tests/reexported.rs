@@ -72,6 +72,58 @@ fn the_same_geometry_reads_the_mark_and_is_no_evidence() {
     }
 }
 
+/// Reads a mark with a file that was given in place of the original.
+fn is_read_with(given: &TriMesh, signed: &Signed) {
+    let certificate = signed.certificate();
+    let verifier = Verifier::for_owner(given, certificate, certificate.public_key()).unwrap();
+    let verdict = verifier.verify(signed.mesh(), &Job::default()).unwrap();
+    assert_eq!(verdict.outcome, Outcome::Verified, "{verdict:?}");
+    assert!(matches!(verdict.compared_with, Compared::SameGeometry { residual } if residual < 6e-5));
+    let components = mesh::components(given);
+    for part in &verdict.parts {
+        assert_eq!(components.of_vertex[part.vertex] as usize, part.part);
+    }
+}
+
+#[test]
+fn copies_of_parts_that_were_written_out_are_passed_over() {
+    let mesh = original();
+    let signed = signed(&mesh);
+    let part = shapes::bumpy_sphere(4, 2);
+    // Inside the box of the original; and outside, so that only unit and axes tell the pose.
+    for away in [[0.0, 0.0, 2.0], [-9.0, 2.0, 0.0]] {
+        let written_out = shapes::disjoint_union(&[shapes::translated(&part, away), mesh.clone()]);
+        is_read_with(&exported(&written_out, 1e7, 3), &signed);
+    }
+}
+
+#[test]
+fn seams_that_another_program_split_are_closed() {
+    let mesh = original();
+    let signed = signed(&mesh);
+    let split = shapes::jittered(&shapes::exploded(&mesh), 1e-8, 5);
+    assert!(split.vertex_count() > 2 * mesh.vertex_count());
+    is_read_with(&split, &signed);
+}
+
+#[test]
+fn parts_that_another_program_moved_apart_by_a_rounding_touch_again() {
+    // Two cubes on each other: in the original they have a face's corners in common.
+    let cube = shapes::cube(2.0);
+    let tower = |up: f64| shapes::disjoint_union(&[cube.clone(), shapes::translated(&cube, [0.0, 0.0, up])]);
+    let welded = mesh::Welded::new(tower(2.0).positions(), tower(2.0).triangles()).unwrap();
+    let touching = shapes::disjoint_union(&[
+        shapes::bumpy_sphere(5, 1),
+        shapes::translated(welded.mesh(), [3.0, 0.0, 0.0]),
+    ]);
+    let apart = shapes::disjoint_union(&[
+        shapes::bumpy_sphere(5, 1),
+        shapes::translated(&tower(2.0 + 1e-7), [3.0, 0.0, 0.0]),
+    ]);
+    assert_eq!(touching.vertex_count() + 4, apart.vertex_count());
+    is_read_with(&apart, &signed(&touching));
+}
+
 #[test]
 fn a_signed_copy_and_another_shape_are_no_originals() {
     let mesh = original();

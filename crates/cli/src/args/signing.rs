@@ -248,7 +248,7 @@ there before the suspect: your own, or one with a time stamp. Who could make a c
 to be below 2^-120, which 2^80 tries do not reach with a probability of 2^-40: evidence against a stranger. --dispute asks for that, \
 and exits with 1 below it.
 
-An original of the same geometry in another file, at another precision, in another order or unit, is recognised as such: the mark is read for the \
+An original of the same geometry in another file, at another precision, in another order or unit, among other parts, is recognised as such: the mark is read for the \
 owner's information, and the verdict says that a claim needs the very file.
 
 The suspect may be in any format, moved, turned, scaled, mirrored, its vertices and faces in any order. Where it lost the \

@@ -1,4 +1,4 @@
-use mesh::{TriMesh, Vec3};
+use mesh::{Closed, TriMesh, Vec3};
 
 use crate::{Fit, Handedness, RegistrationError, fit_similarity};
 
@@ -29,6 +29,14 @@ impl Correspondence {
             }
         }
         Some(Self { suspect_of })
+    }
+
+    /// The map to a suspect that a map to it with closed seams stands for.
+    pub(super) fn opened(mut self, closed: &Closed) -> Self {
+        for image in self.suspect_of.iter_mut().flatten() {
+            *image = closed.vertex_of()[*image as usize];
+        }
+        self
     }
 
     /// How many vertices of the original have a partner.

@@ -1,13 +1,11 @@
 use job::{Job, JobError};
-use mesh::TriMesh;
+use mesh::{Closed, TriMesh};
 
 use super::{
     colours,
     correspondence::Correspondence,
     graph::{Connectivity, Graph},
-    placement,
-    seams::Closed,
-    surroundings,
+    placement, surroundings,
 };
 
 /// Why a suspect does not have the original's connectivity.
@@ -65,7 +63,7 @@ pub enum Difference {
 /// Says how the connectivities differ; [`Difference::Job`] when the job was cancelled.
 ///
 /// ```
-/// use mesh::TriMesh;
+/// use mesh::{Closed, TriMesh};
 /// let points = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 3.0, 0.0]];
 /// let original = TriMesh::new(points.clone(), vec![[0, 1, 2], [0, 2, 3]])?;
 /// let suspect = TriMesh::new(vec![points[3], points[2], points[1], points[0]], vec![[3, 1, 0], [3, 2, 1]])?;
@@ -131,8 +129,8 @@ impl Remainder<'_> {
         let Some(closed) = &self.closed else {
             return surroundings::correspondence(&self.from, &self.onto.graph(self.suspect), job);
         };
-        let map = surroundings::correspondence(&self.from, &self.onto.graph(&closed.mesh), job)?;
-        Ok(closed.opened(map))
+        let map = surroundings::correspondence(&self.from, &self.onto.graph(closed.mesh()), job)?;
+        Ok(map.opened(closed))
     }
 }
 
@@ -158,13 +156,13 @@ pub(crate) fn survivors<'a>(
             difference,
         })))
     };
-    let Some(closed) = Closed::of(&onto.graph(suspect)) else {
+    let Some(closed) = Closed::along_borders(suspect, &onto.edges) else {
         return part(onto, None);
     };
-    let onto = Connectivity::of(&closed.mesh);
-    match map_candidates(&from, &onto.graph(&closed.mesh), limit, job) {
+    let onto = Connectivity::of(closed.mesh());
+    match map_candidates(&from, &onto.graph(closed.mesh()), limit, job) {
         Ok(maps) => Ok(Survivors::All(
-            maps.into_iter().map(|map| closed.opened(map)).collect(),
+            maps.into_iter().map(|map| map.opened(&closed)).collect(),
         )),
         Err(Difference::Job(error)) => Err(error),
         Err(_) => part(onto, Some(closed)),

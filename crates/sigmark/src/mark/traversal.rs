@@ -52,14 +52,9 @@ impl<'a> Traversal<'a> {
         &self.rank
     }
 
-    /// Whether every triangle was walked.
-    pub(super) fn is_whole(&self) -> bool {
-        !self.walked.contains(&false)
-    }
-
-    /// Whether a triangle was walked.
-    pub(super) fn was_walked(&self, triangle: usize) -> bool {
-        self.walked[triangle]
+    /// Which triangles were walked.
+    pub(super) fn walked(&self) -> &[bool] {
+        &self.walked
     }
 
     /// Walks from a triangle, whose corners are met in this order.
@@ -128,7 +123,7 @@ mod tests {
             let edges = Edges::of(&mesh);
             let (traversal, _) = Traversal::whole(&mesh, &edges);
             let used = mesh.used_vertices().iter().filter(|&&used| used).count();
-            assert!(traversal.is_whole());
+            assert!(!traversal.walked().contains(&false));
             assert_eq!(traversal.order().len(), used);
             for (rank, &v) in traversal.order().iter().enumerate() {
                 assert_eq!(traversal.ranks()[v as usize] as usize, rank);

@@ -204,17 +204,17 @@ impl Certificate {
         &self.contents.eigenvalues
     }
 
-    /// What the original's geometry is recognised by in another file, if there is a sketch, a mesh has as many vertices and triangles, and the sketch has the patches
+    /// What the original's geometry is recognised by in another file, if there is a sketch, a mesh has as many vertices and triangles at least, and the sketch has the patches
     /// of the statement. It is unpacked for such a mesh alone, so that a small text can't ask for much memory.
     pub fn sketch_for(&self, mesh: &TriMesh) -> Option<Sketch> {
         let Contents {
             statement, sketch, ..
         } = &self.contents;
         let record = statement.original;
-        if (mesh.vertex_count(), mesh.triangle_count()) != (record.vertices, record.triangles) {
+        if mesh.vertex_count() < record.vertices || mesh.triangle_count() < record.triangles {
             return None;
         }
-        let sketch = Sketch::from_text(sketch, record.vertices, &statement.functions)?;
+        let sketch = Sketch::from_text(sketch, record.vertices, record.triangles, &statement.functions)?;
         let mut sizes = vec![0; self.patch_sizes.len()];
         for &label in sketch.labels().iter().filter(|&&label| label > 0) {
             *sizes.get_mut(label as usize - 1)? += 1;

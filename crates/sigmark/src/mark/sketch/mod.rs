@@ -1,5 +1,5 @@
 //! What is kept of an original so that its geometry is recognised in another file: in another order, at another precision, in another unit or
-//! with another axis upward.
+//! with another axis upward; with seams split, and among other parts, as where every copy of an instanced part was written out.
 
 mod packed;
 mod recognise;
@@ -16,6 +16,8 @@ use super::{Borders, Original, Patch, PatchBasis, traversal::Traversal};
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sketch {
     bounds: BoundingBox,
+    /// How many there are.
+    triangles: usize,
     /// Corners of the triangles from which a [`Traversal`] sets out, in the unit frame of the bounds.
     first: Vec<[[f32; 3]; 3]>,
     /// Vertices at equal distances in the order of the traversal, there as well.
@@ -80,6 +82,7 @@ impl<'a> Sketcher<'a> {
             probes: probes(order.len()).map(|rank| point(order[rank])).collect(),
             labels: order.iter().map(|&v| labels[v as usize]).collect(),
             bounds,
+            triangles: mesh.triangle_count(),
             opposite,
         })
     }

@@ -33,9 +33,14 @@ impl Sketch {
         BASE64.encode(packed)
     }
 
-    /// The sketch of an original with so many vertices, and of patches with so many functions; none where the text is not one. Memory is that of
+    /// The sketch of an original with so many vertices and triangles, and of patches with so many functions; none where the text is not one. Memory is that of
     /// the sketch, whatever the text is.
-    pub(crate) fn from_text(text: &str, vertices: usize, functions: &[usize]) -> Option<Self> {
+    pub(crate) fn from_text(
+        text: &str,
+        vertices: usize,
+        triangles: usize,
+        functions: &[usize],
+    ) -> Option<Self> {
         let packed = BASE64.decode(text).ok()?;
         let mut numbers = Numbers(ZlibDecoder::new(&packed[..]));
         let mut corner = || Some([numbers.double()?, numbers.double()?, numbers.double()?]);
@@ -55,6 +60,7 @@ impl Sketch {
         let opposite = functions.iter().map(&mut of_patch).collect::<Option<_>>()?;
         numbers.is_at_end().then_some(Self {
             bounds,
+            triangles,
             first,
             probes,
             labels,
@@ -108,6 +114,7 @@ mod tests {
                 min: [-1.0, 0.0, 0.5],
                 max: [2.0, 3.0, 4.0],
             },
+            triangles: 30,
             first: vec![[[0.25; 3], [0.5, 0.0, -0.5], [0.125; 3]]],
             probes: (0..17).map(|i| [i as f32, 0.0, 1.0]).collect(),
             labels: (0..17).map(|i| i % 3).collect(),
@@ -118,7 +125,7 @@ mod tests {
     #[test]
     fn a_sketch_reads_back_from_its_text() {
         let text = sketch().to_text();
-        assert_eq!(Sketch::from_text(&text, 17, &[3, 4]), Some(sketch()));
+        assert_eq!(Sketch::from_text(&text, 17, 30, &[3, 4]), Some(sketch()));
     }
 
     #[test]
@@ -131,13 +138,13 @@ mod tests {
             (17, &[3, 5]),
             (17, &[]),
         ] {
-            assert_eq!(Sketch::from_text(&text, vertices, functions), None);
+            assert_eq!(Sketch::from_text(&text, vertices, 30, functions), None);
         }
         for wrong in ["", "????", &text[..text.len() / 2], &text[4..]] {
-            assert_eq!(Sketch::from_text(wrong, 17, &[3, 4]), None);
+            assert_eq!(Sketch::from_text(wrong, 17, 30, &[3, 4]), None);
         }
         let mut endless = sketch();
         endless.labels = vec![0; 1 << 22];
-        assert_eq!(Sketch::from_text(&endless.to_text(), 17, &[3, 4]), None);
+        assert_eq!(Sketch::from_text(&endless.to_text(), 17, 30, &[3, 4]), None);
     }
 }

@@ -1,4 +1,4 @@
-use mesh::{BoundingBox, Edges, Similarity, TriMesh, Vec3, VertexStars};
+use mesh::{BoundingBox, Closed, Edges, Similarity, TriMesh, Vec3, VertexStars};
 
 use super::{Sketch, probes};
 use crate::mark::traversal::Traversal;
@@ -26,17 +26,40 @@ const SAME: f64 = 6e-5;
 /// By how much the edges of bounding boxes may differ, as a fraction of the diagonal.
 const SAME_BOX: f64 = 1e-3;
 
+/// Units of length that models are written in, in metres.
+const UNITS: [f64; 5] = [1.0, 0.01, 0.001, 0.0254, 0.3048];
+
 impl Sketch {
-    /// Whether a mesh is the geometry of this sketch; none if it has other triangles or lies elsewhere.
+    /// Whether a mesh is the geometry of this sketch, or holds it beside other parts, with its seams as the original has them or split; none if it has
+    /// other triangles or lies elsewhere.
     pub fn recognise(&self, given: &TriMesh) -> Option<Recognised> {
-        if given.vertex_count() != self.labels.len() {
+        let places = Places::of(given);
+        self.recognise_as_it_is(given, &places)
+            .or_else(|| self.recognise_closed(&Closed::along_borders(given, &places.edges)?))
+            .or_else(|| self.recognise_closed(&Closed::everywhere(given)?))
+    }
+
+    fn recognise_closed(&self, closed: &Closed) -> Option<Recognised> {
+        let mut recognised = self.recognise_as_it_is(closed.mesh(), &Places::of(closed.mesh()))?;
+        for vertex in &mut recognised.vertex_of {
+            *vertex = closed.vertex_of()[*vertex as usize];
+        }
+        Some(recognised)
+    }
+
+    fn recognise_as_it_is(&self, given: &TriMesh, places: &Places) -> Option<Recognised> {
+        if given.vertex_count() < self.labels.len() || given.triangle_count() < self.triangles {
             return None;
         }
-        let places = Places::of(given);
-        let walks = poses(&self.bounds, &given.bounding_box())
-            .filter_map(|pose| self.walk(given, &places, &pose).map(|walk| (pose, walk)));
+        // Other parts may lie outside the box.
+        let is_larger = given.triangle_count() > self.triangles;
+        let in_units = is_larger.then(|| poses_in_units(&self.bounds));
+        let walks = poses_of_boxes(&self.bounds, &given.bounding_box())
+            .chain(in_units.into_iter().flatten())
+            .filter(|pose| self.begins(given, places, pose))
+            .filter_map(|pose| self.walk(given, places, &pose).map(|walk| (pose, walk)));
         let (pose, walk) = walks.min_by(|(_, a), (_, b)| a.residual.total_cmp(&b.residual))?;
-        let mut rank = vec![0; walk.order.len()];
+        let mut rank = vec![0; given.vertex_count()];
         for (r, &v) in (0..).zip(&walk.order) {
             rank[v as usize] = r;
         }
@@ -45,7 +68,12 @@ impl Sketch {
             .order
             .iter()
             .map(|&v| transform.apply(given.positions()[v as usize]));
-        let triangles = given.triangles().iter().map(|t| t.map(|v| rank[v as usize]));
+        let walked = given
+            .triangles()
+            .iter()
+            .zip(&walk.walked)
+            .filter(|&(_, &walked)| walked);
+        let triangles = walked.map(|(t, _)| t.map(|v| rank[v as usize]));
         Some(Recognised {
             mesh: TriMesh::new(positions.collect(), triangles.collect()).ok()?,
             vertex_of: walk.order,
@@ -54,19 +82,25 @@ impl Sketch {
         })
     }
 
+    /// Whether the first of the first triangles is found in a pose.
+    fn begins(&self, given: &TriMesh, places: &Places, pose: &Similarity) -> bool {
+        let mut first = self.first.iter().take(1);
+        first.all(|&corners| places.triangle(given, pose, corners, |_| true).is_some())
+    }
+
     /// The traversal of the mesh in a pose, to the unit frame, if all points are found in it.
     fn walk(&self, given: &TriMesh, places: &Places, pose: &Similarity) -> Option<Walk> {
         let mut traversal = Traversal::new(given, &places.edges);
         let mut squares = 0.0;
-        for corners in &self.first {
-            let corners = corners.map(|point| Vec3(point.map(f64::from)));
-            let open = |triangle: usize| !traversal.was_walked(triangle);
+        for &corners in &self.first {
+            let open = |triangle: usize| !traversal.walked()[triangle];
             let found = places.triangle(given, pose, corners, open)?;
             squares += found.squares;
             traversal.walk(found.triangle, found.corners);
         }
         let order = traversal.order();
-        if !traversal.is_whole() || order.len() != self.labels.len() {
+        let triangles = traversal.walked().iter().filter(|&&walked| walked).count();
+        if (order.len(), triangles) != (self.labels.len(), self.triangles) {
             return None;
         }
         for (rank, &place) in probes(order.len()).zip(&self.probes) {
@@ -77,6 +111,7 @@ impl Sketch {
         let residual = (squares / points as f64).sqrt();
         (residual <= SAME).then(|| Walk {
             order: order.to_vec(),
+            walked: traversal.walked().to_vec(),
             residual,
         })
     }
@@ -84,29 +119,53 @@ impl Sketch {
 
 struct Walk {
     order: Vec<u32>,
+    /// Which triangles of the given mesh.
+    walked: Vec<bool>,
     residual: f64,
 }
 
-/// The ways in which axes can be exchanged and turned around so that one box becomes the other: transforms from the given mesh to the unit frame of the
-/// sketch. Programs write files in other units and with other axes upward, and do not turn models otherwise.
-fn poses(sketched: &BoundingBox, given: &BoundingBox) -> impl Iterator<Item = Similarity> + use<> {
-    const AXES: [[usize; 3]; 6] = [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 2, 1], [2, 1, 0], [1, 0, 2]];
+const AXES: [[usize; 3]; 6] = [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 2, 1], [2, 1, 0], [1, 0, 2]];
+
+/// The eight ways to exchange axes so and turn them around. Programs write files in other units and with other axes upward, and do not turn models otherwise.
+fn turns(axes: [usize; 3]) -> impl Iterator<Item = Similarity> {
+    (0..8).map(move |signs| {
+        let mut rotation = [[0.0; 3]; 3];
+        for (i, row) in rotation.iter_mut().enumerate() {
+            row[axes[i]] = if signs >> i & 1 == 0 { 1.0 } else { -1.0 };
+        }
+        Similarity {
+            rotation,
+            ..Similarity::IDENTITY
+        }
+    })
+}
+
+/// The transforms from the given mesh to the unit frame of the sketch by which one box becomes the other.
+fn poses_of_boxes(sketched: &BoundingBox, given: &BoundingBox) -> impl Iterator<Item = Similarity> + use<> {
     let (to_unit, given_to_unit) = (sketched.to_unit_frame(), given.to_unit_frame());
     let edges = sketched.size().map(|edge| edge * to_unit.scale);
     let given_edges = given.size().map(|edge| edge * given_to_unit.scale);
     let fits = move |axes: &[usize; 3]| (0..3).all(|i| (edges[i] - given_edges[axes[i]]).abs() < SAME_BOX);
-    AXES.into_iter().filter(fits).flat_map(move |axes| {
-        (0..8).map(move |signs| {
-            let mut rotation = [[0.0; 3]; 3];
-            for (i, row) in rotation.iter_mut().enumerate() {
-                row[axes[i]] = if signs >> i & 1 == 0 { 1.0 } else { -1.0 };
-            }
-            let turn = Similarity {
-                rotation,
-                ..Similarity::IDENTITY
-            };
-            given_to_unit.then(&turn)
-        })
+    let turns = AXES.into_iter().filter(fits).flat_map(turns);
+    turns.map(move |turn| given_to_unit.then(&turn))
+}
+
+/// The transforms from a mesh about the same origin in whatever unit to the unit frame of the sketch.
+fn poses_in_units(sketched: &BoundingBox) -> impl Iterator<Item = Similarity> + use<> {
+    let to_unit = sketched.to_unit_frame();
+    let mut scales: Vec<f64> = UNITS
+        .iter()
+        .flat_map(|from| UNITS.iter().map(move |to| from / to))
+        .collect();
+    scales.sort_unstable_by(f64::total_cmp);
+    scales.dedup_by(|a, b| (*a - *b).abs() < 1e-9 * *a);
+    let turns = AXES.into_iter().flat_map(turns);
+    turns.flat_map(move |turn| {
+        let scaled = scales
+            .clone()
+            .into_iter()
+            .map(move |scale| Similarity { scale, ..turn });
+        scaled.map(move |pose| pose.then(&to_unit))
     })
 }
 
@@ -141,9 +200,10 @@ impl Places {
         &self,
         mesh: &TriMesh,
         pose: &Similarity,
-        places: [Vec3; 3],
+        places: [[f32; 3]; 3],
         open: impl Fn(usize) -> bool,
     ) -> Option<FoundTriangle> {
+        let places = places.map(|place| Vec3(place.map(f64::from)));
         let square = |v: u32, place: Vec3| (pose.apply(mesh.point(v as usize)) - place).squared();
         let mut best: Option<FoundTriangle> = None;
         for a in self.near(pose, places[0]) {

@@ -1,64 +1,76 @@
-//! Suspects whose vertices were split along seams: files repeat a vertex wherever its texture or its normal changes, and
-//! conversions round the copies.
-
-use super::correspondence::Correspondence;
-use super::graph::Graph;
-use mesh::{TriMesh, Welded};
+use crate::{Edges, TriMesh, Welded};
 
 /// Copies differ by the rounding of single precision at most, a few times over: this fraction of the largest coordinate.
 const ROUNDED: f64 = 4.0 / (1 << 24) as f64;
 
+/// Those of parts that a scene places differ by the rounding of their placements, too: as far apart they are joined where scenes are read.
+const PLACED: f64 = 5e-7;
+
 /// Cells are so many times larger than the distance of copies, so that few vertices lie near a border.
 const ROOMY: f64 = 1000.0;
 
-/// A suspect whose copies of vertices are one vertex again.
-pub(super) struct Closed {
-    pub(super) mesh: TriMesh,
-    /// A vertex of the suspect for each of its vertices.
-    source: Vec<u32>,
+/// A mesh whose vertices were split along seams, with the copies of a vertex as one again.
+///
+/// Files repeat a vertex wherever its texture or its normal changes, and conversions round the copies; those at equal positions are merged by [`Welded`],
+/// and here those that differ by no more than rounding to single precision.
+#[derive(Clone, Debug)]
+pub struct Closed {
+    mesh: TriMesh,
+    vertex_of: Vec<u32>,
 }
 
 impl Closed {
-    /// None when the suspect has no borders, or no vertices that could be copies.
-    pub(super) fn of(suspect: &Graph<'_>) -> Option<Self> {
-        let is_border = |e: usize| suspect.edges.triangles(e).len() == 1;
-        let ends = suspect.edges.vertices().iter().enumerate();
+    /// Merges vertices on open borders; `None` if none of them are copies.
+    pub fn along_borders(mesh: &TriMesh, edges: &Edges) -> Option<Self> {
+        let ends = edges.vertices().iter().enumerate();
         let mut on_border: Vec<u32> = ends
-            .filter(|(e, _)| is_border(*e))
+            .filter(|(e, _)| edges.triangles(*e).len() == 1)
             .flat_map(|(_, ends)| *ends)
             .collect();
         on_border.sort_unstable();
         on_border.dedup();
-        let positions = suspect.mesh.positions();
+        Self::of(mesh, &on_border, ROUNDED)
+    }
+
+    /// Merges vertices wherever they are, such as those of parts that touch; `None` if none are copies.
+    pub fn everywhere(mesh: &TriMesh) -> Option<Self> {
+        let all: Vec<u32> = (0..mesh.vertex_count() as u32).collect();
+        Self::of(mesh, &all, PLACED)
+    }
+
+    fn of(mesh: &TriMesh, chosen: &[u32], apart: f64) -> Option<Self> {
+        let positions = mesh.positions();
         let largest = positions
             .as_flattened()
             .iter()
             .fold(0.0_f64, |m, x| m.max(x.abs()));
-        let first = first_copies(positions, &on_border, ROUNDED * largest);
+        let first = first_copies(positions, chosen, apart * largest);
         if first.iter().enumerate().all(|(v, &first)| v == first as usize) {
             return None;
         }
         let moved: Vec<[f64; 3]> = first.iter().map(|&v| positions[v as usize]).collect();
-        let welded = Welded::new(&moved, suspect.mesh.triangles()).ok()?;
-        let mut source = vec![u32::MAX; welded.mesh().vertex_count()];
-        for (v, kept) in welded.vertex_of().iter().enumerate() {
+        let welded = Welded::new(&moved, mesh.triangles()).ok()?;
+        let mut vertex_of = vec![u32::MAX; welded.mesh().vertex_count()];
+        for (v, kept) in (0..).zip(welded.vertex_of()) {
             if let Some(kept) = kept {
-                let source = &mut source[*kept as usize];
-                *source = (*source).min(v as u32);
+                let source = &mut vertex_of[*kept as usize];
+                *source = (*source).min(v);
             }
         }
         Some(Self {
-            source,
+            vertex_of,
             mesh: welded.into_mesh(),
         })
     }
 
-    /// The map to the suspect that a map to the closed mesh stands for.
-    pub(super) fn opened(&self, mut map: Correspondence) -> Correspondence {
-        for image in map.suspect_of.iter_mut().flatten() {
-            *image = self.source[*image as usize];
-        }
-        map
+    /// The closed mesh.
+    pub fn mesh(&self) -> &TriMesh {
+        &self.mesh
+    }
+
+    /// For each of its vertices, the first of the given mesh that became it.
+    pub fn vertex_of(&self) -> &[u32] {
+        &self.vertex_of
     }
 }
 
