@@ -122,8 +122,8 @@ fn originals(rows: &[Row]) -> Table {
     );
     table.note(
         "*recognised*: the signed model is verified with that file for its owner's information, and the verdict says that a claim needs the very file; *the same*: the file holds the very \
-         geometry, and the verdict is as with the original. The others hold other geometry: quads that were split the other way, fewer bits a coordinate than 14, \
-         or of parts that a scene shows in several places another one first.",
+         geometry, and the verdict is as with the original. The others hold other geometry: quads that were split the other way; wheels and morph targets where the file's animation \
+         has them at first; coordinates so coarse that parts grow together; or, of parts that a scene shows in several places, another one first.",
     )
 }
 
