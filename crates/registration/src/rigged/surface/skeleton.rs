@@ -25,7 +25,7 @@ pub(super) struct Sample<'a> {
     pub(super) normal: Vec3,
 }
 
-/// Where two joints move the same vertices.
+/// Where two joints move the same vertices, or vertices beside each other.
 #[derive(Clone, Copy)]
 pub(super) struct Link {
     pub(super) joints: [usize; 2],
@@ -92,21 +92,37 @@ impl<'a> Skeleton<'a> {
             core
         };
         skeleton.core_of_joint = skeleton.of_joint.iter().enumerate().map(core).collect();
-        skeleton.link();
+        skeleton.link(mesh);
         Ok(skeleton)
     }
 
-    fn link(&mut self) {
+    /// Joints that share samples; and where each vertex has one joint, as of robots, those on both sides of an edge.
+    fn link(&mut self, mesh: &TriMesh) {
         let joints = self.rig.joints();
         let mut sums = vec![(0.0, Vec3::ZERO); joints * joints];
+        let mut add = |a: u32, b: u32, shared: f64, at: Vec3| {
+            let (strength, pivot) = &mut sums[a.min(b) as usize * joints + a.max(b) as usize];
+            *strength += shared;
+            *pivot += at * shared;
+        };
         for sample in &self.samples {
             for (i, &(a, share_a)) in sample.row.weights.iter().enumerate() {
                 for &(b, share_b) in &sample.row.weights[i + 1..] {
                     if share_a.min(share_b) > LEAST_SHARE {
-                        let (strength, pivot) = &mut sums[a as usize * joints + b as usize];
-                        *strength += share_a * share_b;
-                        *pivot += sample.row.x * (share_a * share_b);
+                        add(a, b, share_a * share_b, sample.row.x);
                     }
+                }
+            }
+        }
+        let an_edge = self.samples.len() as f64 / mesh.vertex_count() as f64;
+        for &[a, b, c] in mesh.triangles() {
+            for [v, w] in [[a, b], [b, c], [c, a]] {
+                if let (&[(here, _)], &[(there, _)]) =
+                    (self.rig.weights_of(v as usize), self.rig.weights_of(w as usize))
+                    && here != there
+                {
+                    let middle = (mesh.point(v as usize) + mesh.point(w as usize)) * 0.5;
+                    add(here, there, an_edge, (middle - self.centre) / self.diagonal);
                 }
             }
         }
