@@ -11,7 +11,7 @@ use super::{
     Row, Tried,
     converters::Converters,
     painter::{Difference, Painter},
-    trial::Trial,
+    trial::{FAILED, Trial},
 };
 use crate::results;
 
@@ -166,6 +166,7 @@ fn recognised(verdict: &Result<Verdict, String>) -> String {
             Compared::Original => "the same",
             _ => "?",
         },
+        Err(error) if error.starts_with(FAILED) => "failed",
         Err(_) => "no",
     }
     .into()

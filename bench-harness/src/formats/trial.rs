@@ -14,6 +14,9 @@ use sigmark::{Certificate, Curve, Embedder, SigningKey, Verdict, Verifier};
 
 use super::{Tried, converters::Converters};
 
+/// With this begins what is said where a program made no file.
+pub(super) const FAILED: &str = "the program failed";
+
 /// A model that was signed with the default strength.
 pub(super) struct SignedAsset {
     original: PathBuf,
@@ -89,7 +92,7 @@ impl SignedAsset {
                 let converted = converters.convert(conversion, from, &to);
                 converted
                     .map(|()| to)
-                    .map_err(|error| format!("the program failed: {error}"))
+                    .map_err(|error| format!("{FAILED}: {error}"))
             };
             trials.push(Trial {
                 verdict: convert(&self.signed, &file).and_then(|to| self.verify_file(&to)),

@@ -3,9 +3,6 @@ use crate::{Edges, TriMesh, Welded};
 /// Copies differ by the rounding of single precision at most, a few times over: this fraction of the largest coordinate.
 const ROUNDED: f64 = 4.0 / (1 << 24) as f64;
 
-/// Those of parts that a scene places differ by the rounding of their placements, too: as far apart they are joined where scenes are read.
-const PLACED: f64 = 5e-7;
-
 /// Cells are so many times larger than the distance of copies, so that few vertices lie near a border.
 const ROOMY: f64 = 1000.0;
 
@@ -20,6 +17,9 @@ pub struct Closed {
 }
 
 impl Closed {
+    /// Copies in parts that a scene places differ by the rounding of their placements, too: this fraction of the largest coordinate.
+    pub const PLACED: f64 = 5e-7;
+
     /// Merges vertices on open borders; `None` if none of them are copies.
     pub fn along_borders(mesh: &TriMesh, edges: &Edges) -> Option<Self> {
         let ends = edges.vertices().iter().enumerate();
@@ -35,7 +35,7 @@ impl Closed {
     /// Merges vertices wherever they are, such as those of parts that touch; `None` if none are copies.
     pub fn everywhere(mesh: &TriMesh) -> Option<Self> {
         let all: Vec<u32> = (0..mesh.vertex_count() as u32).collect();
-        Self::of(mesh, &all, PLACED)
+        Self::of(mesh, &all, Self::PLACED)
     }
 
     fn of(mesh: &TriMesh, chosen: &[u32], apart: f64) -> Option<Self> {

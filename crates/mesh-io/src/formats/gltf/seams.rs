@@ -2,11 +2,9 @@
 
 use std::collections::HashMap;
 
-use crate::slots::binary::BinaryRun;
+use mesh::Closed;
 
-/// Two vertices nearer to each other than this, as a fraction of the largest coordinate, are one: some units of the last place of
-/// single precision, by which places differ that two nodes give the same point.
-const TOLERANCE: f64 = 5e-7;
+use crate::slots::binary::BinaryRun;
 
 /// Moves vertices that the scene places differently, and that lie at the same point but for rounding, to the same position: then welding
 /// joins them, and they move together.
@@ -24,7 +22,7 @@ pub(super) fn close(runs: &[BinaryRun], triangles: &[[u32; 3]], positions: &mut 
     let largest = used()
         .flat_map(|v| positions[v])
         .fold(0.0, |a: f64, x| a.max(x.abs()));
-    let tolerance = TOLERANCE * largest;
+    let tolerance = Closed::PLACED * largest;
     if !(tolerance.is_normal() && largest.is_finite()) {
         return;
     }
