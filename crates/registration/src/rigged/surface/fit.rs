@@ -6,7 +6,7 @@ use mesh::{Similarity, Vec3};
 use super::{
     Motion, Pose, Rigid,
     equations::NormalEquations,
-    placing::{OF_JOINTS, OF_NODES, Turns},
+    placing::{OF_JOINTS, OF_NODES, Search},
     skeleton::{Link, Skeleton},
 };
 use crate::{PreparedMesh, RegistrationError, sampled::GRAIN};
@@ -109,8 +109,7 @@ pub(super) struct Fit<'a> {
     centre: Vec3,
     /// About how large the suspect is, to a diagonal of the original, if that is known: nodes could shrink onto any surface.
     size: Option<f64>,
-    /// How joints are turned to find where they lie.
-    pub(super) turns: &'static Turns,
+    pub(super) search: &'static Search,
 }
 
 /// A sample, the unit normal where the suspect is nearest to it, how far that is along the normal, and in all.
@@ -131,14 +130,19 @@ impl<'a> Fit<'a> {
             centre: suspect.sampled("suspect")?.centroid,
             normals: suspect.triangle_normals(),
             size: None,
-            turns: &OF_JOINTS,
+            search: &OF_JOINTS,
             suspect,
         })
     }
 
-    /// The same of nodes in place of joints, and it is known about how large the suspect is.
+    /// The same of nodes in place of joints.
+    pub(super) fn by_nodes(mut self) -> Self {
+        self.search = &OF_NODES;
+        self
+    }
+
+    /// The same, and it is known about how large the suspect is.
     pub(super) fn about(mut self, seed: &Similarity) -> Self {
-        self.turns = &OF_NODES;
         self.size = Some(seed.inverse().scale * self.skeleton.diagonal());
         self
     }
@@ -205,7 +209,7 @@ impl<'a> Fit<'a> {
             if matches.is_empty() {
                 break;
             }
-            let equations = self.equations(&pose, &matches, held, job)?;
+            let equations = self.equations(&pose, &matches, tolerance, held, job)?;
             let left = |pose: &Rigid, near: &[Match]| {
                 self.left(pose, near, samples.len(), tolerance)
                     + self.strain(pose, matches.len(), held, tolerance)
@@ -248,13 +252,14 @@ impl<'a> Fit<'a> {
         &self,
         pose: &Rigid,
         matches: &[Match],
+        tolerance: f64,
         held: f64,
         job: &Job,
     ) -> Result<NormalEquations, JobError> {
         let mut off: Vec<f64> = matches.iter().map(|found| found.rest.abs()).collect();
         let middle = off.len() / 2;
         let median = *off.select_nth_unstable_by(middle, f64::total_cmp).1;
-        let width = 3.0 * median.max(1e-9 * pose.scale());
+        let width = (3.0 * median).max(self.search.pulled * tolerance * pose.scale());
         let sums = job.quiet().map_chunks(matches.len(), SUMMED, |range| {
             let mut sum = NormalEquations::of_unknowns(pose.unknowns());
             let mut columns = Vec::new();

@@ -196,33 +196,52 @@ impl Fit<'_> {
     /// Joints that lie badly are looked for anew from where the neighbours are by now, with what hangs on them; whether any was placed better.
     fn placed_again(&self, pose: &mut Rigid, order: &[Placed], job: &Job) -> Result<bool, JobError> {
         let mut changed = vec![false; self.skeleton.joints()];
-        for &Placed { joint, from, pivot } in order {
-            let own = self.score_in(pose, joint, NARROW);
-            if own > WELL && !changed[from] || self.skeleton.of_joint[joint].is_empty() {
+        for placed in order {
+            let lies_well = self.score_in(pose, placed.joint, NARROW) > WELL && !changed[placed.from];
+            if lies_well || self.skeleton.of_joint[placed.joint].is_empty() {
                 continue;
             }
-            let mut hanging = vec![joint];
-            for other in order {
-                if hanging.contains(&other.from) {
-                    hanging.push(other.joint);
-                }
-            }
-            let mut best = own + BETTER;
-            let before = pose.clone();
-            for (from, pivot) in self.neighbours(joint, &hanging, (from, pivot)) {
-                let base = before.joints()[from];
-                let Some((_, found)) = self.placed(joint, &base, pivot, &before, &hanging, job)? else {
-                    continue;
-                };
-                let mut tried = before.clone();
-                hanging.iter().for_each(|&joint| tried.set_joint(joint, found));
-                let reached = self.score_in(&tried, joint, NARROW);
-                if reached > best {
-                    (best, *pose, changed[joint]) = (reached, tried, true);
-                }
+            if let Some(better) = self.placed_better(pose, placed, order, job)? {
+                (*pose, changed[placed.joint]) = (better, true);
             }
         }
         Ok(changed.contains(&true))
+    }
+
+    /// The pose with a joint placed anew, if that lies better there.
+    fn placed_better(
+        &self,
+        pose: &Rigid,
+        &Placed { joint, from, pivot }: &Placed,
+        order: &[Placed],
+        job: &Job,
+    ) -> Result<Option<Rigid>, JobError> {
+        let mut hanging = vec![joint];
+        for other in order {
+            if hanging.contains(&other.from) {
+                hanging.push(other.joint);
+            }
+        }
+        let own = self.score_in(pose, joint, NARROW);
+        // What hangs on it may lie well already; what lies nowhere may be cut off.
+        let alone = self.search.alone && hanging.len() > 1 && own > LEAST;
+        let alone = alone.then_some(&hanging[..1]);
+        let mut best = (own + BETTER, None);
+        for moved in [Some(&hanging[..]), alone].into_iter().flatten() {
+            for (from, pivot) in self.neighbours(joint, moved, (from, pivot)) {
+                let base = pose.joints()[from];
+                let Some((_, found)) = self.placed(joint, &base, pivot, pose, moved, job)? else {
+                    continue;
+                };
+                let mut tried = pose.clone();
+                moved.iter().for_each(|&joint| tried.set_joint(joint, found));
+                let reached = self.score_in(&tried, joint, NARROW);
+                if reached > best.0 {
+                    best = (reached, Some(tried));
+                }
+            }
+        }
+        Ok(best.1)
     }
 
     /// From whom a joint may be placed again, and about which place: the one it was placed from, and those with the strongest links that don't hang on it.

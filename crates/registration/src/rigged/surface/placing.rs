@@ -10,24 +10,37 @@ use super::{
     fit::{Fit, turned_about},
 };
 
-/// Turns that are tried about a joint: about so many axes, by these angles in degrees, and no turn; from so many of them, the best, it is fitted.
-pub(super) struct Turns {
+/// How it is found where joints lie.
+pub(super) struct Search {
+    /// Turns that are tried about a joint: about so many axes, by these angles in degrees, and no turn.
     axes: usize,
     angles: &'static [f64],
+    /// From so many turns, the best, it is fitted roughly, by few samples; and from so many of what comes of them, in full.
+    roughly: usize,
     fitted: usize,
+    /// Whether a joint that lies badly is placed without what hangs on it, too.
+    pub(super) alone: bool,
+    /// What is off by this share of the tolerance pulls, too, however little most is off: else what lies badly stays where it is once most lies well. More of it would pull to a cut what was cut off.
+    pub(super) pulled: f64,
 }
 
 /// Turns are coarse, and about a place that only weights tell.
-pub(super) const OF_JOINTS: Turns = Turns {
+pub(super) const OF_JOINTS: Search = Search {
     axes: 42,
     angles: &[15.0, 30.0, 45.0, 60.0, 75.0, 90.0, 105.0, 125.0, 150.0],
+    roughly: 32,
     fitted: 8,
+    alone: true,
+    pulled: 0.33,
 };
 /// What bends turns little from node to node; turned more, a part that is round would lie as well.
-pub(super) const OF_NODES: Turns = Turns {
+pub(super) const OF_NODES: Search = Search {
     axes: 14,
     angles: &[12.0, 25.0, 45.0, 75.0],
+    roughly: 4,
     fitted: 4,
+    alone: false,
+    pulled: 0.08,
 };
 
 /// How near, in diagonals, a joint's samples have to come to count, while turns are tried and in the end.
@@ -40,8 +53,9 @@ const ROUNDS: usize = 8;
 /// A step in which nothing turns or moves more, in radians and diagonals, is the last at a tolerance.
 const SETTLED: f64 = 1e-4;
 
-/// Samples of a joint that are looked at.
+/// Samples of a joint that are looked at, and where it is fitted roughly.
 const A_FEW: usize = 200;
+const FEWER: usize = 60;
 
 /// A joint by itself is damped by this much: where nothing is told of a direction, it stays.
 const HELD_ALONE: f64 = 1e-4;
@@ -60,7 +74,7 @@ impl Fit<'_> {
         hanging: &[usize],
         job: &Job,
     ) -> Result<Option<(f64, Motion)>, JobError> {
-        let turns = self.turns.all();
+        let turns = self.search.turns();
         let told = self.skeleton.telling(joint, hanging);
         let score = |motion: &Motion, tolerance| {
             let mut tried = pose.clone();
@@ -71,13 +85,20 @@ impl Fit<'_> {
             let motion = turned_about(base, pivot, turns[i]);
             (score(&motion, WIDE), motion)
         })?;
-        let mut order: Vec<usize> = (0..tried.len()).collect();
-        order.sort_by(|&a, &b| tried[b].0.total_cmp(&tried[a].0));
-        let fitted = job.quiet().map(self.turns.fitted.min(order.len()), 1, |i| {
-            let begun = tried[order[i]].1;
-            let motion = self.settled_with(joint, begun, pose, hanging, &told);
-            let [begun, motion] = [begun, motion].map(|motion| (score(&motion, NARROW), motion));
-            if motion.0 > begun.0 { motion } else { begun }
+        let begun = best_of(tried, self.search.roughly);
+        let fewer: Vec<usize> = told
+            .iter()
+            .copied()
+            .step_by((told.len() / FEWER).max(1))
+            .collect();
+        let rough = job.quiet().map(begun.len(), 1, |i| {
+            let motion = self.settled_with(joint, begun[i], pose, hanging, (&fewer, &TOLERANCES[..1]));
+            (score(&motion, WIDE), motion)
+        })?;
+        let begun = best_of(rough, self.search.fitted);
+        let fitted = job.quiet().map(begun.len(), 1, |i| {
+            let motion = self.settled_with(joint, begun[i], pose, hanging, (&told, &TOLERANCES));
+            (score(&motion, NARROW), motion)
         })?;
         let best = fitted.into_iter().max_by(|a, b| a.0.total_cmp(&b.0));
         Ok(best.filter(|(score, _)| *score > LEAST))
@@ -90,12 +111,12 @@ impl Fit<'_> {
         motion: Motion,
         pose: &Rigid,
         hanging: &[usize],
-        told: &[usize],
+        (told, tolerances): (&[usize], &[f64]),
     ) -> Motion {
         let mut now = pose.clone();
         hanging.iter().for_each(|&joint| now.set_joint(joint, motion));
         let mut best = (self.score_of(&now, told, NARROW), motion);
-        for tolerance in TOLERANCES {
+        for &tolerance in tolerances {
             for _round in 0..ROUNDS {
                 let Some(step) = self.step_with(told, &now, hanging, tolerance) else {
                     return best.1;
@@ -231,9 +252,15 @@ impl Fit<'_> {
     }
 }
 
-impl Turns {
-    /// All around: axes evenly over the sphere (Fibonacci's lattice).
-    fn all(&self) -> Vec<Vec3> {
+/// So many motions of the highest scores.
+fn best_of(mut scored: Vec<(f64, Motion)>, count: usize) -> Vec<Motion> {
+    scored.sort_by(|a, b| b.0.total_cmp(&a.0));
+    scored.into_iter().take(count).map(|(_, motion)| motion).collect()
+}
+
+impl Search {
+    /// Turns all around: axes evenly over the sphere (Fibonacci's lattice).
+    fn turns(&self) -> Vec<Vec3> {
         const GOLDEN: f64 = 2.399_963_229_728_653;
         let axis = |i: usize| {
             let z = 1.0 - (2.0 * i as f64 + 1.0) / self.axes as f64;
