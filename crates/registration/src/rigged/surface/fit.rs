@@ -109,6 +109,7 @@ pub(super) struct Fit<'a> {
     centre: Vec3,
     /// About how large the suspect is, to a diagonal of the original, if that is known: nodes could shrink onto any surface.
     size: Option<f64>,
+    /// How it is found where joints lie, or nodes.
     pub(super) search: &'static Search,
 }
 

@@ -69,8 +69,9 @@ const LEAST_LAID: f64 = 0.5;
 /// Where less of the original lies on the suspect, 0 to 1, once joints are placed, this is not its pose: of other models a third does, of the right one half and more.
 const LIES: f64 = 0.35;
 
-/// With so much of both on each other, no other beginning is tried; and with so much, which takes longer, none from a part that is aligned by itself.
+/// With so much of both on each other, no other of the given transforms is tried.
 const WHOLE: f64 = 0.98;
+/// With so much, parts are not aligned by themselves: that takes longer.
 const GOOD: f64 = 0.95;
 
 /// From so many of the given transforms, those at which a joint lies best, a pose is looked for.
