@@ -31,7 +31,8 @@ pub(super) struct Balls<'a> {
     radius: f64,
     /// One over the samples that the ball has on a plane.
     unit: f64,
-    near: Vec<usize>,
+    /// From the centre to the points that it sees, and how far.
+    near: Vec<(Vec3, f64)>,
 }
 
 impl<'a> Balls<'a> {
@@ -52,46 +53,39 @@ impl<'a> Balls<'a> {
     pub(super) fn see(&mut self, centre: usize) -> ([f64; NUMBERS], Vec3) {
         let p = self.cloud.points[centre];
         self.near.clear();
-        let (near, step) = (&mut self.near, self.step);
-        self.grid.near(p, |i| near.push(i * step));
+        let near = &mut self.near;
         let mut normal = Vec3::ZERO;
-        for &i in &self.near {
-            let weight = 1.0 - (self.cloud.points[i] - p).norm() / (INNER * self.radius);
+        self.grid.near(p, |point, i| {
+            let d = point - p;
+            let distance = d.norm();
+            let weight = 1.0 - distance / (INNER * self.radius);
             if weight > 0.0 {
-                normal += self.cloud.normals[i] * weight;
+                normal += self.cloud.normals[i * self.step] * weight;
             }
-        }
+            near.push((d, distance));
+        });
         let normal = normal.unit();
+        let unit = 1.0 / self.radius;
         let [a, b] = super::across(normal);
-        let mut sums = [[0.0; 9]; 3];
+        let mut sums = [[0.0; 8]; 3];
         let mut third = [0.0; 2];
-        for &i in &self.near {
-            let d = (self.cloud.points[i] - p) * (1.0 / self.radius);
+        for &(d, distance) in &self.near {
+            let d = d * unit;
             let (x, y, z) = (d.dot(a), d.dot(b), d.dot(normal));
-            let (shell, upper) = shell(d.norm());
             let (xx, xy) = (x * x - y * y, 2.0 * x * y);
-            let terms = [1.0, z, z * z, x, y, z * xx, z * xy];
-            for (sum, term) in sums[shell].iter_mut().zip(terms) {
-                *sum += (1.0 - upper) * term;
-            }
-            if upper > 0.0 {
-                for (sum, term) in sums[shell + 1].iter_mut().zip(terms) {
-                    *sum += upper * term;
+            let terms = [1.0, z, z * z, x, y, z * xx, z * xy, 0.0];
+            let shares = shares(distance * unit);
+            for (sums, share) in sums.iter_mut().zip(shares) {
+                for (sum, term) in sums.iter_mut().zip(terms) {
+                    *sum += share * term;
                 }
             }
-            let outer = if shell == 2 {
-                1.0
-            } else if shell == 1 {
-                upper
-            } else {
-                0.0
-            };
-            third[0] += outer * z * (xx * x - xy * y);
-            third[1] += outer * z * (xx * y + xy * x);
+            third[0] += shares[2] * z * (xx * x - xy * y);
+            third[1] += shares[2] * z * (xx * y + xy * x);
         }
         let mut numbers = [0.0; NUMBERS];
         for (s, sums) in sums.iter().enumerate() {
-            let [m, z, zz, x, y, u, v, ..] = *sums;
+            let [m, z, zz, x, y, u, v, _] = *sums;
             let whole = f64::max(m, 1e-9);
             let mean = z / whole;
             numbers[5 * s] = (m * self.unit / planar()[s]).sqrt();
@@ -105,30 +99,26 @@ impl<'a> Balls<'a> {
     }
 }
 
-/// The shell below a radius, and the share of the one above.
-fn shell(radius: f64) -> (usize, f64) {
-    match SHELLS.iter().position(|&node| radius < node) {
-        Some(0) => (0, 0.0),
-        Some(i) => (i - 1, (radius - SHELLS[i - 1]) / (SHELLS[i] - SHELLS[i - 1])),
-        None => (2, 0.0),
-    }
+/// The shares that the shells have in a point so far away.
+fn shares(radius: f64) -> [f64; 3] {
+    let above = |s: usize| ((radius - SHELLS[s]) / (SHELLS[s + 1] - SHELLS[s])).clamp(0.0, 1.0);
+    let (second, third) = (above(0), above(1));
+    [1.0 - second, second - third, third]
 }
 
 /// The shares of a disc that the shells have.
 fn planar() -> &'static [f64; 3] {
-    static SHARES: OnceLock<[f64; 3]> = OnceLock::new();
-    SHARES.get_or_init(|| {
-        let mut shares = [0.0; 3];
+    static PLANAR: OnceLock<[f64; 3]> = OnceLock::new();
+    PLANAR.get_or_init(|| {
+        let mut sums = [0.0; 3];
         let steps = 4000;
         for k in 0..steps {
             let r = (f64::from(k) + 0.5) / f64::from(steps);
-            let (s, upper) = shell(r);
-            shares[s] += (1.0 - upper) * 2.0 * r / f64::from(steps);
-            if upper > 0.0 {
-                shares[s + 1] += upper * 2.0 * r / f64::from(steps);
+            for (sum, share) in sums.iter_mut().zip(shares(r)) {
+                *sum += share * 2.0 * r / f64::from(steps);
             }
         }
-        shares
+        sums
     })
 }
 

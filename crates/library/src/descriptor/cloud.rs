@@ -89,7 +89,7 @@ impl Cloud {
             let grid = Grid::new(&cloud.points, DENSITY_RADIUS);
             let count = |p: &Vec3| {
                 let mut count = 0.0;
-                grid.near(*p, |_| count += 1.0);
+                grid.near(*p, |_, _| count += 1.0);
                 count
             };
             cloud.points.iter().map(count).collect()

@@ -6,6 +6,9 @@ use mesh::Vec3;
 const CELLS: usize = 1 << 16;
 const CELLS_TO_A_POINT: usize = 8;
 
+/// Balls touch cells so many times their radius away.
+const GENEROUS: f64 = 1.0 + 1e-9;
+
 /// Points by cells at least as wide as the radius that is asked for.
 #[derive(Debug)]
 pub(crate) struct Grid {
@@ -79,10 +82,15 @@ impl Grid {
         (along(2) * self.counts[1] + along(1)) * self.counts[0] + along(0)
     }
 
-    /// Calls with every point within the radius, in an order that depends on the points alone.
-    pub(crate) fn near(&self, p: Vec3, mut visit: impl FnMut(usize)) {
-        self.any_near(p, |number| {
-            visit(number);
+    /// Calls with every point within the radius, and its number, in an order that depends on the points alone.
+    pub(crate) fn near(&self, p: Vec3, mut visit: impl FnMut(Vec3, usize)) {
+        let limit = self.radius * self.radius;
+        self.in_cells(p, self.radius, |points, numbers| {
+            for (&point, &number) in points.iter().zip(numbers) {
+                if (point - p).squared() <= limit {
+                    visit(point, number as usize);
+                }
+            }
             false
         });
     }
@@ -90,10 +98,38 @@ impl Grid {
     /// Whether something is true of any point within the radius.
     pub(crate) fn any_near(&self, p: Vec3, mut is_so: impl FnMut(usize) -> bool) -> bool {
         let limit = self.radius * self.radius;
+        self.in_cells(p, self.radius, |points, numbers| {
+            let mut near = points.iter().zip(numbers);
+            near.any(|(&point, &number)| (point - p).squared() <= limit && is_so(number as usize))
+        })
+    }
+
+    /// The nearest of the points that are asked for, less than `reach` away, which is at most the radius.
+    pub(crate) fn nearest(&self, p: Vec3, reach: f64, is_asked: impl Fn(usize) -> bool) -> Option<usize> {
+        let (mut least, mut nearest) = (reach * reach, None);
+        self.in_cells(p, reach, |points, numbers| {
+            for (&point, &number) in points.iter().zip(numbers) {
+                let square = (point - p).squared();
+                if square < least && is_asked(number as usize) {
+                    (least, nearest) = (square, Some(number as usize));
+                }
+            }
+            false
+        });
+        nearest
+    }
+
+    /// Hands over the points of all cells that a ball touches, row by row, until it is enough: whether it was.
+    fn in_cells(&self, p: Vec3, radius: f64, mut is_enough: impl FnMut(&[Vec3], &[u32]) -> bool) -> bool {
         let [xs, ys, zs]: [[usize; 2]; 3] = std::array::from_fn(|axis| {
-            let place = ((p.0[axis] - self.least.0[axis]) / self.width).floor();
-            let end = (place + 2.0).clamp(0.0, self.counts[axis] as f64) as usize;
-            [((place - 1.0).max(0.0) as usize).min(end), end]
+            let place = |x: f64| ((x - self.least.0[axis]) / self.width).floor();
+            // Rounding may put a point on a cell's border into either.
+            let (first, last) = (
+                place(p.0[axis] - GENEROUS * radius),
+                place(p.0[axis] + GENEROUS * radius),
+            );
+            let end = (last + 1.0).clamp(0.0, self.counts[axis] as f64) as usize;
+            [(first.max(0.0) as usize).min(end), end]
         });
         if xs[0] == xs[1] {
             return false;
@@ -102,9 +138,7 @@ impl Grid {
             for y in ys[0]..ys[1] {
                 let row = (z * self.counts[1] + y) * self.counts[0];
                 let range = self.starts[row + xs[0]] as usize..self.starts[row + xs[1]] as usize;
-                let points = self.points[range.clone()].iter();
-                let mut near = points.zip(&self.numbers[range]);
-                if near.any(|(point, &number)| (*point - p).squared() <= limit && is_so(number as usize)) {
+                if is_enough(&self.points[range.clone()], &self.numbers[range]) {
                     return true;
                 }
             }
@@ -125,10 +159,15 @@ mod tests {
             let grid = Grid::new(&points, radius);
             for place in [points[0], Vec3(place)] {
                 let mut near = Vec::new();
-                grid.near(place, |i| near.push(i));
+                grid.near(place, |_, i| near.push(i));
                 near.sort_unstable();
                 let all: Vec<usize> = (0..points.len()).filter(|&i| (points[i] - place).squared() <= radius * radius).collect();
                 prop_assert_eq!(near, all);
+                let (reach, is_asked) = (0.7 * radius, |i: usize| !i.is_multiple_of(3));
+                let asked = (0..points.len()).filter(|&i| is_asked(i) && (points[i] - place).squared() < reach * reach);
+                let square = |i: usize| (points[i] - place).squared();
+                let least = asked.map(square).min_by(f64::total_cmp);
+                prop_assert_eq!(grid.nearest(place, reach, is_asked).map(square), least);
             }
         }
     }

@@ -104,9 +104,9 @@ fn look(cloud: &Cloud, grid: &Grid, step: usize, centre: usize, radius: f64) -> 
     let (mut mass, mut mean, mut normal) = (0.0, Vec3([0.0; 3]), Vec3([0.0; 3]));
     // Of the second moments the trace and the trace of the square are enough.
     let mut moments = [0.0; 6];
-    grid.near(p, |i| {
+    grid.near(p, |point, i| {
         let i = i * step;
-        let (w, d) = (cloud.weights[i], cloud.points[i] - p);
+        let (w, d) = (cloud.weights[i], point - p);
         mass += w;
         mean += d * w;
         normal += cloud.normals[i] * w;

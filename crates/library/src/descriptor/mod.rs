@@ -18,7 +18,7 @@ use crate::LibraryError;
 use cloud::Cloud;
 pub(crate) use grid::Grid;
 use harmonics::WHOLE;
-pub(crate) use places::{Sought, WORDS};
+pub(crate) use places::{Place, Sought, WORDS};
 pub(crate) use stars::{STAR, STARS, Star};
 pub(crate) use surface::{SURFACE_LENGTH, Surface};
 pub(crate) use words::CODE;
@@ -125,16 +125,21 @@ impl Query {
 
     /// Describes all of a suspect.
     fn of_all(mesh: &TriMesh, job: &Job) -> Result<Self, LibraryError> {
-        let fine = Cloud::fine(mesh)?;
-        let cloud = fine.evened();
-        let fine = fine.in_roots();
-        Ok(Self {
-            whole: WHOLE.bytes(&cloud.points, &cloud.weights),
-            local: local::describe(&cloud),
-            sizes: places::sought(&fine, &places::borders(mesh, &Edges::of(mesh), &fine), job)?,
-            stars: stars::of_suspect(mesh),
-            alone: Vec::new(),
-        })
+        let of_samples = || -> Result<Self, LibraryError> {
+            let fine = Cloud::fine(mesh)?;
+            let cloud = fine.evened();
+            let fine = fine.in_roots();
+            let borders = places::borders(mesh, &Edges::of(mesh), &fine);
+            Ok(Self {
+                whole: WHOLE.bytes(&cloud.points, &cloud.weights),
+                local: local::describe(&cloud),
+                sizes: places::sought(&fine, &borders, job)?,
+                stars: Vec::new(),
+                alone: Vec::new(),
+            })
+        };
+        let (query, stars) = job.join(of_samples, || stars::of_suspect(mesh))?;
+        Ok(Self { stars, ..query? })
     }
 
     /// How far the whole suspect is from an original: the mean absolute difference of their bytes.

@@ -120,7 +120,7 @@ fn chosen(cloud: &Cloud, borders: &[Vec3], radius: f64, most: usize) -> Vec<usiz
         .step_by(FINE / OFFERED)
         .map(|i| {
             let mut count = 0;
-            grid.near(cloud.points[i], |_| count += 1);
+            grid.near(cloud.points[i], |_, _| count += 1);
             (count, i)
         })
         .collect();

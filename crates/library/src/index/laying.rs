@@ -5,7 +5,7 @@
 
 use mesh::Vec3;
 
-use crate::descriptor::{CODE, Grid, Sought, Surface};
+use crate::descriptor::{CODE, Grid, Place, Sought, Surface};
 
 /// Pairs of places, the likest of each size, of which poses are made.
 const PAIRS: usize = 64;
@@ -94,33 +94,12 @@ struct Pair {
 fn pairs(sought: &Sought, surface: &Surface) -> Vec<Pair> {
     let mut pairs = Vec::new();
     for (suspect, original) in sought.places.iter().zip(&surface.places) {
-        let mut likest: Vec<(f64, usize, usize)> = Vec::new();
-        // Axis by axis, so that eight places are compared at a time.
-        let columns: [Vec<i16>; CODE] =
-            std::array::from_fn(|axis| original.iter().map(|place| place.code[axis].into()).collect());
-        let mut differences = vec![0_i16; original.len()];
-        for (i, place) in suspect.iter().enumerate() {
-            differences.fill(0);
-            for (&own, column) in place.code.iter().zip(&columns) {
-                let pairs = differences.iter_mut().zip(column);
-                pairs.for_each(|(sum, other)| *sum += (other - i16::from(own)).abs());
-            }
-            let Some(&least) = differences.iter().min() else {
-                continue;
-            };
-            let best = differences.iter().position(|&difference| difference == least);
-            let best = best.unwrap_or_default();
-            let is_elsewhere =
-                |j: usize| (original[j].point - original[best].point).squared() > ELSEWHERE * ELSEWHERE;
-            let mut other = i16::MAX - 1;
-            for (j, &difference) in differences.iter().enumerate() {
-                if difference < other && is_elsewhere(j) {
-                    other = difference;
-                }
-            }
-            let ratio = f64::from(least + 1) / f64::from(other + 1);
-            likest.push((ratio, i, best));
-        }
+        let codes = Codes::of(original);
+        let likest = suspect.iter().enumerate().filter_map(|(i, place)| {
+            let (ratio, best) = codes.likest(&place.code, original)?;
+            Some((ratio, i, best))
+        });
+        let mut likest: Vec<(f64, usize, usize)> = likest.collect();
         likest.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
         pairs.extend(likest.iter().take(PAIRS).map(|&(_, i, j)| Pair {
             suspect: (suspect[i].point, suspect[i].normal),
@@ -130,20 +109,119 @@ fn pairs(sought: &Sought, surface: &Surface) -> Vec<Pair> {
     pairs
 }
 
-/// The poses that most pairs agree with.
-fn poses(pairs: &[Pair]) -> Vec<(usize, Pose)> {
-    let mut found: Vec<(usize, Pose)> = Vec::new();
-    for (i, first) in pairs.iter().enumerate() {
-        for second in &pairs[i + 1..] {
-            if let Some(pose) = pose(first, second) {
-                let agrees = |pair: &&Pair| {
-                    let (point, normal) = pair.suspect;
-                    (pose.apply(point) - pair.original.0).squared() < AGREEING * AGREEING
-                        && pose.turn(normal).dot(pair.original.1) > 0.8
-                };
-                found.push((pairs.iter().filter(agrees).count(), pose));
+/// Places whose codes are compared at once.
+const AT_ONCE: usize = 32;
+/// Bytes of places that are not there: the likest to nothing, and their differences fit into 16 bits.
+const NOWHERE: i16 = 4000;
+
+/// The codes of an original's places, [`AT_ONCE`] of them axis by axis.
+struct Codes(Vec<[[i16; AT_ONCE]; CODE]>);
+
+impl Codes {
+    fn of(places: &[Place]) -> Self {
+        let chunk = |places: &[Place]| {
+            let byte = |axis: usize, k: usize| places.get(k).map_or(NOWHERE, |place| place.code[axis].into());
+            std::array::from_fn(|axis| std::array::from_fn(|k| byte(axis, k)))
+        };
+        Self(places.chunks(AT_ONCE).map(chunk).collect())
+    }
+
+    /// The place whose code is the likest, and how much nearer it is than any that lies [elsewhere](ELSEWHERE): from 0, where it stands out, to 1.
+    fn likest(&self, code: &[u8; CODE], places: &[Place]) -> Option<(f64, usize)> {
+        let differences: Vec<[i16; AT_ONCE]> = self.0.iter().map(|chunk| differences(chunk, code)).collect();
+        let least_of = |chunk: &[i16; AT_ONCE]| chunk.iter().fold(i16::MAX, |least, &x| least.min(x));
+        let least_of_each: Vec<i16> = differences.iter().map(least_of).collect();
+        let &least = least_of_each.iter().min()?;
+        let chunk = least_of_each.iter().position(|&x| x == least)?;
+        let best = chunk * AT_ONCE + differences[chunk].iter().position(|&x| x == least)?;
+        let point = places[best].point;
+        let mut other = i16::MAX - 1;
+        for (c, chunk) in differences.iter().enumerate() {
+            if least_of_each[c] >= other {
+                continue;
+            }
+            for (place, &difference) in places[c * AT_ONCE..].iter().zip(chunk) {
+                if difference < other && (place.point - point).squared() > ELSEWHERE * ELSEWHERE {
+                    other = difference;
+                }
             }
         }
+        Some((f64::from(least + 1) / f64::from(other + 1), best))
+    }
+}
+
+/// The sums of absolute differences of bytes.
+fn differences(codes: &[[i16; AT_ONCE]; CODE], code: &[u8; CODE]) -> [i16; AT_ONCE] {
+    let mut sums = [0; AT_ONCE];
+    for (axis, &own) in codes.iter().zip(code) {
+        for (sum, other) in sums.iter_mut().zip(axis) {
+            let difference = other - i16::from(own);
+            *sum += difference.max(-difference);
+        }
+    }
+    sums
+}
+
+/// Pairs, coordinate by coordinate, so that several are compared at a time with what a pose says.
+struct Judges {
+    suspect: Ends,
+    original: Ends,
+}
+
+/// Points and normals.
+type Ends = [[[f32; JUDGES]; 3]; 2];
+
+/// As many as there are pairs at most.
+const JUDGES: usize = 2 * PAIRS;
+
+impl Judges {
+    fn of(pairs: &[Pair]) -> Self {
+        // Those that are not there agree with nothing.
+        let mut judges = Self {
+            suspect: [[[f32::MAX; JUDGES]; 3]; 2],
+            original: [[[0.0; JUDGES]; 3]; 2],
+        };
+        for (k, pair) in pairs.iter().enumerate().take(JUDGES) {
+            let of = |ends: &mut Ends, (point, normal): (Vec3, Vec3)| {
+                for axis in 0..3 {
+                    (ends[0][axis][k], ends[1][axis][k]) = (point.0[axis] as f32, normal.0[axis] as f32);
+                }
+            };
+            of(&mut judges.suspect, pair.suspect);
+            of(&mut judges.original, pair.original);
+        }
+        judges
+    }
+
+    /// How many agree with a pose.
+    fn agreeing(&self, pose: &Pose) -> usize {
+        let columns = pose.columns.map(|column| column.0.map(|x| x as f32));
+        let shift = pose.shift.0.map(|x| x as f32);
+        let mut squares = [0.0; JUDGES];
+        let mut cosines = [0.0; JUDGES];
+        let ([point, normal], [onto, along]) = (&self.suspect, &self.original);
+        for axis in 0..3 {
+            let turned = |v: &[[f32; JUDGES]; 3], k: usize| {
+                columns[0][axis] * v[0][k] + columns[1][axis] * v[1][k] + columns[2][axis] * v[2][k]
+            };
+            for k in 0..JUDGES {
+                let off = turned(point, k) + shift[axis] - onto[axis][k];
+                squares[k] += off * off;
+                cosines[k] += turned(normal, k) * along[axis][k];
+            }
+        }
+        let agrees = |(&square, &cosine): (&f32, &f32)| square < (AGREEING * AGREEING) as f32 && cosine > 0.8;
+        squares.iter().zip(&cosines).filter(|&pair| agrees(pair)).count()
+    }
+}
+
+/// The poses that most pairs agree with.
+fn poses(pairs: &[Pair]) -> Vec<(usize, Pose)> {
+    let judges = Judges::of(pairs);
+    let mut found: Vec<(usize, Pose)> = Vec::new();
+    for (i, first) in pairs.iter().enumerate() {
+        let poses = pairs[i + 1..].iter().filter_map(|second| pose(first, second));
+        found.extend(poses.map(|pose| (judges.agreeing(&pose), pose)));
     }
     found.sort_by_key(|(count, _)| std::cmp::Reverse(*count));
     let mut chosen: Vec<(usize, Pose)> = Vec::new();
@@ -163,11 +241,13 @@ fn poses(pairs: &[Pair]) -> Vec<(usize, Pose)> {
 /// The pose of two pairs, if their distances and normals agree.
 fn pose(a: &Pair, b: &Pair) -> Option<Pose> {
     let (p, q) = (b.suspect.0 - a.suspect.0, b.original.0 - a.original.0);
-    let (length, other) = (p.norm(), q.norm());
-    if length < LEAST_BASE || other < LEAST_BASE || length.max(other) > STRETCH * length.min(other) {
+    let (square, other) = (p.squared(), q.squared());
+    if square.min(other) < LEAST_BASE * LEAST_BASE
+        || square.max(other) > STRETCH * STRETCH * square.min(other)
+    {
         return None;
     }
-    let (p, q) = (p / length, q / other);
+    let (p, q) = (p / square.sqrt(), q / other.sqrt());
     let angles = |line: Vec3, m: Vec3, n: Vec3| [line.dot(m), line.dot(n), m.dot(n)];
     let (of_suspect, of_original) = (
         angles(p, a.suspect.1, b.suspect.1),
@@ -208,14 +288,8 @@ fn refined(sought: &Sought, surface: &Surface, grid: &Grid, mut pose: Pose) -> f
             pose.apply(sought.samples.iter().map(|s| s.0).sum::<Vec3>() / sought.samples.len() as f64);
         for &(point, normal) in &sought.samples {
             let (p, n) = (pose.apply(point), pose.turn(normal));
-            let mut nearest = (reach * reach, None);
-            grid.near(p, |i| {
-                let square = (surface.points[i] - p).squared();
-                if square < nearest.0 && surface.normals[i].dot(n) > 0.3 {
-                    nearest = (square, Some(i));
-                }
-            });
-            let (_, Some(i)) = nearest else { continue };
+            let nearest = grid.nearest(p, reach, |i| surface.normals[i].dot(n) > 0.3);
+            let Some(i) = nearest else { continue };
             let m = surface.normals[i];
             let off = m.dot(surface.points[i] - p);
             let weight = 1.0 / (1.0 + (off / HALF).powi(2));

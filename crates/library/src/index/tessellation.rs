@@ -12,8 +12,8 @@ const FAR: u32 = 48;
 const NOMINAL: usize = 1000;
 /// Fewer words that two models have in common may be chance.
 const FEW: f64 = 8.0;
-/// The first bits of a word's hash, by which one begins to look.
-const PREFIX: u32 = 16;
+/// One begins to look by the first bits of a word's hash, so many that this number of stars has the same.
+const ALIKE: usize = 8;
 
 /// Words that one thread looks up at a time, and how many pairs of stars with one word are compared.
 const AT_A_TIME: usize = 512;
@@ -22,7 +22,9 @@ const COMPARED: usize = 4_000_000;
 /// Stars by words.
 #[derive(Debug, Default)]
 pub(super) struct Tessellations {
+    /// By the first `bits` of a word's hash.
     starts: Vec<u32>,
+    bits: u32,
     postings: Vec<Posting>,
     count: usize,
 }
@@ -70,15 +72,17 @@ impl Tessellations {
             }));
         }
         postings.sort_unstable_by_key(|posting| (spread(posting.star.word), posting.original));
-        let mut starts = vec![0_u32; (1 << PREFIX) + 1];
+        let bits = (postings.len() / ALIKE).max(2).ilog2();
+        let mut starts = vec![0_u32; (1 << bits) + 1];
         for posting in &postings {
-            starts[prefix(posting.star.word) + 1] += 1;
+            starts[prefix(posting.star.word, bits) + 1] += 1;
         }
-        for i in 0..1 << PREFIX {
+        for i in 0..1 << bits {
             starts[i + 1] += starts[i];
         }
         Self {
             starts,
+            bits,
             postings,
             count: stars.len(),
         }
@@ -153,7 +157,10 @@ impl Tessellations {
     }
 
     fn with(&self, word: u32) -> &[Posting] {
-        let first = prefix(word);
+        if self.postings.is_empty() {
+            return &[];
+        }
+        let first = prefix(word, self.bits);
         let near = &self.postings[self.starts[first] as usize..self.starts[first + 1] as usize];
         let start = near.partition_point(|posting| spread(posting.star.word) < spread(word));
         let count = near[start..].partition_point(|posting| posting.star.word == word);
@@ -166,8 +173,8 @@ fn spread(word: u32) -> u32 {
     word.wrapping_mul(0x9e37_79b1)
 }
 
-fn prefix(word: u32) -> usize {
-    (spread(word) >> (32 - PREFIX)) as usize
+fn prefix(word: u32, bits: u32) -> usize {
+    (spread(word) >> (32 - bits)) as usize
 }
 
 #[cfg(test)]

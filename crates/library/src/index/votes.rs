@@ -22,11 +22,24 @@ const VISITED: usize = 2_000_000;
 /// Bits of how many of an original's places have a word.
 const COUNT_BITS: u32 = 8;
 
+/// Originals whose sums are made at a time: so few that these stay in a core's own memory.
+const BLOCK: usize = 4096;
+
 /// Originals by words.
 #[derive(Debug, Default)]
 pub(super) struct Votes {
+    blocks: Vec<Block>,
+    /// How many originals have a word, and how many places all of them have for it.
+    having: Vec<u32>,
+    places: Vec<u64>,
+    count: usize,
+}
+
+/// Up to [`BLOCK`] originals by words.
+#[derive(Debug)]
+struct Block {
     starts: Vec<u32>,
-    /// The number of an original, and in the last bits the count.
+    /// The number of an original in its block, and in the last bits the count.
     postings: Vec<u32>,
     count: usize,
 }
@@ -42,53 +55,46 @@ pub(super) struct Vote {
 impl Votes {
     /// Of the words of each original's places, sorted.
     pub(super) fn of(words: &[Vec<u16>]) -> Self {
-        let mut starts = vec![0_u32; WORDS + 1];
-        for of_one in words.iter().flat_map(|words| words.chunk_by(u16::eq)) {
-            starts[usize::from(of_one[0]) + 1] += 1;
-        }
-        for i in 0..WORDS {
-            starts[i + 1] += starts[i];
-        }
-        let mut next = starts.clone();
-        let mut postings = vec![0; starts[WORDS] as usize];
-        for (original, words) in words.iter().enumerate() {
-            for of_one in words.chunk_by(u16::eq) {
-                let place = &mut next[usize::from(of_one[0])];
-                let count = of_one.len().min((1 << COUNT_BITS) - 1) as u32;
-                postings[*place as usize] = (original as u32) << COUNT_BITS | count;
-                *place += 1;
+        let blocks: Vec<Block> = words.chunks(BLOCK).map(Block::of).collect();
+        let (mut having, mut places) = (vec![0; WORDS], vec![0; WORDS]);
+        for word in 0..WORDS {
+            for posting in blocks.iter().flat_map(|block| block.with(word as u16)) {
+                having[word] += 1;
+                places[word] += u64::from(posting & LAST_BITS);
             }
         }
         Self {
-            starts,
-            postings,
+            blocks,
+            having,
+            places,
             count: words.len(),
         }
     }
 
     pub(super) fn bytes(&self) -> usize {
-        4 * (self.starts.len() + self.postings.len())
+        let of_blocks = self
+            .blocks
+            .iter()
+            .map(|block| 4 * (block.starts.len() + block.postings.len()));
+        of_blocks.sum::<usize>() + 12 * self.having.len()
     }
 
     /// What speaks for each original, in its likeliest size and in the likeliest of those that are [`APART`] from it.
     pub(super) fn of_all(&self, sizes: &[Sought], job: &Job) -> Result<Vec<[Vote; 2]>, JobError> {
-        let scores = job.map(sizes.len(), 1, |size| self.scores(&sizes[size]))?;
+        let asked: Vec<Asked<'_>> = sizes.iter().map(|sought| self.asked(sought)).collect();
+        let scores = job.map(self.blocks.len() * sizes.len(), 1, |i| {
+            let (block, size) = (i / sizes.len(), i % sizes.len());
+            self.blocks[block].scores(&asked[size])
+        })?;
         job.go_on()?;
-        let of_one = |original: usize| {
-            let vote = |size: usize| Vote {
-                original,
-                size,
-                score: scores[size][original],
-            };
-            let likeliest = |is_asked: &dyn Fn(usize) -> bool| {
-                let asked = (0..sizes.len()).filter(|&size| is_asked(size)).map(vote);
-                asked.max_by(|a, b| a.score.total_cmp(&b.score).then(b.size.cmp(&a.size)))
-            };
-            let first = likeliest(&|_| true).unwrap_or(vote(0));
-            let second = likeliest(&|size| size.abs_diff(first.size) >= APART);
-            [first, second.unwrap_or(first)]
+        let of_block = |block: usize| {
+            let scores = &scores[block * sizes.len()..][..sizes.len()];
+            let of_one = |i: usize| likeliest(block * BLOCK + i, |size| scores[size][i], sizes.len());
+            (0..self.blocks[block].count).map(of_one).collect::<Vec<_>>()
         };
-        Ok((0..self.count).map(of_one).collect())
+        let votes = job.map(self.blocks.len(), 1, of_block)?;
+        job.go_on()?;
+        Ok(votes.into_iter().flatten().collect())
     }
 
     /// The votes for which most speaks, the most first.
@@ -108,43 +114,123 @@ impl Votes {
         votes
     }
 
-    fn scores(&self, sought: &Sought) -> Vec<f32> {
-        let gains = gains();
-        let gain = |count: u32| gains[(count as usize).min(gains.len() - 1)];
-        let mut scores = vec![0_f32; self.count];
-        let mut counts = vec![0_u32; self.count];
-        let mut found: Vec<u32> = Vec::new();
-        let mut expected = 0.0;
-        let cost = |words: &[u16]| words.iter().map(|&word| self.with(word).len()).sum::<usize>();
-        let mut places: Vec<(usize, &Vec<u16>)> =
-            sought.words.iter().map(|words| (cost(words), words)).collect();
+    /// The places of a suspect that are looked up, and what the mean of all originals has of them.
+    fn asked<'a>(&self, sought: &'a Sought) -> Asked<'a> {
+        let sum = |words: &[u16], of: &dyn Fn(usize) -> u64| -> u64 {
+            words.iter().map(|&word| of(usize::from(word))).sum()
+        };
+        let cost = |words: &[u16]| sum(words, &|word| self.having[word].into()) as usize;
+        let mut places: Vec<(usize, &[u16])> = sought
+            .words
+            .iter()
+            .map(|words| (cost(words), words.as_slice()))
+            .collect();
         places.sort_by_key(|(cost, _)| *cost);
         let mut visited = 0;
-        for (cost, words) in places {
+        let is_asked = |(cost, _): &&(usize, &[u16])| {
             visited += cost;
-            if visited > VISITED && visited > cost {
-                break;
+            visited <= VISITED || visited == *cost
+        };
+        let places: Vec<&[u16]> = places
+            .iter()
+            .take_while(is_asked)
+            .map(|(_, words)| *words)
+            .collect();
+        let expected = |words: &&[u16]| {
+            let all = sum(words, &|word| self.places[word]);
+            (1.0 + all as f64 / self.count.max(1) as f64 / SMOOTHING).ln()
+        };
+        Asked {
+            expected: places.iter().map(expected).sum::<f64>() as f32,
+            places,
+        }
+    }
+}
+
+/// The vote for an original in its likeliest size, and in the likeliest of those that are [`APART`] from it.
+fn likeliest(original: usize, score: impl Fn(usize) -> f32, sizes: usize) -> [Vote; 2] {
+    let best = |is_asked: &dyn Fn(usize) -> bool| {
+        let mut best: Option<Vote> = None;
+        for size in (0..sizes).filter(|&size| is_asked(size)) {
+            let score = score(size);
+            if best.is_none_or(|best| score > best.score) {
+                best = Some(Vote {
+                    original,
+                    size,
+                    score,
+                });
             }
-            let mut all = 0_u64;
-            for &word in words {
+        }
+        best
+    };
+    let nothing = Vote {
+        original,
+        size: 0,
+        score: f32::NEG_INFINITY,
+    };
+    let first = best(&|_| true).unwrap_or(nothing);
+    let second = best(&|size| size.abs_diff(first.size) >= APART);
+    [first, second.unwrap_or(first)]
+}
+
+/// What is asked of a suspect in some size.
+struct Asked<'a> {
+    /// The words of its places.
+    places: Vec<&'a [u16]>,
+    expected: f32,
+}
+
+impl Block {
+    fn of(words: &[Vec<u16>]) -> Self {
+        let mut starts = vec![0_u32; WORDS + 1];
+        for of_one in words.iter().flat_map(|words| words.chunk_by(u16::eq)) {
+            starts[usize::from(of_one[0]) + 1] += 1;
+        }
+        for i in 0..WORDS {
+            starts[i + 1] += starts[i];
+        }
+        let mut next = starts.clone();
+        let mut postings = vec![0; starts[WORDS] as usize];
+        for (original, words) in words.iter().enumerate() {
+            for of_one in words.chunk_by(u16::eq) {
+                let place = &mut next[usize::from(of_one[0])];
+                let count = of_one.len().min(LAST_BITS as usize) as u32;
+                postings[*place as usize] = (original as u32) << COUNT_BITS | count;
+                *place += 1;
+            }
+        }
+        Self {
+            starts,
+            postings,
+            count: words.len(),
+        }
+    }
+
+    /// What speaks for each of its originals.
+    fn scores(&self, asked: &Asked<'_>) -> Vec<f32> {
+        let gains = gains();
+        let mut scores = [0_f32; BLOCK];
+        let mut counts = [0_u16; BLOCK];
+        let mut found = [0_u16; BLOCK + 1];
+        for words in &asked.places {
+            let mut several = 0;
+            for &word in *words {
                 for posting in self.with(word) {
-                    let (original, count) = (posting >> COUNT_BITS, posting & ((1 << COUNT_BITS) - 1));
-                    let sum = &mut counts[original as usize];
-                    if *sum == 0 {
-                        found.push(original);
-                    }
-                    *sum += count;
-                    all += u64::from(count);
+                    let original = (posting >> COUNT_BITS) as usize % BLOCK;
+                    let sum = &mut counts[original];
+                    found[several] = original as u16;
+                    several += usize::from(*sum == 0);
+                    *sum += (posting & LAST_BITS) as u16;
                 }
             }
-            for original in found.drain(..) {
-                scores[original as usize] += gain(counts[original as usize]);
-                counts[original as usize] = 0;
+            for &original in &found[..several] {
+                let original = usize::from(original) % BLOCK;
+                scores[original] += gains[usize::from(counts[original]) % COUNTS];
+                counts[original] = 0;
             }
-            expected += (1.0 + all as f64 / self.count.max(1) as f64 / SMOOTHING).ln();
         }
-        scores.iter_mut().for_each(|score| *score -= expected as f32);
-        scores
+        let scores = &scores[..self.count];
+        scores.iter().map(|score| score - asked.expected).collect()
     }
 
     fn with(&self, word: u16) -> &[u32] {
@@ -153,13 +239,16 @@ impl Votes {
     }
 }
 
+/// The bits of a posting that count.
+const LAST_BITS: u32 = (1 << COUNT_BITS) - 1;
+
+/// Counts are smaller: a place has at most sixteen words.
+const COUNTS: usize = 1 << (COUNT_BITS + 4);
+
 /// ln (1 + c / α) for every count c.
-fn gains() -> &'static [f32] {
-    static GAINS: OnceLock<Vec<f32>> = OnceLock::new();
-    GAINS.get_or_init(|| {
-        let gain = |count: u32| (1.0 + f64::from(count) / SMOOTHING).ln() as f32;
-        (0..1 << 12).map(gain).collect()
-    })
+fn gains() -> &'static [f32; COUNTS] {
+    static GAINS: OnceLock<[f32; COUNTS]> = OnceLock::new();
+    GAINS.get_or_init(|| std::array::from_fn(|count| (1.0 + count as f64 / SMOOTHING).ln() as f32))
 }
 
 #[cfg(test)]
@@ -174,6 +263,11 @@ mod tests {
         }
     }
 
+    fn scores(votes: &Votes, words: &[u16]) -> Vec<f32> {
+        let all = votes.of_all(&[sought(words)], &Job::default()).unwrap();
+        all.iter().map(|votes| votes[0].score).collect()
+    }
+
     #[test]
     fn who_has_the_suspects_words_wins_in_the_size_in_which_it_has_them() {
         let votes = Votes::of(&[vec![1, 2, 3, 4], vec![5, 6, 7, 8], vec![1, 5, 9, 10]]);
@@ -186,17 +280,29 @@ mod tests {
     #[test]
     fn a_word_that_all_have_speaks_for_nobody() {
         let votes = Votes::of(&vec![vec![7, 7]; 5]);
-        let scores = votes.scores(&sought(&[7, 7, 7]));
+        let scores = scores(&votes, &[7, 7, 7]);
         assert!(scores.iter().all(|score| score.abs() < 1e-5), "{scores:?}");
     }
 
     #[test]
     fn a_second_place_with_a_word_adds_less_than_the_first() {
         let votes = Votes::of(&[vec![], vec![3], vec![3, 3]]);
-        let scores = votes.scores(&sought(&[3]));
+        let scores = scores(&votes, &[3]);
         let (first, second) = (scores[1] - scores[0], scores[2] - scores[1]);
         assert!((first - 2_f32.ln()).abs() < 1e-5);
         assert!((second - 1.5_f32.ln()).abs() < 1e-5);
+    }
+
+    #[test]
+    fn what_speaks_for_an_original_does_not_depend_on_where_it_stands() {
+        let kinds = [vec![1, 2], vec![2, 2, 3], vec![4], vec![1, 4, 4, 5], vec![]];
+        let words: Vec<Vec<u16>> = kinds.iter().cycle().take(3 * BLOCK + 7).cloned().collect();
+        let scores = scores(&Votes::of(&words), &[1, 2, 4, 2]);
+        assert_eq!(scores.len(), words.len());
+        for (i, score) in scores.iter().enumerate() {
+            assert_eq!(*score, scores[i % kinds.len()]);
+        }
+        assert!(scores[0] > scores[2] && scores[2] > scores[4]);
     }
 
     #[test]
