@@ -12,19 +12,30 @@ use super::models::{Base, original};
 use crate::kept;
 
 /// What has no part in the library.
-const NO_PART: [&str; 12] = [
+const NO_PART: [&str; 23] = [
     "crates/cli",
+    "crates/evaluation/src/output",
     "crates/evaluation/src/pages",
+    "crates/evaluation/src/study",
     "crates/sigmark",
     "crates/baselines",
     "crates/code",
+    "crates/fuzzing",
+    "crates/mhb-core",
     "crates/partition",
+    "crates/quality",
+    "crates/registration",
+    "crates/time-stamp",
     "crates/library/tests",
     "crates/library/src/index",
+    "bench-harness/src/formats",
     "bench-harness/src/library/page.rs",
     "bench-harness/src/library/mod.rs",
     "bench-harness/src/library/suspects.rs",
     "bench-harness/src/library/trials.rs",
+    "bench-harness/src/pose",
+    "bench-harness/src/robustness",
+    "bench-harness/src/security",
 ];
 
 /// Originals that are made at a time.

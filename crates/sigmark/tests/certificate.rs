@@ -7,7 +7,7 @@ use mesh::{TriMesh, shapes};
 use rand_chacha::{ChaCha20Rng, rand_core::SeedableRng};
 use serde_json::{Value, json};
 use sigmark::{
-    Certificate, CertificateError, Curve, Embedder, GeometryDigest, SigmarkError, SigningKey, Verifier,
+    Certificate, CertificateError, Curve, Embedder, GeometryDigest, SigmarkError, SigningKey,
     claim::{LARGEST, VERSION},
 };
 
@@ -207,7 +207,7 @@ fn marks_of_the_papers_profile_are_read_only_if_that_is_asked_for() {
     let certificate = Certificate::from_json(&signed.certificate().to_json().unwrap()).unwrap();
     assert_eq!(certificate.bits(), certificate.signature().bits());
     let public_key = key.public_key();
-    let verifier = Verifier::new(&mesh(), &certificate, &public_key).unwrap();
+    let verifier = sigmark::Verifier::new(&mesh(), &certificate, &public_key).unwrap();
     assert!(matches!(
         verifier.verify(signed.mesh(), &Job::default()),
         Err(SigmarkError::PaperProfile)
