@@ -79,7 +79,7 @@ impl Blender {
                 let name = digest(format!("{inputs} {}", pose.key()).as_bytes());
                 Some(self.folder.join(format!("{name}.{format}")))
             }
-            By::Own { .. } => None,
+            By::Own { .. } | By::Handles { .. } => None,
         };
         let files: Vec<Option<PathBuf>> = poses.iter().map(file_of).collect();
         let asked = poses

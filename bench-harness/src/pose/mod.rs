@@ -3,6 +3,7 @@
 //! `models.rs` says which models, with which skeletons, in which poses; `blender.rs` and `skinning.rs` pose them; `reading.rs` reads; `null.rs` asks unmarked copies; `page.rs` writes.
 
 mod blender;
+mod handles;
 mod models;
 mod null;
 mod page;

@@ -12,7 +12,7 @@ use mesh_io::{Asset, Format, Precision, write_mesh};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
-use super::{blender::Blender, reading::Signed, skinning};
+use super::{blender::Blender, handles, reading::Signed, skinning};
 use crate::suspects::attacked;
 
 /// A model of the page.
@@ -54,6 +54,8 @@ pub(super) enum By {
         seed: u64,
         bits: Option<u32>,
     },
+    /// One end of it turned by so many degrees, the other held, and the rest as rigid as possible.
+    Handles { degrees: u32 },
 }
 
 pub(super) const OWN_RIG: &str = "by its rig";
@@ -149,6 +151,7 @@ impl Model {
             poses.push(deformed(method, degrees));
         }
         poses.extend(["lattice", "proportional"].map(shaped));
+        poses.extend([60, 120].map(handles));
         if !self.is_asset {
             poses.extend([30, 60, 110].map(|degrees| decimated(degrees, false)));
             poses.extend([30, 60, 110].map(|degrees| decimated(degrees, true)));
@@ -254,6 +257,14 @@ fn shaped(kind: &str) -> Pose {
     )
 }
 
+fn handles(degrees: u32) -> Pose {
+    Pose {
+        group: NO_RIG.into(),
+        name: format!("handles turned by {degrees}°"),
+        by: By::Handles { degrees },
+    }
+}
+
 fn changed(degrees: u32, preserve_volume: bool, name: &str, after: Value) -> Pose {
     let mut pose = json!({"kind": "bones", "degrees": degrees, "seed": degrees});
     let mut way = "";
@@ -331,6 +342,7 @@ impl Pose {
         match &self.by {
             By::Blender { format, .. } => format!("Blender, {}", format.to_uppercase()),
             By::Own { .. } => "our skinning".into(),
+            By::Handles { .. } => "as rigid as possible".into(),
         }
     }
 
@@ -354,6 +366,9 @@ impl Pose {
                 let rig = signed.rig().context("the model has no rig")?;
                 skinning::posed(signed.marked(), rig, *degrees, *seed, *bits)
             }
+            (By::Handles { degrees }, _) => {
+                handles::posed(signed.marked(), f64::from(*degrees), u64::from(*degrees))
+            }
             (By::Blender { .. }, Some(file)) => Ok(Asset::open(file)?.mesh().clone()),
             (By::Blender { .. }, None) => anyhow::bail!("Blender made no file"),
         }
@@ -364,7 +379,7 @@ impl fmt::Display for Pose {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.by {
             By::Blender { format, .. } => write!(f, "{}, {format}", self.name),
-            By::Own { .. } => f.write_str(&self.name),
+            By::Own { .. } | By::Handles { .. } => f.write_str(&self.name),
         }
     }
 }

@@ -74,7 +74,7 @@ fn pivots(points: &[Vec3], rig: &Rig) -> Vec<Vec3> {
 }
 
 /// By Rodrigues' formula, about a vector, by its length.
-fn turned(x: Vec3, turn: Vec3) -> Vec3 {
+pub(super) fn turned(x: Vec3, turn: Vec3) -> Vec3 {
     let angle = turn.norm();
     let axis = turn * (1.0 / angle.max(f64::MIN_POSITIVE));
     let (sin, cos) = angle.sin_cos();

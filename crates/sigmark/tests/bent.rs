@@ -176,6 +176,33 @@ fn what_nothing_bent_is_read_as_ever_and_counts_no_more() {
     assert_eq!(plain.matched_by, MatchedBy::Connectivity);
 }
 
+/// A sphere as somebody begins with it, and what he makes of it.
+fn sculpted(turn: f64) -> TriMesh {
+    deformed(&shapes::icosphere(4), |p| {
+        let Vec3([x, y, z]) = p;
+        let height = (3.0 * x + turn).sin() + (4.0 * y - turn).cos() * z + (5.0 * z + 2.0 * turn).sin() * x;
+        p * (1.0 + 0.12 * height)
+    })
+}
+
+/// Whoever begins with such a sphere has these triangles, and one model lies on another in sixty ways.
+#[test]
+fn of_maps_between_sculpted_spheres_a_few_are_tried_and_the_right_one_is_among_them() {
+    let original = sculpted(0.0);
+    let signed = Embedder::new(&key()).embed(&original, &Job::default()).unwrap();
+    let certificate = signed.certificate();
+    let verifier = Verifier::new(&original, certificate, certificate.public_key()).unwrap();
+    let posed = shapes::shuffled(&arched(&twisted(signed.mesh(), 1.0), 1.0), 7);
+    let verdict = verifier.verify(&posed, &Job::default()).unwrap();
+    assert_eq!(verdict.matched_by, MatchedBy::LocalFrames);
+    assert!(verdict.p_value < 1e-12, "{}", verdict.p_value);
+
+    let (reader, layout) = (Reader::new(&original).unwrap(), layout(&original, 192));
+    let found = reader.find(sculpted(1.0), &Job::default()).unwrap();
+    assert!(found.poses() > 8, "{}", found.poses());
+    assert_eq!(found.in_local_frames(&layout).unwrap().poses(), 8);
+}
+
 /// A mesh that is cut for so many bits.
 fn layout(mesh: &TriMesh, bits: usize) -> MarkLayout {
     let original = Original::pooled(mesh.clone(), bits, Pool::default(), &Job::default()).unwrap();

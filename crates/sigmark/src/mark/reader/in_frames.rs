@@ -1,7 +1,7 @@
 //! Reading a suspect that was bent, dragged or posed, whatever did it: at its vertices, each seen from its own surroundings.
 
 use job::Job;
-use mesh::Vec3;
+use mesh::{TriMesh, Vec3};
 use registration::{Correspondence, FrameOptions, LocalFrames, PreparedMesh, bearable};
 
 use super::{Reading, ReadingMethod};
@@ -19,6 +19,9 @@ pub(super) struct InFrames {
 
 /// How far surroundings go, in wavelengths of a patch's highest harmonic: what varies over much more is taken for the pose.
 const REACH: f64 = 1.0;
+
+/// Of the maps that no similarity tells apart so many are tried: each takes as long as one.
+const MOST_MAPS: usize = 8;
 
 /// What is left by a similarity has to be so many times as large as a mark, or nothing was bent.
 const MORE_THAN_A_MARK: f64 = 3.0;
@@ -55,6 +58,47 @@ pub(super) fn is_bent(layout: &MarkLayout, suspect: &PreparedMesh, map: &Corresp
     let off = middle(off);
     let mark = layout.distortion_rms() * original.bounding_box().diagonal();
     off > MORE_THAN_A_MARK * mark && off > SMOOTHER_THAN_NOISE * middle(varying)
+}
+
+/// The maps that stretch edges least, but for one scale, the least first. What was posed keeps lengths nearly; where triangles repeat, as those of a sphere that somebody sculpted, another map than the right one lays them on others. No
+/// bits are looked at.
+pub(super) fn least_stretching(
+    original: &TriMesh,
+    suspect: &TriMesh,
+    maps: &[Correspondence],
+) -> Vec<Correspondence> {
+    let mut order: Vec<(f64, &Correspondence)> = maps
+        .iter()
+        .map(|map| (stretching(original, suspect, map), map))
+        .collect();
+    order.sort_by(|a, b| a.0.total_cmp(&b.0));
+    order
+        .into_iter()
+        .take(MOST_MAPS)
+        .map(|(_, map)| map.clone())
+        .collect()
+}
+
+/// The mean of |ln (length there / length here)| less the median, over the edges of triangles; infinite where there is none.
+fn stretching(original: &TriMesh, suspect: &TriMesh, map: &Correspondence) -> f64 {
+    let quotient = |v: u32, w: u32| -> Option<f64> {
+        let [there, other] = [v, w].map(|v| map.suspect_of[v as usize]);
+        let there = (suspect.point(there? as usize) - suspect.point(other? as usize)).norm();
+        let here = (original.point(v as usize) - original.point(w as usize)).norm();
+        Some((there / here).ln()).filter(|quotient| quotient.is_finite())
+    };
+    let edges = original
+        .triangles()
+        .iter()
+        .flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]);
+    let mut quotients: Vec<f64> = edges.filter_map(|(v, w)| quotient(v, w)).collect();
+    if quotients.is_empty() {
+        return f64::INFINITY;
+    }
+    let middle = quotients.len() / 2;
+    let median = *quotients.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let sum: f64 = quotients.iter().map(|quotient| (quotient - median).abs()).sum();
+    sum / quotients.len() as f64
 }
 
 impl InFrames {

@@ -217,7 +217,7 @@ impl Found {
         }))
     }
 
-    /// The same suspect, to be read in the frames of each vertex' own surroundings: whatever bent, dragged or posed it. None where its vertices were not found again, or lie as if nothing had: which looks at no bits.
+    /// The same suspect, to be read in the frames of each vertex' own surroundings: whatever bent, dragged or posed it; under the maps of its vertices that stretch it least. None where its vertices were not found again, or lie as if nothing had: which looks at no bits.
     pub fn in_local_frames(&self, layout: &MarkLayout) -> Option<Self> {
         let Placement::ByVertices(maps) = &self.placement else {
             return None;
@@ -225,10 +225,11 @@ impl Found {
         if !in_frames::is_bent(layout, &self.suspect, maps.first()?) {
             return None;
         }
+        let maps = in_frames::least_stretching(self.reference.mesh(), self.suspect.mesh(), maps);
         Some(Self {
             reference: self.reference.clone(),
             suspect: self.suspect.clone(),
-            placement: Placement::ByVertices(maps.clone()),
+            placement: Placement::ByVertices(maps),
             brought_back: BroughtBack::InFrames,
         })
     }
