@@ -11,14 +11,15 @@ use faer::{
     sparse::{SparseColMat, Triplet},
 };
 use mesh::{TriMesh, Vec3, shapes};
+use mhb_core::Laplacian;
 
 use super::skinning::turned;
 
 /// So large a share of the length is held at either end.
 const HELD: f64 = 0.1;
-/// Most of the way is made in some rounds; the rest would be rounder still.
+/// Turns and places are sought in turn so many times, which makes most of the way.
 const ROUNDS: usize = 60;
-/// How much a vertex is drawn to where it was, in shares of its own weights: parts of which nothing is held go nowhere.
+/// How much a vertex is drawn to where it was, beside the weights of its edges: parts of which nothing is held go nowhere.
 const DRAWN: f64 = 1e-8;
 /// Weights of obtuse triangles are raised to so much, of needles lowered.
 const WEIGHTS: [f64; 2] = [1e-3, 1e3];
@@ -54,7 +55,7 @@ pub(super) fn posed(mesh: &TriMesh, degrees: f64, seed: u64) -> Result<TriMesh> 
 
 /// The places of all vertices, those of the held ones being given.
 fn dragged(mesh: &TriMesh, held: &[Option<Vec3>]) -> Result<Vec<Vec3>> {
-    let edges = weighted_edges(mesh);
+    let edges = weighted_edges(mesh)?;
     let mut free = vec![None; held.len()];
     for (row, v) in (0..held.len()).filter(|&v| held[v].is_none()).enumerate() {
         free[v] = Some(row);
@@ -116,28 +117,12 @@ fn dragged(mesh: &TriMesh, held: &[Option<Vec3>]) -> Result<Vec<Vec3>> {
     Ok(places)
 }
 
-/// Each edge with half the sum of the cotangents of the angles across.
-fn weighted_edges(mesh: &TriMesh) -> Vec<(usize, usize, f64)> {
-    let mut edges: Vec<(usize, usize, f64)> = Vec::new();
-    for corners in mesh.triangles() {
-        let corners = corners.map(|v| v as usize);
-        for i in 0..3 {
-            let [v, w, across] = [corners[i], corners[(i + 1) % 3], corners[(i + 2) % 3]];
-            let (a, b) = (
-                mesh.point(v) - mesh.point(across),
-                mesh.point(w) - mesh.point(across),
-            );
-            let cotangent = 0.5 * a.dot(b) / a.cross(b).norm().max(f64::MIN_POSITIVE);
-            edges.push((v.min(w), v.max(w), cotangent));
-        }
-    }
-    edges.sort_by_key(|&(v, w, _)| (v, w));
-    let alike = edges.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1));
-    let sum = |alike: &[(usize, usize, f64)]| {
-        let weight: f64 = alike.iter().map(|edge| edge.2).sum();
-        (alike[0].0, alike[0].1, weight.clamp(WEIGHTS[0], WEIGHTS[1]))
-    };
-    alike.map(sum).collect()
+/// Each edge with its cotangent weight, the stiffness of it but for the sign.
+fn weighted_edges(mesh: &TriMesh) -> Result<Vec<(usize, usize, f64)>> {
+    let laplacian = Laplacian::cotangent(mesh)?;
+    let entries = laplacian.stiffness().iter().filter(|(_, (v, w))| v < w);
+    let edge = |(&entry, (v, w)): (&f64, (usize, usize))| (v, w, f64::clamp(-entry, WEIGHTS[0], WEIGHTS[1]));
+    Ok(entries.map(edge).collect())
 }
 
 fn rotated(columns: &[Vec3; 3], x: Vec3) -> Vec3 {
@@ -192,7 +177,7 @@ mod tests {
         let mean = |mesh: &TriMesh| mesh.area().sqrt();
         let scale = mean(&posed) / mean(&mesh);
         let lengths = |mesh: &TriMesh, scale: f64| {
-            let edges = weighted_edges(mesh).into_iter();
+            let edges = weighted_edges(mesh).unwrap().into_iter();
             let mut lengths: Vec<f64> = edges
                 .map(|(v, w, _)| (mesh.point(v) - mesh.point(w)).norm() / scale)
                 .collect();

@@ -1,6 +1,6 @@
 //! Models in another pose: what is read of them by the paper's rule, by least squares and by `sigmark verify`; and by chance, where nobody marked them.
 //!
-//! `models.rs` says which models, with which skeletons, in which poses; `blender.rs` and `skinning.rs` pose them; `reading.rs` reads; `null.rs` asks unmarked copies; `page.rs` writes.
+//! `models.rs` says which models, with which skeletons, in which poses; `blender.rs`, `skinning.rs` and `handles.rs` pose them; `reading.rs` reads; `null.rs` asks unmarked copies; `page.rs` writes.
 
 mod blender;
 mod handles;

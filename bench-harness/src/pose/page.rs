@@ -27,8 +27,8 @@ pub(super) fn write(found: &[Found], bench: &PoseBench, blender: &Blender, code:
     long(found).write_csv(&results.join("pose.csv"))?;
     let models: Vec<String> = found.iter().map(of_model).collect();
     let page = format!(
-        "# Models in another pose\n\nWritten by `cargo xtask bench pose --meshes DIR --assets DIR{}`. Each model is signed once as `sigmark embed` does it by default, with what poses it; posed by Blender, baked and written in another format with its vertices in another order, or by our own \
-         skinning; and read three ways: by {}, in the position that a similarity gives, and by {}, whole. **V** is verified: the payload was read back, all of it. *d* is detected, p ≤ 10⁻⁶ (in brackets what is no evidence, p > 2⁻¹²⁰), – is not found. The numbers are T₀ and the share of right bits; \
+        "# Models in another pose\n\nWritten by `cargo xtask bench pose --meshes DIR --assets DIR{}`. Each model is signed once as `sigmark embed` does it by default, with what poses it; posed by Blender, baked and written in another format with its vertices in another order, by our own skinning, \
+         or dragged by handles; and read three ways: by {}, in the position that a similarity gives, and by {}, whole. **V** is verified: the payload was read back, all of it. *d* is detected, p ≤ 10⁻⁶ (in brackets what is no evidence, p > 2⁻¹²⁰), – is not found. The numbers are T₀ and the share of right bits; \
          reading stops at the first look that has all, so where it is verified they are no measure of what is left. pose.csv has p, how the suspect was recognised, and CPU seconds.\n\n{}\n{}\n{}\n{}\n{}, {}; {}. Code {}, sources' digest {code}.\n",
         options(bench),
         ALGORITHMS[..2].join(" and by "),

@@ -2,7 +2,10 @@
 
 #![allow(clippy::unwrap_used)] // in the helpers of tests, too
 
-use std::{f64::consts::PI, sync::OnceLock};
+use std::{
+    f64::consts::PI,
+    sync::{Arc, OnceLock},
+};
 
 use job::Job;
 use mesh::{TriMesh, Vec3, shapes};
@@ -210,36 +213,25 @@ fn layout(mesh: &TriMesh, bits: usize) -> MarkLayout {
     MarkLayout::with_strength(original.into(), plan, Strength::default()).unwrap()
 }
 
-#[test]
-fn bits_that_are_not_there_are_found_by_chance_alone_in_bent_suspects() {
-    const BITS: usize = 192;
+const BITS: usize = 192;
+
+fn random_bits(random: &mut ChaCha20Rng) -> Vec<bool> {
+    (0..BITS).map(|_| random.next_u32() & 1 == 1).collect()
+}
+
+/// Asks suspects, none of which has them, for words at random.
+fn are_found_by_chance_alone(layout: &Arc<MarkLayout>, suspects: &[TriMesh], random: &mut ChaCha20Rng) {
     const TRIALS: u64 = 400;
-    let mesh = shapes::bumpy_sphere(4, 1);
-    let layout = std::sync::Arc::new(layout(&mesh, BITS));
     layout.original().keep_bases(&Job::default()).unwrap();
-    let reader = Reader::new(&mesh).unwrap();
-    let method = ReadingMethod::joint(JointEstimator::new(&layout).into());
-    let mut random = ChaCha20Rng::from_seed([6; 32]);
-    let mut bits = || -> Vec<bool> { (0..BITS).map(|_| random.next_u32() & 1 == 1).collect() };
-    let strangers = layout.write(&bits(), &Job::default()).unwrap();
-    let strangers = mesh
-        .with_positions(strangers.positions(layout.original()))
-        .unwrap();
-    let suspects = [
-        twisted(&mesh, PI),
-        arched(&mesh, PI / 2.0),
-        caged(&mesh, 0.2, 2),
-        posed(&mesh, 0.4),
-        caged(&strangers, 0.1, 3),
-        twisted(&rounded(&strangers), PI / 2.0),
-    ];
+    let reader = Reader::new(layout.original().mesh()).unwrap();
+    let method = ReadingMethod::joint(JointEstimator::new(layout).into());
     let mut below = [0_u64; 3];
-    for suspect in &suspects {
+    for suspect in suspects {
         let found = reader.find(suspect, &Job::default()).unwrap();
-        let bent = found.in_local_frames(&layout).unwrap();
+        let bent = found.in_local_frames(layout).unwrap();
         let readings = bent.readings(&method, &Job::default()).unwrap();
         for _ in 0..TRIALS {
-            let bits = bits();
+            let bits = random_bits(random);
             let reading = readings.best(&bits, &Job::default()).unwrap();
             let p = p_of_chosen(&bits, &reading);
             for (count, level) in below.iter_mut().zip([0.1, 0.01, 1e-3]) {
@@ -256,6 +248,39 @@ fn bits_that_are_not_there_are_found_by_chance_alone_in_bent_suspects() {
             "{count} of {trials} below {level}"
         );
     }
+}
+
+#[test]
+fn bits_that_are_not_there_are_found_by_chance_alone_in_bent_suspects() {
+    let mesh = shapes::bumpy_sphere(4, 1);
+    let layout = Arc::new(layout(&mesh, BITS));
+    let mut random = ChaCha20Rng::from_seed([6; 32]);
+    let strangers = layout.write(&random_bits(&mut random), &Job::default()).unwrap();
+    let strangers = mesh
+        .with_positions(strangers.positions(layout.original()))
+        .unwrap();
+    let suspects = [
+        twisted(&mesh, PI),
+        arched(&mesh, PI / 2.0),
+        caged(&mesh, 0.2, 2),
+        posed(&mesh, 0.4),
+        caged(&strangers, 0.1, 3),
+        twisted(&rounded(&strangers), PI / 2.0),
+    ];
+    are_found_by_chance_alone(&layout, &suspects, &mut random);
+}
+
+/// The forger's chair. Which maps are tried is his choice where he makes the suspect: whichever they are, the best of eight readings is chosen, and counted.
+#[test]
+fn bits_that_are_not_there_are_found_by_chance_alone_under_the_maps_that_stretch_least() {
+    let layout = Arc::new(layout(&sculpted(0.0), BITS));
+    let mut random = ChaCha20Rng::from_seed([7; 32]);
+    let suspects = [
+        sculpted(1.0),
+        arched(&sculpted(0.0), PI / 2.0),
+        shapes::shuffled(&sculpted(2.0), 3),
+    ];
+    are_found_by_chance_alone(&layout, &suspects, &mut random);
 }
 
 /// The forger's chair. A mark can be copied onto any mesh with these triangles. What is no smooth deformation of the original, or one that stretches most of it to more than twice or less than half, is another shape; of what is one, it can't be told that it was not bent out of a signed copy.

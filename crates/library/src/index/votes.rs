@@ -26,7 +26,7 @@ const COUNT_BITS: u32 = 8;
 const BLOCK: usize = 4096;
 
 /// Originals by words.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Votes {
     blocks: Vec<Block>,
     /// How many originals have a word, and how many places all of them have for it.
@@ -50,6 +50,13 @@ pub(super) struct Vote {
     pub(super) original: usize,
     pub(super) size: usize,
     pub(super) score: f32,
+}
+
+impl Default for Votes {
+    /// Of no original.
+    fn default() -> Self {
+        Self::of(&[])
+    }
 }
 
 impl Votes {
@@ -307,11 +314,7 @@ mod tests {
 
     #[test]
     fn an_empty_library_has_no_votes() {
-        assert!(
-            Votes::of(&[])
-                .of_all(&[sought(&[1])], &Job::default())
-                .unwrap()
-                .is_empty()
-        );
+        let votes = Votes::default().of_all(&[sought(&[1])], &Job::default());
+        assert!(votes.unwrap().is_empty());
     }
 }
