@@ -12,13 +12,15 @@ use serde_json::Value;
 
 use crate::sources::{self, digest};
 
-/// What finished work does not depend on: all that only shows what was computed.
-const NO_PART: [&str; 5] = [
+/// What finished work does not depend on: all that only shows what was computed, and crates that this one does not use.
+const NO_PART: [&str; 7] = [
     "bench-harness",
     "crates/cli",
     "crates/evaluation/src/audit.rs",
     "crates/evaluation/src/output",
     "crates/evaluation/src/pages",
+    "crates/fuzzing",
+    "crates/library",
 ];
 
 /// A folder of finished work. Each piece remembers the source code that computed it; what other code computed is done again, unless
