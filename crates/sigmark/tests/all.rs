@@ -12,6 +12,7 @@ mod posed;
 mod reexported;
 mod scenes;
 mod small;
+mod subdivided;
 mod suspects;
 mod trace;
 mod watermark;

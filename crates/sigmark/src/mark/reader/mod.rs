@@ -24,7 +24,7 @@ pub use wanted::Wanted;
 use std::fmt;
 
 use job::Job;
-use mesh::{Rig, Similarity, near_part};
+use mesh::{Rig, Similarity, near_part, undivided};
 use registration::{
     AlignOptions, Aligner, Alignment, Correspondence, MatchedBy, Placement, PreparedMesh, RegistrationStage,
     UnposedSurface, UnposedSuspect, unpose_bent, unpose_placed,
@@ -80,7 +80,7 @@ impl Reader {
     }
 
     /// Finds how a suspect lies on the reference: by its vertices where all are there, whatever its shape, else by its surface. Triangles that
-    /// reach hundreds of times as far away as the rest are passed over.
+    /// reach hundreds of times as far away as the rest are passed over; what was subdivided is taken back to what it was before.
     ///
     /// # Errors
     /// As [`Aligner::find`].
@@ -91,9 +91,20 @@ impl Reader {
             suspect = gathered.into();
         }
         let job = job.within(RegistrationStage::Hypotheses);
+        let mut placement = self.aligner.find(&suspect, &job)?;
+        while matches!(placement, Placement::BySurface(_))
+            && let Some(before) = before_subdivision(&suspect)
+        {
+            let placed = self.aligner.find(&before, &job)?;
+            // Of an original that was itself subdivided, parts have vertices that would be lost.
+            if vertices_found(&placed) < vertices_found(&placement) {
+                break;
+            }
+            (suspect, placement) = (before, placed);
+        }
         Ok(Found {
             reference: self.reference().clone(),
-            placement: self.aligner.find(&suspect, &job)?,
+            placement,
             suspect,
             brought_back: BroughtBack::AsItIs,
         })
@@ -144,6 +155,25 @@ fn near(suspect: PreparedMesh) -> PreparedMesh {
     }
 }
 
+/// How many vertices of the reference were found again.
+fn vertices_found(placement: &Placement) -> usize {
+    let map = match placement {
+        Placement::ByVertices(maps) => maps.first(),
+        Placement::BySurface(alignment) => alignment.correspondence.as_ref(),
+    };
+    map.map_or(0, Correspondence::matched)
+}
+
+/// How far a subdivided suspect's vertices may be from where the rule puts them, in mean edges of what was there before: what was smoothed or shaken a little since
+/// is further from the rule than this only where there are details that subdivision does not make.
+const SUBDIVIDED: f64 = 0.03;
+
+/// The suspect before its triangles were split in four. A mark that was in it before has nothing to say through the vertices that were added: they follow from the others.
+fn before_subdivision(suspect: &PreparedMesh) -> Option<PreparedMesh> {
+    let found = undivided(suspect.mesh())?;
+    (found.residual <= SUBDIVIDED).then(|| found.mesh.into())
+}
+
 /// A suspect that was brought onto a reference, in all the ways that it can lie there.
 pub struct Found {
     reference: PreparedMesh,
@@ -179,7 +209,7 @@ enum BroughtBack {
 }
 
 impl Found {
-    /// The suspect as it is read: its vertices are [gathered](mesh::TriMesh::gathered) if they were scattered.
+    /// The suspect as it is read: its vertices are [gathered](mesh::TriMesh::gathered) if they were scattered, and those that a subdivision added are [taken away](mesh::undivided).
     pub fn suspect(&self) -> &PreparedMesh {
         &self.suspect
     }
