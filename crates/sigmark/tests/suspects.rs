@@ -6,7 +6,7 @@ use std::sync::{Arc, OnceLock};
 
 use decimation::{Decimator, decimate};
 use job::{Job, JobError, Observer};
-use mesh::{Edges, Similarity, TriMesh, Welded, shapes};
+use mesh::{Edges, Similarity, TriMesh, Vec3, Welded, shapes};
 use rand_chacha::{
     ChaCha20Rng,
     rand_core::{Rng, SeedableRng},
@@ -68,21 +68,19 @@ fn cropped(mesh: &TriMesh, share: f64) -> TriMesh {
     Welded::new(mesh.positions(), &kept).unwrap().into_mesh()
 }
 
-/// Every triangle in four, by the middles of its edges: the same surface with other vertices and triangles.
+/// Every triangle in four, and one of these in three: the same surface with other vertices and triangles, of which nobody can tell what they were before.
 fn divided(mesh: &TriMesh) -> TriMesh {
-    let edges = Edges::of(mesh);
-    let at = |v: u32| mesh.positions()[v as usize];
-    let middles = edges
-        .vertices()
-        .iter()
-        .map(|&[a, b]| std::array::from_fn(|i| 0.5 * (at(a)[i] + at(b)[i])));
-    let positions = mesh.positions().iter().copied().chain(middles).collect();
-    let pairs = mesh.triangles().iter().zip(edges.of_triangle());
-    let split = pairs.flat_map(|(&[a, b, c], sides)| {
-        let [x, y, z] = sides.map(|e| mesh.vertex_count() as u32 + e);
-        [[a, x, z], [b, y, x], [c, z, y], [x, y, z]]
-    });
-    TriMesh::new(positions, split.collect()).unwrap()
+    let fine = shapes::divided(mesh);
+    let [a, b, c] = fine.triangles()[0];
+    let centre = fine.corners(0).into_iter().sum::<Vec3>() / 3.0;
+    let added = fine.vertex_count() as u32;
+    let positions = fine.positions().iter().copied().chain([centre.into()]).collect();
+    let split = [[a, b, added], [b, c, added], [c, a, added]];
+    let triangles = split
+        .into_iter()
+        .chain(fine.triangles()[1..].iter().copied())
+        .collect();
+    TriMesh::new(positions, triangles).unwrap()
 }
 
 /// A quarter of an icosphere's vertices, those of the level below, with the triangles of that level.
@@ -385,7 +383,7 @@ fn least_squares_reads_what_misalignment_hides_from_the_paper_rule() {
         translation: [1e-3, -2e-3, 1e-3],
         ..Similarity::from_quaternion([1.0, 3e-4, -2e-4, 4e-4])
     };
-    let suspect = divided(signed.mesh());
+    let suspect = shapes::divided(signed.mesh());
     let [_, aligned] = rates(signed, &sampled(&original(), &suspect, &Similarity::IDENTITY));
     let [paper, least_squares] = rates(signed, &sampled(&original(), &suspect, &off));
     assert!(
