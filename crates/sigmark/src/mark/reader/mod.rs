@@ -93,7 +93,7 @@ impl Reader {
         let job = job.within(RegistrationStage::Hypotheses);
         let mut placement = self.aligner.find(&suspect, &job)?;
         while matches!(placement, Placement::BySurface(_))
-            && let Some(before) = before_subdivision(&suspect)
+            && let Some(before) = before_subdivision(&suspect, self.reference())
         {
             let placed = self.aligner.find(&before, &job)?;
             // Of an original that was itself subdivided, parts have vertices that would be lost.
@@ -168,10 +168,14 @@ fn vertices_found(placement: &Placement) -> usize {
 /// is further from the rule than this only where there are details that subdivision does not make.
 const SUBDIVIDED: f64 = 0.03;
 
+/// The same where the reference was itself subdivided, and another rule's suspects of it can be cut into tiles, too: what nobody touched since, but for rounding in a file.
+const SUBDIVIDED_ONLY: f64 = 1e-4;
+
 /// The suspect before its triangles were split in four. A mark that was in it before has nothing to say through the vertices that were added: they follow from the others.
-fn before_subdivision(suspect: &PreparedMesh) -> Option<PreparedMesh> {
-    let found = undivided(suspect.mesh())?;
-    (found.residual <= SUBDIVIDED).then(|| found.mesh.into())
+fn before_subdivision(suspect: &PreparedMesh, reference: &PreparedMesh) -> Option<PreparedMesh> {
+    let found = undivided(suspect.mesh()).filter(|found| found.residual <= SUBDIVIDED)?;
+    let is_sure = found.residual <= SUBDIVIDED_ONLY || undivided(reference.mesh()).is_none();
+    is_sure.then(|| found.mesh.into())
 }
 
 /// A suspect that was brought onto a reference, in all the ways that it can lie there.
