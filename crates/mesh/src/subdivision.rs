@@ -3,7 +3,7 @@
 
 use std::{collections::HashMap, f64::consts::TAU};
 
-use crate::{Edges, TriMesh, Vec3, shapes};
+use crate::{Edges, TriMesh, Vec3, shapes, topology::edge_lengths};
 
 /// Where a subdivision puts vertices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -68,17 +68,10 @@ impl Undivided {
         let mesh = coarse
             .with_positions(places.into_iter().map(|p| p.0).collect())
             .ok()?;
-        let residual = residual / mean_edge(&mesh, &edges);
+        let [_, mean_edge, _] = edge_lengths(&mesh, &edges);
+        let residual = residual / mean_edge.max(f64::MIN_POSITIVE);
         Some(Self { mesh, rule, residual })
     }
-}
-
-fn mean_edge(mesh: &TriMesh, edges: &Edges) -> f64 {
-    let lengths = edges.vertices().iter().map(|pair| {
-        let [a, b] = pair.map(|v| mesh.point(v as usize));
-        (b - a).norm()
-    });
-    (lengths.sum::<f64>() / edges.count() as f64).max(f64::MIN_POSITIVE)
 }
 
 /// What a triangle is in its tile.

@@ -302,7 +302,7 @@ fn is_degenerate(mesh: &TriMesh, triangle: usize) -> bool {
 }
 
 /// The shortest, mean and longest length of the edges.
-fn edge_lengths(mesh: &TriMesh, edges: &Edges) -> [f64; 3] {
+pub(crate) fn edge_lengths(mesh: &TriMesh, edges: &Edges) -> [f64; 3] {
     let (mut shortest, mut total, mut longest) = (f64::INFINITY, 0.0, 0.0_f64);
     for ends in edges.vertices() {
         let [a, b] = ends.map(|v| mesh.point(v as usize));

@@ -6,7 +6,7 @@ use std::{f64::consts::FRAC_PI_2, sync::OnceLock};
 
 use decimation::{Decimator, decimate};
 use job::Job;
-use mesh::{Subdivision, TriMesh, Vec3, shapes};
+use mesh::{Edges, Subdivision, TriMesh, Vec3, shapes, undivided};
 use rand_chacha::{ChaCha20Rng, rand_core::SeedableRng};
 use registration::MatchedBy;
 use sigmark::{Curve, Embedder, Outcome, Signed, SigningKey, Verdict, Verifier};
@@ -100,6 +100,44 @@ fn of_an_original_that_was_subdivided_itself_nothing_is_undone() {
             (Outcome::Verified, MatchedBy::Connectivity)
         );
     }
+}
+
+/// By the rule √3 without its smoothing: three triangles around the middle of each, and the edges that were there before turned.
+fn by_root_3(mesh: &TriMesh) -> TriMesh {
+    let count = mesh.vertex_count();
+    let edges = Edges::of(mesh);
+    let middles =
+        (0..mesh.triangle_count()).map(|t| (mesh.corners(t).into_iter().sum::<Vec3>() / 3.0).into());
+    let mut triangles = Vec::new();
+    for (t, (corners, sides)) in mesh.triangles().iter().zip(edges.of_triangle()).enumerate() {
+        for (&corner, &side) in corners.iter().zip(sides) {
+            let beyond = edges
+                .triangles(side as usize)
+                .iter()
+                .map(|&s| s as usize)
+                .find(|&s| s != t);
+            triangles.push([corner, (count + beyond.unwrap()) as u32, (count + t) as u32]);
+        }
+    }
+    let positions = mesh.positions().iter().copied().chain(middles).collect();
+    TriMesh::new(positions, triangles).unwrap()
+}
+
+/// What is cut into tiles by chance, nearly where a rule has it, has more to say than what it would have been made of.
+#[test]
+fn another_rule_on_an_original_that_was_subdivided_is_no_subdivision_in_four() {
+    let original = Subdivision::Loop.of(&shapes::bumpy_torus(50, 30, 3));
+    let signed = sign(&original);
+    let suspect = exported(&by_root_3(signed.mesh()));
+    let undone = undivided(&suspect).unwrap();
+    assert!((1e-4..0.03).contains(&undone.residual), "{}", undone.residual);
+    let verdict = judged_by(&original, &signed, &suspect);
+    assert_eq!(
+        (verdict.outcome, verdict.matched_by),
+        (Outcome::Verified, MatchedBy::Surface)
+    );
+    let of_undone = judged_by(&original, &signed, &undone.mesh);
+    assert!(verdict.margin > of_undone.margin, "{:?}", of_undone.margin);
 }
 
 /// One of two parts, with all of its tiles.
