@@ -4,7 +4,7 @@ use anyhow::Result;
 use decimation::{Decimator, decimate};
 use evaluation::attacks::random_similarity;
 use job::Job;
-use mesh::{Edges, TriMesh, Vec3, Welded, shapes};
+use mesh::{Edges, Subdivision, TriMesh, Vec3, Welded, shapes};
 
 use super::{
     draw::Draw,
@@ -77,7 +77,7 @@ pub(super) const ATTACKS: [Attack; 21] = [
     Attack {
         name: "Loop",
         group: Group::Table4,
-        does: |mesh, _| Ok(looped(mesh)),
+        does: |mesh, _| Ok(Subdivision::Loop.of(mesh)),
     },
     Attack {
         name: "simplified to 50 %",
@@ -192,47 +192,6 @@ fn smoothed(mesh: &TriMesh, steps: &[f64]) -> TriMesh {
     }
     let positions = positions.into_iter().map(|p| p.0).collect();
     mesh.with_positions(positions).unwrap_or_else(|_| mesh.clone())
-}
-
-/// Loop's subdivision; borders are halved where they are.
-fn looped(mesh: &TriMesh) -> TriMesh {
-    let edges = Edges::of(mesh);
-    let count = mesh.vertex_count();
-    let ends = edges.vertices();
-    let mut uses = vec![0_u32; ends.len()];
-    let mut opposite = vec![Vec3::ZERO; ends.len()];
-    for (corners, sides) in mesh.triangles().iter().zip(edges.of_triangle()) {
-        for (side, &edge) in sides.iter().enumerate() {
-            uses[edge as usize] += 1;
-            opposite[edge as usize] += mesh.point(corners[(side + 2) % 3] as usize);
-        }
-    }
-    let mut is_border = vec![false; count];
-    let (mut sums, mut valence) = (vec![Vec3::ZERO; count], vec![0.0; count]);
-    for (pair, &uses) in ends.iter().zip(&uses) {
-        let [a, b] = pair.map(|v| v as usize);
-        sums[a] += mesh.point(b);
-        sums[b] += mesh.point(a);
-        valence[a] += 1.0;
-        valence[b] += 1.0;
-        if uses != 2 {
-            (is_border[a], is_border[b]) = (true, true);
-        }
-    }
-    let divided = shapes::divided(mesh);
-    let mut positions = divided.positions().to_vec();
-    for v in 0..count {
-        if !is_border[v] && valence[v] > 2.0 {
-            let n: f64 = valence[v];
-            let beta = (0.625 - (0.375 + 0.25 * (std::f64::consts::TAU / n).cos()).powi(2)) / n;
-            positions[v] = (mesh.point(v) * (1.0 - n * beta) + sums[v] * beta).0;
-        }
-    }
-    for (edge, pair) in ends.iter().enumerate().filter(|&(edge, _)| uses[edge] == 2) {
-        let [a, b] = pair.map(|v| mesh.point(v as usize));
-        positions[count + edge] = ((a + b) * 0.375 + opposite[edge] * 0.125).0;
-    }
-    divided.with_positions(positions).unwrap_or(divided)
 }
 
 /// Other vertices and triangles: all vertices of a cell of a grid of 80 along the diagonal are one, at their mean.
