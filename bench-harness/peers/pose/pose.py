@@ -4,7 +4,7 @@ each animation of the file.
 POSES is a list of {"output": FILE, "pose": {...}, "after": {...}}. A pose is one of
   {"kind": "rest"}
   {"kind": "frame", "action": NUMBER, "frame": NUMBER}        an animation of the file's own
-  {"kind": "bones", "degrees": MOST, "seed": N}               every bone about an axis at random; with "preserve_volume" by dual quaternions
+  {"kind": "bones", "degrees": MOST, "seed": N}               every bone but the first about an axis at random; with "preserve_volume" by dual quaternions
   {"kind": "targets", "seed": N}                              every morph target as far as a random number says
   {"kind": "twist" | "bend", "degrees": ANGLE}                the simple-deform modifier, along the longest axis
   {"kind": "lattice", "seed": N}                              a lattice of 4 x 4 x 4 points, moved by up to a twelfth of the diagonal
@@ -114,7 +114,8 @@ def turn_bones(armature, most: float, random) -> None:
     for bone in armature.pose.bones:
         axis, angle = random.normal(size=3), random.uniform(-most, most)
         axis /= np.linalg.norm(axis)
-        if bone.parent is None:
+        # The root moves all; of joints that hang on nothing one stays.
+        if bone == armature.pose.bones[0]:
             continue
         bone.rotation_mode = "QUATERNION"
         bone.rotation_quaternion = [math.cos(angle / 2), *(math.sin(angle / 2) * axis)]

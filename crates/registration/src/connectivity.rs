@@ -10,5 +10,5 @@ mod surroundings;
 
 pub use correspondence::Correspondence;
 pub(crate) use graph::Connectivity;
-pub use matching::{Difference, match_candidates, match_connectivity, match_surroundings};
+pub use matching::{Difference, match_candidates, match_connectivity, match_cut, match_surroundings};
 pub(crate) use matching::{Remainder, Survivors, survivors};

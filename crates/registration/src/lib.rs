@@ -107,7 +107,7 @@ mod umeyama;
 pub use align::{Aligner, Placement, align, align_points};
 pub use alignment::{AlignOptions, Alignment, MatchedBy};
 pub use connectivity::{
-    Correspondence, Difference, match_candidates, match_connectivity, match_surroundings,
+    Correspondence, Difference, match_candidates, match_connectivity, match_cut, match_surroundings,
 };
 pub use error::RegistrationError;
 pub use local_frames::{FrameOptions, LocalFrames, bearable};

@@ -4,7 +4,8 @@ use job::Job;
 use mesh::{Similarity, TriMesh, shapes};
 use proptest::prelude::*;
 use registration::{
-    Difference, Handedness, fit_similarity, match_candidates, match_connectivity, match_surroundings,
+    Difference, Handedness, fit_similarity, match_candidates, match_connectivity, match_cut,
+    match_surroundings,
 };
 
 /// Asserts that the map takes the triangles of one mesh one to one onto those of the other.
@@ -227,6 +228,10 @@ fn what_a_cut_leaves_is_matched() {
         let cut = TriMesh::new(original.positions().to_vec(), left.map(|(_, t)| *t).collect()).unwrap();
         let cut = shapes::shuffled(&cut, 3);
         let map = match_surroundings(&original, &cut, &Job::default()).unwrap();
+        assert_eq!(
+            match_cut(&original, &cut, &Job::default()).unwrap(),
+            Some(map.clone())
+        );
         for (v, p) in map.carry(&cut).into_iter().enumerate() {
             assert!(p.is_none_or(|p| p == original.positions()[v]));
         }
@@ -248,6 +253,22 @@ fn meshes_with_nothing_in_common_give_almost_no_pairs() {
     )
     .unwrap();
     assert!(map.matched() < 60, "{}", map.matched());
+    let (ball, other) = (shapes::bumpy_sphere(3, 1), shapes::bumpy_torus(30, 20, 9));
+    assert_eq!(match_cut(&ball, &other, &Job::default()).unwrap(), None);
+}
+
+#[test]
+fn of_a_cut_a_copy_along_a_seam_stands_for_all() {
+    let original = irregular(1, 5);
+    let all = shapes::exploded(&original);
+    let map = match_cut(&original, &all, &Job::default()).unwrap().unwrap();
+    assert_eq!(map.matched(), original.vertex_count());
+    assert!(
+        map.carry(&all)
+            .iter()
+            .zip(original.positions())
+            .all(|(p, q)| p.as_ref() == Some(q))
+    );
 }
 
 #[test]

@@ -283,7 +283,47 @@ fn bits_that_are_not_there_are_found_by_chance_alone_under_the_maps_that_stretch
     are_found_by_chance_alone(&layout, &suspects, &mut random);
 }
 
-/// The forger's chair. A mark can be copied onto any mesh with these triangles. What is no smooth deformation of the original, or one that stretches most of it to more than twice or less than half, is another shape; of what is one, it can't be told that it was not bent out of a signed copy.
+/// Of a mesh what lies on one side of a slanted cut, in another order.
+fn cut(mesh: &TriMesh, share: f64) -> TriMesh {
+    let height = |p: [f64; 3]| p[0] + 0.3 * p[1];
+    let mut heights: Vec<f64> = mesh.positions().iter().copied().map(height).collect();
+    let most = *heights
+        .select_nth_unstable_by((share * mesh.vertex_count() as f64) as usize, f64::total_cmp)
+        .1;
+    let is_left = |corners: &&[u32; 3]| {
+        let mut corners = corners.iter();
+        corners.all(|&v| height(mesh.positions()[v as usize]) < most)
+    };
+    let left = mesh.triangles().iter().filter(is_left).copied().collect();
+    shapes::shuffled(&TriMesh::new(mesh.positions().to_vec(), left).unwrap(), 5)
+}
+
+#[test]
+fn half_of_a_bent_copy_is_read_at_the_vertices_that_are_left() {
+    let mesh = signed_body().mesh();
+    let certificate = signed_body().certificate();
+    let verifier = Verifier::new(&body(), certificate, certificate.public_key()).unwrap();
+    for (what, bent) in [("twisted", twisted(mesh, 2.0)), ("arched", arched(mesh, 2.0))] {
+        for suspect in [cut(&bent, 0.5), shapes::exploded(&cut(&bent, 0.5))] {
+            let verdict = verifier.verify(&suspect, &Job::default()).unwrap();
+            assert_eq!(
+                (verdict.outcome, verdict.matched_by),
+                (Outcome::Verified, MatchedBy::LocalFrames),
+                "{what}: {:?} {}",
+                verdict.margin,
+                verdict.p_value
+            );
+            assert!(
+                verdict.is_evidence() && (0.3..0.6).contains(&verdict.coverage),
+                "{what}"
+            );
+        }
+    }
+    let unmarked = verifier.verify(cut(&twisted(&body(), 2.0), 0.5), &Job::default());
+    assert!(!unmarked.unwrap().outcome.is_found());
+}
+
+/// The forger's chair. A mark can be copied onto any mesh with these triangles. What is no smooth deformation of the original, or one that stretches a fifth of it to more than 2½ times or less than two fifths, is another shape; of what is one, it can't be told that it was not bent out of a signed copy.
 #[test]
 fn a_mark_that_was_copied_onto_another_shape_is_found_there_only_if_that_is_the_original_bent() {
     let (mesh, signed) = (original(), signed().mesh());

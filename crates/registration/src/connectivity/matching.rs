@@ -8,6 +8,9 @@ use super::{
     placement, surroundings,
 };
 
+/// A suspect of whose vertices no more than this share was found again was not cut alone.
+const MOSTLY: f64 = 0.6;
+
 /// Why a suspect does not have the original's connectivity.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
@@ -132,6 +135,12 @@ impl Remainder<'_> {
         let map = surroundings::correspondence(&self.from, &self.onto.graph(closed.mesh()), job)?;
         Ok(map.opened(closed))
     }
+
+    /// How many vertices the suspect has, copies along seams being one.
+    fn vertices(&self) -> usize {
+        let mesh = self.closed.as_ref().map_or(self.suspect, Closed::mesh);
+        self.onto.graph(mesh).used_vertices
+    }
 }
 
 /// Looks for maps of all vertices, at most `limit`. `onto` is the suspect's connectivity.
@@ -207,6 +216,26 @@ pub fn match_surroundings(
 ) -> Result<Correspondence, JobError> {
     let (here, there) = (Connectivity::of(original), Connectivity::of(suspect));
     surroundings::correspondence(&here.graph(original), &there.graph(suspect), job)
+}
+
+/// As [`match_surroundings`], of a suspect that was cut and little else, copies of a vertex along seams being one: none where not most of its own vertices, three in five, are found again.
+///
+/// # Errors
+/// When the job was cancelled.
+pub fn match_cut(
+    original: &TriMesh,
+    suspect: &TriMesh,
+    job: &Job,
+) -> Result<Option<Correspondence>, JobError> {
+    let (from, onto) = job.join(|| Connectivity::of(original), || Connectivity::of(suspect))?;
+    match survivors(from.graph(original), suspect, onto, 1, job)? {
+        Survivors::All(maps) => Ok(maps.into_iter().next()),
+        Survivors::Some(part) => {
+            let left = part.correspondence(job)?;
+            let is_cut = left.matched() as f64 > MOSTLY * part.vertices() as f64;
+            Ok(is_cut.then_some(left))
+        }
+    }
 }
 
 /// The map of each vertex to itself, if that is right.

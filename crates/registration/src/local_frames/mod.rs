@@ -44,8 +44,8 @@ pub struct FrameOptions {
     pub noise: f64,
 }
 
-/// A place where lengths became so many times larger, or smaller, than they did in the median is another shape.
-const BEARABLE_STRETCH: f64 = 2.0;
+/// A place where lengths became so many times larger, or smaller, than they did in the median is another shape. Bent by half a turn, what is as thick as long is 1 + π / 2 times as long on its outside.
+const BEARABLE_STRETCH: f64 = 2.5;
 
 /// Samples within the reach of a vertex, about.
 const SAMPLES: f64 = 80.0;

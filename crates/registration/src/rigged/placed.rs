@@ -4,7 +4,7 @@ use job::Job;
 use mesh::{Rig, Similarity};
 
 use super::{Unposed, UnposedSurface, unpose_any, unpose_surface};
-use crate::{Alignment, Placement, PreparedMesh, RegistrationError, match_surroundings};
+use crate::{Alignment, Placement, PreparedMesh, RegistrationError, match_cut};
 
 /// A suspect that was brought back into the original's pose.
 #[derive(Clone, Debug)]
@@ -17,9 +17,6 @@ pub enum UnposedSuspect {
 
 /// A suspect of which more of the surface lies on the original was not posed.
 const NOT_POSED: f64 = 0.99;
-
-/// A suspect that has vertices of its own, more than this share, was not cut alone.
-const MOSTLY: f64 = 0.6;
 
 /// Where joints leave more than this of the vertices that are left, in diagonals, these were not theirs.
 const UNDONE: f64 = 1e-3;
@@ -58,13 +55,11 @@ fn unpose_changed(
     job: &Job,
 ) -> Result<Option<UnposedSuspect>, RegistrationError> {
     let (reference, mesh) = (original.mesh(), suspect.mesh());
-    let left = match_surroundings(reference, mesh, job)?;
-    let in_use = mesh.used_vertices().into_iter().filter(|used| *used).count();
-    if left.matched() as f64 > MOSTLY * in_use as f64
-        && let Some(found) = unpose_any(reference, rig, mesh, &[left], job)?
-        && found.residual < UNDONE
-    {
-        return Ok(Some(UnposedSuspect::ByVertices(found)));
+    if let Some(left) = match_cut(reference, mesh, job)? {
+        // What the rig does not say of vertices it does not say of the surface between them.
+        let found = unpose_any(reference, rig, mesh, &[left], job)?;
+        let found = found.filter(|found| found.residual < UNDONE);
+        return Ok(found.map(UnposedSuspect::ByVertices));
     }
     let found = unpose_surface(original, rig, suspect, &seeds(alignment), job)?;
     Ok(found.map(UnposedSuspect::BySurface))

@@ -27,7 +27,7 @@ use job::Job;
 use mesh::{Rig, Similarity, near_part, undivided};
 use registration::{
     AlignOptions, Aligner, Alignment, Correspondence, MatchedBy, Placement, PreparedMesh, RegistrationStage,
-    UnposedSurface, UnposedSuspect, unpose_bent, unpose_placed,
+    UnposedSurface, UnposedSuspect, match_cut, unpose_bent, unpose_placed,
 };
 
 use super::{MarkError, MarkLayout, MarkStage};
@@ -278,7 +278,7 @@ impl Found {
         }
     }
 
-    /// The suspect brought back from whatever had bent or posed it, by its surface, to be read in the frames of each vertex' own surroundings. None where it [is not](Self::may_be_bent), or can't be laid there. No bits are looked at.
+    /// The suspect brought back from whatever had bent or posed it, to be read in the frames of each vertex' own surroundings: by the vertices that are left where these are most of its own, as after a cut, else by its surface. None where it [is not](Self::may_be_bent), or can't be laid there. No bits are looked at.
     ///
     /// # Errors
     /// As [`unposed`](Self::unposed).
@@ -288,6 +288,14 @@ impl Found {
         };
         if !self.may_be_bent() {
             return Ok(None);
+        }
+        if let Some(left) = match_cut(self.reference.mesh(), self.suspect.mesh(), job)? {
+            return Ok(Some(Self {
+                reference: self.reference.clone(),
+                suspect: self.suspect.clone(),
+                placement: Placement::ByVertices(vec![left]),
+                brought_back: BroughtBack::InFrames,
+            }));
         }
         let Some(found) = unpose_bent(&self.reference, &self.suspect, alignment, job)? else {
             return Ok(None);
