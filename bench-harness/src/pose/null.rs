@@ -87,7 +87,7 @@ fn asked_of(
     let method = ReadingMethod::joint(JointEstimator::new(layout).into());
     let found = signed.reader().find(suspect, &job())?;
     let unposed = found.unposed(rig, &job())?;
-    let bent = found.in_local_frames(layout);
+    let bent = found.in_local_frames(layout, &job())?;
     let unbent = found.unbent(&job())?;
     let lies = |found: &&Found| found.alignment().is_none_or(|alignment| alignment.aligned);
     let count = 2.0 + f64::from(u8::from(bent.is_some() || found.may_be_bent()));

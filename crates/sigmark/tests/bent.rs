@@ -172,7 +172,7 @@ fn what_nothing_bent_is_read_as_ever_and_counts_no_more() {
             .find(&suspect, &Job::default())
             .unwrap();
         let layout = layout(&original(), 512);
-        assert!(found.in_local_frames(&layout).is_none());
+        assert!(found.in_local_frames(&layout, &Job::default()).unwrap().is_none());
     }
     // Twice for two rules of reading, four times where something may have been bent.
     let plain = judged(mesh);
@@ -203,7 +203,14 @@ fn of_maps_between_sculpted_spheres_a_few_are_tried_and_the_right_one_is_among_t
     let (reader, layout) = (Reader::new(&original).unwrap(), layout(&original, 192));
     let found = reader.find(sculpted(1.0), &Job::default()).unwrap();
     assert!(found.poses() > 8, "{}", found.poses());
-    assert_eq!(found.in_local_frames(&layout).unwrap().poses(), 8);
+    assert_eq!(
+        found
+            .in_local_frames(&layout, &Job::default())
+            .unwrap()
+            .unwrap()
+            .poses(),
+        8
+    );
 }
 
 /// A mesh that is cut for so many bits.
@@ -228,7 +235,7 @@ fn are_found_by_chance_alone(layout: &Arc<MarkLayout>, suspects: &[TriMesh], ran
     let mut below = [0_u64; 3];
     for suspect in suspects {
         let found = reader.find(suspect, &Job::default()).unwrap();
-        let bent = found.in_local_frames(layout).unwrap();
+        let bent = found.in_local_frames(layout, &Job::default()).unwrap().unwrap();
         let readings = bent.readings(&method, &Job::default()).unwrap();
         for _ in 0..TRIALS {
             let bits = random_bits(random);

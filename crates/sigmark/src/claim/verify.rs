@@ -198,7 +198,7 @@ impl Verifier {
     fn verify_in_place(&self, suspect: &PreparedMesh, job: &Job) -> Result<Verdict, SigmarkError> {
         let has_parts = self.parts.len() > 1 || components(suspect.mesh()).count > 1;
         let found = self.reader.find(suspect, job)?;
-        let bent = found.in_local_frames(self.method.layout());
+        let bent = found.in_local_frames(self.method.layout(), job)?;
         // A cropped copy may stand among other things.
         let large = LargeParts::of(suspect.mesh());
         // Each is a way to the same bits, whether or not it is taken: any counts as often as there are.

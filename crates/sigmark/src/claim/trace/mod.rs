@@ -233,7 +233,7 @@ impl Tracer {
         let suspect = suspect.into();
         let has_parts = self.has_parts(suspect.mesh());
         let found = self.reader.find(&suspect, job)?;
-        let (bent, large) = (self.bent(&found), LargeParts::of(suspect.mesh()));
+        let (bent, large) = (self.bent(&found, job)?, LargeParts::of(suspect.mesh()));
         let is_bent = bent.is_some() || found.may_be_bent();
         let looks = self.looks(has_parts, is_bent, large.count());
         let trace = self.accuse(self.read_found(&found, looks, job)?, job)?;
@@ -289,7 +289,7 @@ impl Tracer {
         let has_parts = self.has_parts(suspect.mesh());
         let large = LargeParts::of(suspect.mesh()).count();
         let found = self.reader.find(suspect, job)?;
-        let looks = self.looks(has_parts, self.is_bent(&found), large);
+        let looks = self.looks(has_parts, self.is_bent(&found, job)?, large);
         self.read_found(&found, looks, job)
     }
 
@@ -310,13 +310,16 @@ impl Tracer {
     }
 
     /// A suspect in local frames, if something bent it.
-    fn bent(&self, found: &Found) -> Option<Found> {
-        found.in_local_frames(self.lots.first()?.method.layout())
+    fn bent(&self, found: &Found, job: &Job) -> Result<Option<Found>, SigmarkError> {
+        match self.lots.first() {
+            Some(lot) => Ok(found.in_local_frames(lot.method.layout(), job)?),
+            None => Ok(None),
+        }
     }
 
     /// Whether it is looked at in local frames, too, by its vertices or by its surface.
-    fn is_bent(&self, found: &Found) -> bool {
-        self.bent(found).is_some() || found.may_be_bent()
+    fn is_bent(&self, found: &Found, job: &Job) -> Result<bool, SigmarkError> {
+        Ok(self.bent(found, job)?.is_some() || found.may_be_bent())
     }
 
     /// How many ways there are to the same coefficients: as a whole, by its parts together, in local frames, by the rig of the copies, and by each of its large parts alone.
@@ -362,7 +365,7 @@ impl Tracer {
         let suspect = suspect.into();
         let found = self.reader.find(&suspect, job)?;
         let large = LargeParts::of(suspect.mesh()).count();
-        let looks = self.looks(true, self.is_bent(&found), large);
+        let looks = self.looks(true, self.is_bent(&found, job)?, large);
         self.parts_read(&suspect, looks, job)
     }
 

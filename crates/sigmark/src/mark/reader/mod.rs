@@ -252,20 +252,41 @@ impl Found {
     }
 
     /// The same suspect, to be read in the frames of each vertex' own surroundings: whatever bent, dragged or posed it; under the maps of its vertices that stretch it least. None where its vertices were not found again, or lie as if nothing had: which looks at no bits.
-    pub fn in_local_frames(&self, layout: &MarkLayout) -> Option<Self> {
-        let Placement::ByVertices(maps) = &self.placement else {
-            return None;
+    ///
+    /// Of a suspect that was cut, those that are left are taken where its surface lies on the reference all the same; where it doesn't, [`unbent`](Self::unbent) takes them.
+    ///
+    /// # Errors
+    /// [`MarkError::Job`].
+    pub fn in_local_frames(&self, layout: &MarkLayout, job: &Job) -> Result<Option<Self>, MarkError> {
+        let left;
+        let maps = match &self.placement {
+            Placement::ByVertices(maps) => maps,
+            Placement::BySurface(alignment) => {
+                let some = alignment.correspondence.as_ref();
+                let is_bent = some.is_some_and(|some| in_frames::is_bent(layout, &self.suspect, some));
+                if !is_bent || self.may_be_bent() {
+                    return Ok(None);
+                }
+                // Those that were found again are without what lies far off in any one pose.
+                left = match_cut(self.reference.mesh(), self.suspect.mesh(), job)?;
+                left.as_slice()
+            }
         };
-        if !in_frames::is_bent(layout, &self.suspect, maps.first()?) {
-            return None;
+        let is_bent = |map| in_frames::is_bent(layout, &self.suspect, map);
+        if !maps.first().is_some_and(is_bent) {
+            return Ok(None);
         }
         let maps = in_frames::least_stretching(self.reference.mesh(), self.suspect.mesh(), maps);
-        Some(Self {
+        Ok(Some(self.at_vertices_in_frames(maps)))
+    }
+
+    fn at_vertices_in_frames(&self, maps: Vec<Correspondence>) -> Self {
+        Self {
             reference: self.reference.clone(),
             suspect: self.suspect.clone(),
             placement: Placement::ByVertices(maps),
             brought_back: BroughtBack::InFrames,
-        })
+        }
     }
 
     /// Whether its surface lies so little on the reference that something may have bent it, or posed it: where most of it does, that is read as it is.
@@ -290,12 +311,7 @@ impl Found {
             return Ok(None);
         }
         if let Some(left) = match_cut(self.reference.mesh(), self.suspect.mesh(), job)? {
-            return Ok(Some(Self {
-                reference: self.reference.clone(),
-                suspect: self.suspect.clone(),
-                placement: Placement::ByVertices(vec![left]),
-                brought_back: BroughtBack::InFrames,
-            }));
+            return Ok(Some(self.at_vertices_in_frames(vec![left])));
         }
         let Some(found) = unpose_bent(&self.reference, &self.suspect, alignment, job)? else {
             return Ok(None);
