@@ -536,7 +536,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_turned_and_scaled_is_one_shape_and_what_was_pulled_to_three_times_the_length_is_not() {
+    fn what_was_turned_and_scaled_is_one_shape_and_what_was_pulled_to_four_times_the_length_is_not() {
         let mesh = body(3);
         let similarity = Similarity {
             scale: 5.0,
@@ -549,7 +549,7 @@ mod tests {
         let [most, least] = stretch([Vec3::X, Vec3::Y], after).unwrap();
         // Of the matrix (3 3; 0 ½) the singular values have this product and this sum of squares.
         assert!((most * least - 1.5).abs() < 1e-12 && (most * most + least * least - 18.25).abs() < 1e-12);
-        let half = |&[x, y, z]: &[f64; 3]| [if x > 0.0 { 3.0 * x } else { x }, y, z];
+        let half = |&[x, y, z]: &[f64; 3]| [if x > 0.0 { 4.0 * x } else { x }, y, z];
         let pulled = mesh
             .with_positions(mesh.positions().iter().map(half).collect())
             .unwrap();
