@@ -178,7 +178,7 @@ fn what_is_not_found_makes_an_honest_page() {
         .mesh()
         .positions()
         .iter()
-        .map(|&[x, y, z]| [x, 0.3 * y, z * (1.0 + 0.5 * x)])
+        .map(|&[x, y, z]| [x, 0.1 * y, z * (1.0 + 0.5 * x)])
         .collect();
     folder.write_mesh(
         "squeezed.ply",
