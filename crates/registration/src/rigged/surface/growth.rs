@@ -121,9 +121,7 @@ impl Fit<'_> {
         is_it: impl Fn(&Rigid) -> bool,
         job: &Job,
     ) -> Result<Option<Rigid>, JobError> {
-        let joints = vec![begun.motion; self.skeleton.joints()];
-        let mut pose = Rigid::of_joints(Blending::Linear, joints, begun.scale);
-        let order = self.place_all(&mut pose, begun.joint, job)?;
+        let (mut pose, order) = self.placed_by_either(begun, job)?;
         for _pass in 0..PASSES {
             pose = self.together(pose, &COARSE, job)?;
             if !is_it(&pose) {
@@ -145,6 +143,19 @@ impl Fit<'_> {
             }
         }
         Ok(best.map(|(_, pose)| pose))
+    }
+
+    /// All joints placed from one of them, by the blending by which more of the original lies on the suspect then: where joints turn far, what both make of the surface between them lies far apart.
+    fn placed_by_either(&self, begun: &Beginning, job: &Job) -> Result<(Rigid, Vec<Placed>), JobError> {
+        let [linear, dual] = BLENDINGS.map(|blending| {
+            let joints = vec![begun.motion; self.skeleton.joints()];
+            let mut pose = Rigid::of_joints(blending, joints, begun.scale);
+            let order = self.place_all(&mut pose, begun.joint, job)?;
+            Ok((pose, order))
+        });
+        let (linear, dual) = (linear?, dual?);
+        let is_linear = self.lies(&linear.0) >= self.lies(&dual.0);
+        Ok(if is_linear { linear } else { dual })
     }
 
     /// One joint after the other, that which lies best first, until nothing is linked to those that are placed; in the order in which they were.

@@ -69,10 +69,8 @@ const LEAST_LAID: f64 = 0.5;
 /// Where less of the original lies on the suspect, 0 to 1, once joints are placed, this is not its pose: of other models a third does, of the right one half and more.
 const LIES: f64 = 0.35;
 
-/// With so much of both on each other, no other of the given transforms is tried.
+/// With so much of both on each other, no other pose is looked for: with a joint that lies badly, nearly as much can lie on each other.
 const WHOLE: f64 = 0.98;
-/// With so much, parts are not aligned by themselves: that takes longer.
-const GOOD: f64 = 0.95;
 
 /// From so many of the given transforms, those at which a joint lies best, a pose is looked for.
 const SEEDS: usize = 2;
@@ -226,17 +224,17 @@ impl<'a> Laying<'a> {
         let mut best = None;
         let begun = seeds.iter().filter(|seed| !seed.mirrors());
         let begun = begun.filter_map(|seed| self.fit.beginning(seed, None));
-        self.better(&mut best, begun.collect(), (SEEDS, WHOLE), job)?;
+        self.better(&mut best, begun.collect(), SEEDS, job)?;
         Ok(best)
     }
 
-    /// A better pose, until one is good, from where parts of the original are found by themselves.
+    /// A better pose, until one is whole, from where parts of the original are found by themselves.
     fn by_parts(&self, best: &mut Option<Found>, job: &Job) -> Result<(), RegistrationError> {
         let skeleton = self.fit.skeleton;
         let mut begun = Vec::new();
         let aligner = Aligner::new(self.suspect, &AlignOptions::default())?;
         for joint in skeleton.largest(PARTS) {
-            if best.as_ref().is_some_and(|best| best.lies(GOOD)) {
+            if best.as_ref().is_some_and(|best| best.lies(WHOLE)) {
                 break;
             }
             let Some(part) = skeleton.part(self.original.mesh(), joint) else {
@@ -257,7 +255,7 @@ impl<'a> Laying<'a> {
                 );
             }
         }
-        self.better(best, begun, (PLACES, GOOD), job)
+        self.better(best, begun, PLACES, job)
     }
 
     fn unposed(&self, found: &Found, job: &Job) -> Result<UnposedSurface, RegistrationError> {
@@ -269,17 +267,17 @@ impl<'a> Laying<'a> {
         })
     }
 
-    /// Looks for a pose from so many beginnings, those of which most lies on the suspect first, until one is found by which so much of both lies on each other.
+    /// Looks for a pose from so many beginnings, those of which most lies on the suspect first, until one is found that is whole.
     fn better(
         &self,
         best: &mut Option<Found>,
         mut begun: Vec<Beginning>,
-        (most, enough): (usize, f64),
+        most: usize,
         job: &Job,
     ) -> Result<(), RegistrationError> {
         begun.sort_by(|a, b| b.score.total_cmp(&a.score));
         for begun in begun.iter().take(most) {
-            if best.as_ref().is_some_and(|best| best.lies(enough)) {
+            if best.as_ref().is_some_and(|best| best.lies(WHOLE)) {
                 break;
             }
             let is_it = |pose: &Rigid| self.fit.lies(pose) >= LIES;
@@ -533,6 +531,46 @@ mod tests {
             let [middle, most] = [0.5, 0.95].map(|share| off[(share * off.len() as f64) as usize]);
             assert!(middle < 2e-4 && most < 1e-3, "{angle}: {middle} {most}");
         }
+    }
+
+    /// Blended linearly, what lies between joints that turn so far would fall in.
+    #[test]
+    fn joints_that_turn_far_are_found_as_dual_quaternions_blend_them() {
+        let original = PreparedMesh::from(body(5));
+        let (rig, _) = posed(0.0, original.mesh());
+        let skeleton = Skeleton::of(&original, &rig).unwrap();
+        let mut joints = vec![Motion::of(Mat3::IDENTITY, Vec3::ZERO)];
+        for joint in 1..4 {
+            let link = skeleton
+                .links
+                .iter()
+                .find(|link| link.joints == [joint - 1, joint]);
+            joints.push(turned_about(
+                &joints[joint - 1],
+                link.unwrap().pivot,
+                Vec3([1.5, 0.0, 0.5]),
+            ));
+        }
+        let pose = Rigid::of_joints(Blending::DualQuaternions, joints, 7.0);
+        let place = |v: usize| {
+            let row = skeleton.row(original.mesh().point(v), rig.weights_of(v));
+            pose.moved(&row).into()
+        };
+        let places = (0..original.mesh().vertex_count()).map(place).collect();
+        let suspect = coarser(&original.mesh().with_positions(places).unwrap());
+        let suspect = PreparedMesh::from(suspect);
+        let seed = Similarity {
+            scale: skeleton.diagonal() / 7.0,
+            ..Similarity::IDENTITY
+        };
+        let found = unpose_surface(&original, &rig, &suspect, &[seed], &Job::default()).unwrap();
+        let found = found.unwrap();
+        assert!(
+            found.overlap.min(found.coverage) > 0.98,
+            "{} {}",
+            found.overlap,
+            found.coverage
+        );
     }
 
     #[test]
