@@ -548,7 +548,7 @@ mod tests {
             joints.push(turned_about(
                 &joints[joint - 1],
                 link.unwrap().pivot,
-                Vec3([1.5, 0.0, 0.5]),
+                Vec3([2.4, 0.0, 0.4]),
             ));
         }
         let pose = Rigid::of_joints(Blending::DualQuaternions, joints, 7.0);
