@@ -17,7 +17,7 @@ use clap::Args;
 use evaluation::{
     inputs::{is_chosen, mesh_files, name_of},
     python::Python,
-    sources,
+    sources::{self, digest},
 };
 use mesh_io::Asset;
 use serde::{Deserialize, Serialize};
@@ -82,7 +82,7 @@ impl PoseBench {
         for model in models::all().filter(|model| is_chosen(model.name, &self.only)) {
             let original = model.make(&self.file_of(&model)?, &blender, &attacks)?;
             let kept = format!("{}-{}-{}", model.name, self.every, self.trials);
-            let figures = || self.of_model(&model, &original, &blender, &attacks);
+            let figures = || self.of_model(&model, &original, &blender, &attacks, &finished);
             found.push(kept::figures(&finished, &kept, figures)?);
             if let Some(pose) = model.drawn {
                 page::picture(&model, &original, pose, &blender)?;
@@ -105,7 +105,15 @@ impl PoseBench {
         found.with_context(|| format!("{}: no file there begins with {}", folder.display(), model.file))
     }
 
-    fn of_model(&self, model: &Model, original: &Path, blender: &Blender, attacks: &Python) -> Result<Found> {
+    /// Signs a model, poses it, and reads each suspect that no earlier run has read.
+    fn of_model(
+        &self,
+        model: &Model,
+        original: &Path,
+        blender: &Blender,
+        attacks: &Python,
+        finished: &Path,
+    ) -> Result<Found> {
         let asset = Asset::open(original)?;
         let signed = Signed::new(&asset)?;
         let marked = blender.keep(model.name, original, &signed.file(&asset)?)?;
@@ -117,23 +125,10 @@ impl PoseBench {
         let posed = blender.pose(&marked, &poses)?;
         let mut rows = Vec::new();
         for (pose, file) in poses.into_iter().zip(posed) {
-            let suspect = pose.suspect(&signed, file.as_deref());
-            let suspect = suspect.and_then(|suspect| pose.attacked(suspect, attacks, model.name));
-            let read = suspect.and_then(|suspect| Ok((suspect.vertex_count(), signed.read(&suspect)?)));
-            let (vertices, read) = match read {
-                Ok((vertices, read)) => (vertices, Some(read)),
-                Err(error) => {
-                    eprintln!("{}: {pose}: {error:#}", model.name);
-                    (0, None)
-                }
-            };
-            let ours = read.as_ref().and_then(|read: &Vec<Read>| read.last());
-            println!(
-                "{}: {pose}: {}",
-                model.name,
-                ours.map_or("-".into(), ToString::to_string)
-            );
-            rows.push(Row { pose, vertices, read });
+            let kept = format!("{}-{}", model.name, digest(pose.key().as_bytes()));
+            let is_read = |row: &Row| row.read.is_some();
+            let read = || Ok(read(model, pose, file.as_deref(), &signed, attacks));
+            rows.push(kept::figures_if(finished, &kept, is_read, read)?);
         }
         let null = null::of(model, original, &signed, blender, self.trials)?;
         Ok(Found {
@@ -146,6 +141,24 @@ impl PoseBench {
             null,
         })
     }
+}
+
+/// Reads a suspect, and says what comes of it.
+fn read(model: &Model, pose: Pose, file: Option<&Path>, signed: &Signed, attacks: &Python) -> Row {
+    let suspect = pose.suspect(signed, file);
+    let suspect = suspect.and_then(|suspect| pose.attacked(suspect, attacks, model.name));
+    let read = suspect.and_then(|suspect| Ok((suspect.vertex_count(), signed.read(&suspect)?)));
+    let (vertices, read) = match read {
+        Ok((vertices, read)) => (vertices, Some(read)),
+        Err(error) => {
+            eprintln!("{}: {pose}: {error:#}", model.name);
+            (0, None)
+        }
+    };
+    let ours = read.as_ref().and_then(|read: &Vec<Read>| read.last());
+    let ours = ours.map_or("-".into(), ToString::to_string);
+    println!("{}: {pose}: {ours}", model.name);
+    Row { pose, vertices, read }
 }
 
 /// What has no part in the figures.
