@@ -15,7 +15,7 @@ use rand_chacha::{
 };
 use registration::MatchedBy;
 use sigmark::{
-    Curve, Embedder, Outcome, Signed, SigningKey, Verdict, Verifier,
+    Curve, Embedder, Outcome, PayloadKind, Signed, SigningKey, Verdict, Verifier,
     claim::{Mismatch, Tracer, statistics::p_of_chosen},
     mark::{ChipPlan, JointEstimator, MarkLayout, Original, Pool, Reader, ReadingMethod, Strength},
 };
@@ -159,6 +159,48 @@ fn order_unit_hand_and_rounding_make_no_difference_to_a_bent_copy() {
     is_verified_evidence("rounded", &rounded(&bent));
 }
 
+/// As game models have them: few vertices, each far from the others.
+fn low_poly() -> TriMesh {
+    shapes::bumpy_torus(26, 14, 3)
+}
+
+/// Three pulls, each by a tenth of the diagonal.
+fn pulled(mesh: &TriMesh) -> TriMesh {
+    let diagonal = mesh.bounding_box().diagonal();
+    let by = |way: [f64; 3]| Vec3(way) * (0.1 * diagonal / Vec3(way).norm());
+    let pulls = [
+        (0.0, by([0.2, 0.3, 1.0])),
+        (0.1, by([-1.0, 0.4, 0.5])),
+        (0.2, by([0.3, -1.0, 0.6])),
+    ];
+    pulls.into_iter().fold(mesh.clone(), |mesh, (at, by)| {
+        let at = (at * mesh.vertex_count() as f64) as usize;
+        dragged(&mesh, at, by, 0.25 * diagonal)
+    })
+}
+
+#[test]
+fn a_low_poly_copy_that_was_bent_or_pulled_is_found() {
+    let mesh = low_poly();
+    let signed = Embedder::new(&key())
+        .payload(Some(PayloadKind::Tag))
+        .embed(&mesh, &Job::default())
+        .unwrap();
+    let certificate = signed.certificate();
+    let verifier = Verifier::new(&mesh, certificate, certificate.public_key()).unwrap();
+    let copy = signed.mesh();
+    for (what, suspect) in [
+        ("twist by 90°", twisted(copy, PI / 2.0)),
+        ("bend by 90°", arched(copy, PI / 2.0)),
+        ("pulls", pulled(copy)),
+    ] {
+        let verdict = verifier.verify(&suspect, &Job::default()).unwrap();
+        let p = verdict.p_value;
+        assert!(verdict.outcome.is_found() && p < 1e-12, "{what}: {p}");
+        assert_eq!(verdict.matched_by, MatchedBy::LocalFrames, "{what}");
+    }
+}
+
 #[test]
 fn what_nothing_bent_is_read_as_ever_and_counts_no_more() {
     let mesh = signed().mesh();
@@ -273,6 +315,25 @@ fn bits_that_are_not_there_are_found_by_chance_alone_in_bent_suspects() {
         posed(&mesh, 0.4),
         caged(&strangers, 0.1, 3),
         twisted(&rounded(&strangers), PI / 2.0),
+    ];
+    are_found_by_chance_alone(&layout, &suspects, &mut random);
+}
+
+/// Which frames leave most of a mark is judged without looking at bits.
+#[test]
+fn bits_that_are_not_there_are_found_by_chance_alone_in_bent_low_poly_suspects() {
+    let mesh = low_poly();
+    let layout = Arc::new(layout(&mesh, BITS));
+    let mut random = ChaCha20Rng::from_seed([9; 32]);
+    let strangers = layout.write(&random_bits(&mut random), &Job::default()).unwrap();
+    let strangers = mesh
+        .with_positions(strangers.positions(layout.original()))
+        .unwrap();
+    let suspects = [
+        twisted(&mesh, PI / 2.0),
+        arched(&strangers, PI),
+        pulled(&mesh),
+        pulled(&strangers),
     ];
     are_found_by_chance_alone(&layout, &suspects, &mut random);
 }

@@ -7,7 +7,7 @@ use mesh::{TriMesh, Vec3};
 
 use super::{
     FrameOptions, LocalFrames, ROUNDS,
-    fit::{LEAST_WEIGHT, MONOMIALS, Neighbour, cholesky, monomials, solve, welsch},
+    fit::{LEAST_WEIGHT, Neighbour, QUADRATIC, cholesky, monomials, solve, welsch},
     windows::Windows,
 };
 
@@ -15,13 +15,13 @@ use super::{
 const SAMPLES: f64 = 160.0;
 
 /// Three components.
-const UNKNOWNS: usize = 3 * MONOMIALS;
+const UNKNOWNS: usize = 3 * QUADRATIC;
 
 /// How large an error is expected, beside the noise.
 const EXPECTED: f64 = 10.0;
 
 /// Fewer neighbours say too little.
-const FEWEST: usize = 2 * MONOMIALS;
+const FEWEST: usize = 2 * QUADRATIC;
 
 /// What is seen of a region.
 struct Lines<'a> {
@@ -58,6 +58,7 @@ pub(super) fn fit(region: &TriMesh, seen: &[Option<(Vec3, f64)>], options: &Fram
                 .map(|seen| seen.map_or(Vec3::ZERO, |(u, _)| u))
                 .collect(),
         ),
+        hand: 1.0,
     };
     for (vertex, seen) in (0..).zip(seen) {
         let fitted = seen.and_then(|(u, _)| Some((u, lines.at(vertex, windows.of(vertex))?)));
@@ -100,7 +101,7 @@ impl Lines<'_> {
             return None;
         }
         let factor = cholesky(&normal, |_| 1.0 / (EXPECTED * EXPECTED))?;
-        let mut unit = [0.0; MONOMIALS];
+        let mut unit = [0.0; QUADRATIC];
         unit[0] = 1.0;
         let shares_of = solve(&factor, outer(&unit, u));
         let mut off = own;
@@ -115,7 +116,7 @@ impl Lines<'_> {
 }
 
 /// The polynomial's columns: each monomial along each axis.
-fn outer(monomials: &[f64; MONOMIALS], u: Vec3) -> [f64; UNKNOWNS] {
+fn outer(monomials: &[f64; QUADRATIC], u: Vec3) -> [f64; UNKNOWNS] {
     std::array::from_fn(|i| monomials[i / 3] * u[i % 3])
 }
 
@@ -124,10 +125,12 @@ mod tests {
     use mesh::shapes;
 
     use super::*;
+    use crate::Degree;
 
     const OPTIONS: FrameOptions = FrameOptions {
         reach: 0.35,
         noise: 2e-3,
+        degree: Degree::Quadratic,
     };
 
     /// What is seen of a field along the normals of a mesh, and a little askew.

@@ -1,4 +1,4 @@
-//! A polynomial of degree 2 around one vertex.
+//! A polynomial around one vertex.
 
 use mesh::{TriMesh, Vec3};
 
@@ -23,10 +23,13 @@ pub(super) struct Fitted {
 }
 
 /// Monomials of degree 2 and less of three coordinates: 1, three, six.
-pub(super) const MONOMIALS: usize = 10;
+pub(super) const QUADRATIC: usize = 10;
+
+/// Those of degree 3 and less: ten more.
+pub(super) const CUBIC: usize = 20;
 
 /// So many times as many neighbours as unknowns, or the fit says nothing.
-const FEWEST: usize = 2 * MONOMIALS;
+const FEWEST: usize = 2;
 
 /// Monomials that a surface has no extent for: this much of what neighbours count holds their coefficients to zero.
 const RIDGE: f64 = 1e-9;
@@ -37,13 +40,11 @@ const STRAIN: f64 = 0.3;
 /// Vertices that count less are left out.
 pub(super) const LEAST_WEIGHT: f64 = 0.01;
 
-pub(super) type Monomials = [f64; MONOMIALS];
-
 /// A vertex around another: its number, how much it counts, and where it lies from there, in the region by reaches and in the suspect.
-type Around = (u32, f64, Vec3, Vec3);
+pub(super) type Around = (u32, f64, Vec3, Vec3);
 
-/// What fits of one region have in common.
-pub(super) struct Fitting<'a> {
+/// What fits of one region have in common, of polynomials with N monomials.
+pub(super) struct Fitting<'a, const N: usize> {
     region: &'a TriMesh,
     places: &'a [Vec3],
     reach: f64,
@@ -52,10 +53,10 @@ pub(super) struct Fitting<'a> {
     /// How well each vertex fits its own surroundings, from 0 to 1.
     weights: Vec<f64>,
     /// −1 where the suspect is a mirrored copy.
-    hand: f64,
+    pub(super) hand: f64,
 }
 
-impl<'a> Fitting<'a> {
+impl<'a, const N: usize> Fitting<'a, N> {
     pub(super) fn new(region: &'a TriMesh, places: &'a [Vec3], options: &FrameOptions) -> Self {
         Self {
             region,
@@ -90,18 +91,18 @@ impl<'a> Fitting<'a> {
     /// The fit around a vertex.
     pub(super) fn at(&self, vertex: u32, around: &[Neighbour]) -> Option<Fitted> {
         let around = self.gathered(vertex, around);
-        if around.len() < FEWEST {
+        if around.len() < FEWEST * N {
             return None;
         }
         let total: f64 = around.iter().map(|a| a.1).sum();
-        let motion = self.similarity(&around, total);
+        let motion = similarity(&around, total, self.hand);
         // The normal equations, and what they say of y less the similarity.
-        let mut normal = [[0.0; MONOMIALS]; MONOMIALS];
-        let mut right = [Vec3::ZERO; MONOMIALS];
-        let rows: Vec<Monomials> = around.iter().map(|&(_, _, x, _)| monomials(x)).collect();
+        let mut normal = [[0.0; N]; N];
+        let mut right = [Vec3::ZERO; N];
+        let rows: Vec<[f64; N]> = around.iter().map(|&(_, _, x, _)| monomials(x)).collect();
         for (row, &(_, weight, x, y)) in rows.iter().zip(&around) {
             let rest = y - motion * x;
-            for i in 0..MONOMIALS {
+            for i in 0..N {
                 let weighed = weight * row[i];
                 right[i] += rest * weighed;
                 for j in 0..=i {
@@ -110,7 +111,7 @@ impl<'a> Fitting<'a> {
             }
         }
         let share_of = cholesky(&normal, constants_free(RIDGE * total))?;
-        let mut unit = [0.0; MONOMIALS];
+        let mut unit = [0.0; N];
         unit[0] = 1.0;
         let shares_of = solve(&share_of, unit);
         let mut off = Vec3::ZERO;
@@ -146,20 +147,20 @@ impl<'a> Fitting<'a> {
         };
         around.iter().filter(known).map(place).collect()
     }
+}
 
-    /// The best similarity of what lies around (Umeyama 1991), without its translation.
-    fn similarity(&self, around: &[Around], total: f64) -> Mat3 {
-        let (covariance, spread) = covariance(around, total);
-        let svd = svd(&covariance);
-        let (Mat3(left), Mat3(right)) = (svd.left, svd.right);
-        let sign = (svd.left.determinant() * svd.right.determinant() * self.hand).signum();
-        let scale = (svd.values[0] + svd.values[1] + sign * svd.values[2]) / spread.max(f64::MIN_POSITIVE);
-        let mut motion = Mat3::ZERO;
-        for (i, sign) in [1.0, 1.0, sign].into_iter().enumerate() {
-            motion += Mat3::outer(left[i] * (scale * sign), right[i]);
-        }
-        motion
+/// The best similarity of what lies around (Umeyama 1991), without its translation; of the hand that is given.
+pub(super) fn similarity(around: &[Around], total: f64, hand: f64) -> Mat3 {
+    let (covariance, spread) = covariance(around, total);
+    let svd = svd(&covariance);
+    let (Mat3(left), Mat3(right)) = (svd.left, svd.right);
+    let sign = (svd.left.determinant() * svd.right.determinant() * hand).signum();
+    let scale = (svd.values[0] + svd.values[1] + sign * svd.values[2]) / spread.max(f64::MIN_POSITIVE);
+    let mut motion = Mat3::ZERO;
+    for (i, sign) in [1.0, 1.0, sign].into_iter().enumerate() {
+        motion += Mat3::outer(left[i] * (scale * sign), right[i]);
     }
+    motion
 }
 
 /// Weighs samples by how far they are off (Welsch's weights, in twice the median).
@@ -195,8 +196,33 @@ fn covariance(around: &[Around], total: f64) -> (Mat3, f64) {
     (covariance, spread)
 }
 
-pub(super) fn monomials(Vec3([x, y, z]): Vec3) -> Monomials {
-    [1.0, x, y, z, x * x, y * y, z * z, x * y, y * z, z * x]
+/// The first N of the monomials of degree 3 and less, the lower degrees first.
+pub(super) fn monomials<const N: usize>(Vec3([x, y, z]): Vec3) -> [f64; N] {
+    const { assert!(N <= CUBIC) };
+    let [xx, yy, zz] = [x * x, y * y, z * z];
+    let all = [
+        1.0,
+        x,
+        y,
+        z,
+        xx,
+        yy,
+        zz,
+        x * y,
+        y * z,
+        z * x,
+        xx * x,
+        yy * y,
+        zz * z,
+        xx * y,
+        yy * z,
+        zz * x,
+        x * yy,
+        y * zz,
+        z * xx,
+        x * y * z,
+    ];
+    std::array::from_fn(|i| all[i])
 }
 
 /// So much for all unknowns but the first: constants are reproduced whatever holds the rest.

@@ -1,23 +1,24 @@
 //! A deformation that is smooth wherever one looks closely enough, undone in local frames.
 //!
 //! A region of a suspect whose vertices were found again is y = φ(x + δ) + noise: φ bent, twisted, posed or dragged it, and δ is what the suspect has beside the original. Nothing is known of φ but that around most vertices it is nearly
-//! a polynomial of degree 2. So around each vertex i such a polynomial is fitted to the vertices within the reach (`windows.rs`), by least squares whose weights fall with the distance and with how badly a vertex fits its own surroundings (`fit.rs`; Cleveland 1979). Its value at the vertex is Σⱼ sᵢⱼ yⱼ, linear in the places
+//! a polynomial of degree 2 or 3. So around each vertex i such a polynomial is fitted to the vertices within the reach (`windows.rs`), by least squares whose weights fall with the distance and with how badly a vertex fits its own surroundings (`fit.rs`; Cleveland 1979). Its value at the vertex is Σⱼ sᵢⱼ yⱼ, linear in the places
 //! around, and its gradient Jᵢ says how the suspect is turned and stretched there. So
 //!
 //! Jᵢ⁻¹ (yᵢ − Σⱼ sᵢⱼ yⱼ) = δᵢ − Σⱼ sᵢⱼ δⱼ,
 //!
-//! up to the third derivatives of φ: whatever was smooth is gone, of both. The fit takes the smooth part of δ with it, but what it leaves of any δ is known: [`LocalFrames::left_of`]. Whoever estimates δ compares what is seen with that, and nothing is lost but what can't be told from a pose.
+//! up to the derivatives of φ of the next degree: whatever was smooth is gone, of both. The fit takes the smooth part of δ with it, but what it leaves of any δ is known: [`LocalFrames::left_of`]. Whoever estimates δ compares what is seen with that, and nothing is lost but what can't be told from a pose.
 //!
 //! Blind to what a mark says: only places are looked at.
 
 mod along;
 mod fit;
+mod rigid;
 mod windows;
 
 use mesh::{TriMesh, Vec3};
 
 use crate::matrix::{Mat3, Svd, svd};
-use fit::{Fitting, Neighbour};
+use fit::{CUBIC, Fitting, Neighbour, QUADRATIC};
 use windows::Windows;
 
 /// A region of a suspect as its own surroundings see it; per vertex of the region.
@@ -33,6 +34,8 @@ pub struct LocalFrames {
     ends: Vec<usize>,
     /// The vector u of each vertex where only u·δ is seen; none where all of δ is.
     along: Option<Vec<Vec3>>,
+    /// −1 where the suspect is a mirrored copy.
+    hand: f64,
 }
 
 /// How the frames are made.
@@ -42,13 +45,24 @@ pub struct FrameOptions {
     pub reach: f64,
     /// About how far vertices lie beside a smooth deformation, in the region's unit: what gradients can't be told from.
     pub noise: f64,
+    /// Of the polynomials. Those of surfaces that are seen along one direction only are quadratic.
+    pub degree: Degree,
+}
+
+/// The degree of the polynomial around each vertex.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Degree {
+    /// 2.
+    Quadratic,
+    /// 3, which follows a bend further, and takes more vertices to tell.
+    Cubic,
 }
 
 /// A place where lengths became so many times larger, or smaller, than they did in the median is another shape. Bent by half a turn, what is as thick as long is 1 + π / 2 times as long on its outside.
 const BEARABLE_STRETCH: f64 = 2.5;
 
-/// Samples within the reach of a vertex, about.
-const SAMPLES: f64 = 80.0;
+/// Samples within the reach of a vertex, about, to a monomial.
+const SAMPLES: f64 = 8.0;
 
 /// Rounds of robust weights.
 const ROUNDS: usize = 3;
@@ -63,10 +77,22 @@ impl LocalFrames {
     /// When there isn't one place a vertex.
     pub fn fit(region: &TriMesh, seen: &[Option<[f64; 3]>], options: &FrameOptions) -> Self {
         assert_eq!(region.vertex_count(), seen.len(), "one place a vertex");
+        match options.degree {
+            Degree::Quadratic => Self::by_polynomials::<QUADRATIC>(region, seen, options),
+            Degree::Cubic => Self::by_polynomials::<CUBIC>(region, seen, options),
+        }
+    }
+
+    /// Those of polynomials with N monomials.
+    fn by_polynomials<const N: usize>(
+        region: &TriMesh,
+        seen: &[Option<[f64; 3]>],
+        options: &FrameOptions,
+    ) -> Self {
         let is_seen: Vec<bool> = seen.iter().map(Option::is_some).collect();
-        let windows = Windows::around(region, &is_seen, options.reach, SAMPLES);
+        let windows = Windows::around(region, &is_seen, options.reach, SAMPLES * N as f64);
         let places: Vec<Vec3> = seen.iter().map(|p| Vec3(p.unwrap_or_default())).collect();
-        let mut fitting = Fitting::new(region, &places, options);
+        let mut fitting = Fitting::<N>::new(region, &places, options);
         let samples: Vec<u32> = windows.samples().to_vec();
         fitting.tell_hand(samples.iter().map(|&sample| (sample, windows.of(sample))));
         for _ in 0..ROUNDS {
@@ -80,6 +106,7 @@ impl LocalFrames {
             shares: Vec::new(),
             ends: Vec::with_capacity(seen.len()),
             along: None,
+            hand: fitting.hand,
         };
         let mut gradients = Vec::with_capacity(seen.len());
         for (vertex, is_seen) in is_seen.iter().enumerate() {
@@ -117,6 +144,41 @@ impl LocalFrames {
             });
         }
         frames
+    }
+
+    /// Those of the parts that were moved as a whole: nothing is smoothed there, so that all of δ is left. Elsewhere nothing is seen, but [stretches](Self::stretch) stay known. None where there is no such part, or only one direction is seen.
+    ///
+    /// # Panics
+    /// When there isn't one place a vertex, or the frames are of another region.
+    pub fn of_rigid_parts(
+        &self,
+        region: &TriMesh,
+        seen: &[Option<[f64; 3]>],
+        options: &FrameOptions,
+    ) -> Option<Self> {
+        let count = region.vertex_count();
+        assert_eq!([seen.len(), self.ends.len()], [count; 2], "one place a vertex");
+        if self.along.is_some() {
+            return None;
+        }
+        let parts = rigid::parts(region, seen, options.noise, self.hand);
+        let mut beside = vec![None; count];
+        for &(v, value) in parts.iter().flat_map(|part| &part.beside) {
+            beside[v] = Some(value);
+        }
+        let mut frames = Self {
+            shares: Vec::new(),
+            ends: Vec::with_capacity(count),
+            stretch: self.stretch.clone(),
+            along: None,
+            hand: self.hand,
+            beside,
+        };
+        for (vertex, beside) in (0..).zip(&frames.beside) {
+            frames.shares.extend(beside.map(|_| (vertex, 0.0)));
+            frames.ends.push(frames.shares.len());
+        }
+        (!parts.is_empty()).then_some(frames)
     }
 
     /// Those of a region of which only u·δ is seen at each vertex, and the region was brought back nearly to where it was: the rest of the way, which is smooth, is taken out as a polynomial of degree 2 around each vertex that such observations tell.
@@ -201,6 +263,7 @@ mod tests {
     const OPTIONS: FrameOptions = FrameOptions {
         reach: 0.35,
         noise: 2e-3,
+        degree: Degree::Quadratic,
     };
 
     fn placed(mesh: &TriMesh, to: impl Fn(Vec3) -> Vec3) -> Vec<Option<[f64; 3]>> {
@@ -222,20 +285,84 @@ mod tests {
         p.map(|x| 2e-3 * (40.0 * x).sin())
     }
 
+    fn most_beside(frames: &LocalFrames) -> f64 {
+        let beside = frames.beside().iter().flatten();
+        beside.map(|d| d.norm()).fold(0.0, f64::max)
+    }
+
     #[test]
     fn nothing_is_left_of_a_polynomial_of_degree_2() {
         let mesh = shapes::bumpy_torus(80, 50, 1);
         let frames = LocalFrames::fit(&mesh, &placed(&mesh, quadratic), &OPTIONS);
-        let left = frames
-            .beside()
-            .iter()
-            .flatten()
-            .map(|d| d.norm())
-            .fold(0.0, f64::max);
+        let left = most_beside(&frames);
         assert!(left < 1e-5, "{left}");
         assert!(frames.beside().iter().all(Option::is_some));
         let constant = frames.left_of(&vec![5.0; mesh.vertex_count()]);
         assert!(constant.iter().all(|left| left.abs() < 1e-4));
+    }
+
+    #[test]
+    fn nothing_is_left_of_a_polynomial_of_degree_3_by_cubics() {
+        let mesh = shapes::bumpy_torus(80, 50, 1);
+        let cubic = |p: Vec3| {
+            let Vec3([x, y, z]) = p;
+            quadratic(p) + Vec3([0.1 * x * x * y, 0.05 * z * z * z, 0.1 * x * y * z])
+        };
+        let left = [Degree::Quadratic, Degree::Cubic].map(|degree| {
+            let options = FrameOptions { degree, ..OPTIONS };
+            most_beside(&LocalFrames::fit(&mesh, &placed(&mesh, cubic), &options))
+        });
+        assert!(left[0] > 2e-4 && left[1] < 3e-5, "{left:?}");
+    }
+
+    #[test]
+    fn parts_that_were_moved_as_a_whole_are_seen_whole() {
+        let mesh = shapes::bumpy_torus(80, 50, 1);
+        let options = FrameOptions {
+            noise: 3e-3,
+            ..OPTIONS
+        };
+        let turned_by = |p: Vec3, angle: f64| {
+            let (sin, cos) = angle.sin_cos();
+            let Vec3([x, y, z]) = p + ripple(p);
+            Vec3([x, cos * y - sin * z, sin * y + cos * z]) * 7.0
+        };
+        // One half stays, the other is turned, by a joint between.
+        let jointed = |p: Vec3| {
+            let t = ((p[0] + 0.3) / 0.6).clamp(0.0, 1.0);
+            turned_by(p, t * t * (3.0 - 2.0 * t))
+        };
+        for hand in [1.0, -1.0] {
+            let places = placed(&mesh, |p| {
+                let Vec3([x, y, z]) = jointed(p);
+                Vec3([hand * x, y, z])
+            });
+            let frames = LocalFrames::fit(&mesh, &places, &options);
+            let whole = frames.of_rigid_parts(&mesh, &places, &options).unwrap();
+            assert_eq!(whole.stretch(), frames.stretch());
+            let (mut seen, mut there) = ([0, 0], [0, 0]);
+            for (v, beside) in whole.beside().iter().enumerate() {
+                let p = mesh.point(v);
+                if p[0].abs() > 0.3 {
+                    there[usize::from(p[0] > 0.0)] += 1;
+                    seen[usize::from(p[0] > 0.0)] += usize::from(beside.is_some());
+                }
+                if let Some(beside) = beside {
+                    assert!((*beside - ripple(p)).norm() < 3e-3, "{v}: {beside:?}");
+                }
+            }
+            assert!(
+                (0..2).all(|side| 10 * seen[side] > 8 * there[side]),
+                "{seen:?} of {there:?}"
+            );
+            let ones = whole.left_of(&vec![1.0; mesh.vertex_count()]);
+            for (left, beside) in ones.iter().zip(whole.beside()) {
+                assert_eq!(*left, if beside.is_some() { 1.0 } else { 0.0 });
+            }
+        }
+        let twisted = placed(&mesh, |p| turned_by(p, p[0]));
+        let frames = LocalFrames::fit(&mesh, &twisted, &options);
+        assert!(frames.of_rigid_parts(&mesh, &twisted, &options).is_none());
     }
 
     #[test]

@@ -59,7 +59,7 @@ impl Windows {
 }
 
 /// So many vertices of those that are seen, each as far from those before it as any: all of them, where they aren't more.
-fn spread(region: &TriMesh, is_seen: &[bool], wanted: usize) -> Vec<u32> {
+pub(super) fn spread(region: &TriMesh, is_seen: &[bool], wanted: usize) -> Vec<u32> {
     let seen: Vec<u32> = (0..)
         .zip(is_seen)
         .filter_map(|(v, &seen)| seen.then_some(v))

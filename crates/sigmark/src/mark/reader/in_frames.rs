@@ -2,7 +2,7 @@
 
 use job::Job;
 use mesh::{TriMesh, Vec3};
-use registration::{Correspondence, FrameOptions, LocalFrames, PreparedMesh, bearable};
+use registration::{Correspondence, Degree, FrameOptions, LocalFrames, PreparedMesh, bearable};
 
 use super::{Reading, ReadingMethod};
 use crate::mark::{MarkError, MarkLayout, Patch, PatchBasis, Registered};
@@ -13,6 +13,8 @@ pub(super) struct InFrames {
     frames: Vec<Option<LocalFrames>>,
     /// The suspect as the frames leave it: each vertex of the original, and what it has beside it there.
     registered: Registered,
+    /// The same for all vertices of which enough was seen to say whether they are the same shape, whether or not they are read.
+    shape: Registered,
     /// Whether each vertex was stretched by little enough to be the same shape in another pose, #V; none where too little was seen around it.
     bearable: Vec<Option<bool>>,
 }
@@ -20,14 +22,23 @@ pub(super) struct InFrames {
 /// How far surroundings go, in wavelengths of a patch's highest harmonic: what varies over much more is taken for the pose.
 const REACH: f64 = 1.0;
 
+/// And where that leaves too little of a mark, because few vertices lie so near to each other, or a bend is sharp. There cubics are fitted, which follow a bend farther.
+const OTHER_REACHES: [f64; 3] = [1.5, 2.0, 3.0];
+
+/// What is taken for noise whatever is seen, as a share of the squares of a mark.
+const LEAST_NOISE: f64 = 0.1;
+
+/// Squares of a mark to those of noise, beyond which nothing else is tried.
+const ENOUGH: f64 = 1.0;
+
 /// Of the maps that no similarity tells apart so many are tried: each takes as long as one.
 const MOST_MAPS: usize = 8;
 
 /// What is left by a similarity has to be so many times as large as a mark, or nothing was bent.
 const MORE_THAN_A_MARK: f64 = 3.0;
 
-/// And so many times as large as what it varies by from a vertex to its neighbours, or it is noise.
-const SMOOTHER_THAN_NOISE: f64 = 4.0;
+/// And so many times as large as what it varies by from a vertex to its neighbours, or it is noise, of which that is larger than itself. Of low-poly models that were bent it is twice or thrice as large.
+const SMOOTHER_THAN_NOISE: f64 = 1.5;
 
 /// Whether a suspect lies beside its original, in the best pose, as if it was bent: by more than a mark, and nearly as its neighbours do. No bits are looked at.
 pub(super) fn is_bent(layout: &MarkLayout, suspect: &PreparedMesh, map: &Correspondence) -> bool {
@@ -58,6 +69,11 @@ pub(super) fn is_bent(layout: &MarkLayout, suspect: &PreparedMesh, map: &Corresp
     let off = middle(off);
     let mark = layout.distortion_rms() * original.bounding_box().diagonal();
     off > MORE_THAN_A_MARK * mark && off > SMOOTHER_THAN_NOISE * middle(varying)
+}
+
+/// A bit that follows no pattern.
+fn any_bit(t: u64) -> bool {
+    (t + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15).count_ones() % 2 == 1
 }
 
 /// The maps that stretch edges least, but for one scale, the least first. What was posed keeps lengths nearly; where triangles repeat, as those of a sphere that somebody sculpted, another map than the right one lays them on others. No
@@ -101,6 +117,108 @@ fn stretching(original: &TriMesh, suspect: &TriMesh, map: &Correspondence) -> f6
     sum / quotients.len() as f64
 }
 
+/// A patch of a suspect whose vertices were found again.
+struct SeenPatch<'a> {
+    region: &'a TriMesh,
+    places: Vec<Option<[f64; 3]>>,
+    /// A mark as it may be there.
+    a_mark: Vec<Vec3>,
+    wavelength: f64,
+    /// How large marks are, in the unit of positions.
+    noise: f64,
+}
+
+/// A patch in frames of its own.
+struct PatchInFrames {
+    frames: LocalFrames,
+    /// What each vertex has beside its surroundings, and how far these are stretched, whether or not it is read.
+    beside: Vec<Option<Vec3>>,
+    stretch: Vec<[f64; 2]>,
+}
+
+impl SeenPatch<'_> {
+    fn options(&self, reach: f64, degree: Degree) -> FrameOptions {
+        FrameOptions {
+            reach: reach * self.wavelength,
+            noise: self.noise,
+            degree,
+        }
+    }
+
+    /// In the frames that leave most of a mark beside what else they leave.
+    fn in_best_frames(&self) -> PatchInFrames {
+        let usual = self.options(REACH, Degree::Quadratic);
+        let first = LocalFrames::fit(self.region, &self.places, &usual);
+        let (mut beside, mut stretch) = (first.beside().to_vec(), first.stretch().to_vec());
+        let mut best = Judged::new(first, &self.a_mark);
+        if best.told < ENOUGH {
+            let rigid = best.frames.of_rigid_parts(self.region, &self.places, &usual);
+            for reach in OTHER_REACHES {
+                let options = self.options(reach, Degree::Cubic);
+                let frames = LocalFrames::fit(self.region, &self.places, &options);
+                // Where too few vertices were near to say anything, more may.
+                for (v, wider) in frames.stretch().iter().enumerate() {
+                    if stretch[v][0] == 0.0 {
+                        (beside[v], stretch[v]) = (frames.beside()[v], *wider);
+                    }
+                }
+                best = best.or(Judged::new(frames, &self.a_mark));
+            }
+            if let Some(rigid) = rigid {
+                best = best.or(Judged::new(rigid, &self.a_mark));
+            }
+        }
+        PatchInFrames {
+            frames: best.frames,
+            beside,
+            stretch,
+        }
+    }
+}
+
+/// Frames, and what they tell: the squares of what they leave of a mark to those of what else they leave, by the medians over the vertices, times the share of these. That looks at no bits: it asks how large a mark would be, not whether it is
+/// there.
+struct Judged {
+    frames: LocalFrames,
+    told: f64,
+}
+
+impl Judged {
+    fn new(frames: LocalFrames, a_mark: &[Vec3]) -> Self {
+        let left = frames.left_of(a_mark);
+        let seen: Vec<(Vec3, Vec3)> = frames
+            .beside()
+            .iter()
+            .zip(left)
+            .filter_map(|(beside, left)| Some(((*beside)?, left)))
+            .collect();
+        let of_mark = median(seen.iter().map(|(_, left)| left.squared()));
+        let of_all = median(seen.iter().map(|(beside, _)| beside.squared()));
+        let whole = median(a_mark.iter().map(|mark| mark.squared()));
+        let noise = (of_all - of_mark).max(0.0) + LEAST_NOISE * whole;
+        let share = seen.len() as f64 / a_mark.len().max(1) as f64;
+        Self {
+            frames,
+            told: share * of_mark / noise.max(f64::MIN_POSITIVE),
+        }
+    }
+
+    /// Whichever tells more.
+    fn or(self, other: Self) -> Self {
+        if other.told > self.told { other } else { self }
+    }
+}
+
+/// The middle one; 0 of none.
+fn median(values: impl Iterator<Item = f64>) -> f64 {
+    let mut values: Vec<f64> = values.collect();
+    if values.is_empty() {
+        return 0.0;
+    }
+    let middle = values.len() / 2;
+    *values.select_nth_unstable_by(middle, f64::total_cmp).1
+}
+
 impl InFrames {
     /// A suspect under a map of its vertices.
     pub(super) fn of(
@@ -116,44 +234,61 @@ impl InFrames {
     pub(super) fn seen(layout: &MarkLayout, registered: Registered, job: &Job) -> Result<Self, MarkError> {
         let original = layout.original();
         let seen = &registered.positions;
-        let fit = |index: usize, patch: &Patch, _: &PatchBasis| {
+        let bits: Vec<bool> = (0..layout.bits() as u64).map(any_bit).collect();
+        let fit = |index: usize, patch: &Patch, basis: &PatchBasis| {
             let functions = original.functions()[index].max(1) as f64;
-            let wavelength = (std::f64::consts::PI * patch.mesh().area() / functions).sqrt();
-            let options = FrameOptions {
-                reach: REACH * wavelength,
+            let a_mark = basis.inverse_transform(&layout.modulation(index, &bits));
+            let seen = SeenPatch {
+                region: patch.mesh(),
+                places: patch.gather(seen),
+                a_mark: a_mark.into_iter().map(Vec3).collect(),
+                wavelength: (std::f64::consts::PI * patch.mesh().area() / functions).sqrt(),
                 noise: layout.distortion_rms() * original.mesh().bounding_box().diagonal(),
             };
-            let own = patch.gather(seen);
             let along = patch.gather(&registered.along);
             if along.iter().all(Option::is_none) {
-                return (index, LocalFrames::fit(patch.mesh(), &own, &options));
+                return (index, seen.in_best_frames());
             }
             let line = |v: usize| {
                 let u = Vec3(along[v]?);
-                Some((u, u.dot(Vec3(own[v]?) - patch.mesh().point(v))))
+                Some((u, u.dot(Vec3(seen.places[v]?) - patch.mesh().point(v))))
             };
-            let lines: Vec<Option<(Vec3, f64)>> = (0..own.len()).map(line).collect();
-            (index, LocalFrames::fit_along(patch.mesh(), &lines, &options))
+            let lines: Vec<Option<(Vec3, f64)>> = (0..along.len()).map(line).collect();
+            let options = seen.options(REACH, Degree::Quadratic);
+            let frames = LocalFrames::fit_along(patch.mesh(), &lines, &options);
+            let (beside, stretch) = (frames.beside().to_vec(), frames.stretch().to_vec());
+            let fitted = PatchInFrames {
+                frames,
+                beside,
+                stretch,
+            };
+            (index, fitted)
         };
-        let mut frames: Vec<Option<LocalFrames>> = vec![None; original.patches().len()];
-        for (index, fitted) in layout.map_seen(seen, fit, job)? {
-            frames[index] = Some(fitted);
+        let mut fitted: Vec<Option<PatchInFrames>> = Vec::new();
+        fitted.resize_with(original.patches().len(), || None);
+        for (index, patch) in layout.map_seen(seen, fit, job)? {
+            fitted[index] = Some(patch);
         }
-        let mut positions = vec![None; original.mesh().vertex_count()];
-        let mut stretch = vec![[0.0; 2]; positions.len()];
-        for (patch, frames) in original.patches().iter().zip(&frames) {
-            let Some(frames) = frames else { continue };
-            for ((&v, beside), &stretched) in
-                patch.vertices().iter().zip(frames.beside()).zip(frames.stretch())
-            {
-                let place = |beside: Vec3| (original.mesh().point(v as usize) + beside).into();
-                positions[v as usize] = beside.map(place);
-                stretch[v as usize] = stretched;
+        let count = original.mesh().vertex_count();
+        let (mut positions, mut of_shape) = (vec![None; count], vec![None; count]);
+        let mut stretch = vec![[0.0; 2]; count];
+        for (patch, fitted) in original.patches().iter().zip(&fitted) {
+            let Some(fitted) = fitted else { continue };
+            for (i, &v) in patch.vertices().iter().enumerate() {
+                let v = v as usize;
+                let place = |beside: Vec3| (original.mesh().point(v) + beside).into();
+                positions[v] = fitted.frames.beside()[i].map(place);
+                of_shape[v] = fitted.beside[i].map(place);
+                stretch[v] = fitted.stretch[i];
             }
         }
         Ok(Self {
-            frames,
+            frames: fitted.into_iter().map(|patch| Some(patch?.frames)).collect(),
             bearable: bearable(&stretch),
+            shape: Registered {
+                positions: of_shape,
+                ..registered.clone()
+            },
             registered: Registered {
                 positions,
                 ..registered
@@ -166,12 +301,7 @@ impl InFrames {
         let estimate = method
             .estimator()
             .estimate_in_frames(&self.registered, &self.frames, job)?;
-        let reading = Reading::of(
-            method.layout(),
-            &self.registered,
-            estimate.misalignment,
-            &estimate,
-        );
+        let reading = Reading::of(method.layout(), &self.shape, estimate.misalignment, &estimate);
         Ok(reading.where_it_is_one_shape(&self.bearable))
     }
 }
