@@ -338,6 +338,21 @@ fn bits_that_are_not_there_are_found_by_chance_alone_in_bent_low_poly_suspects()
     are_found_by_chance_alone(&layout, &suspects, &mut random);
 }
 
+/// The forger's chair. Parts that were moved as a whole are read alone, but not asked alone whether it is the same shape: half of the original in a thing that is another elsewhere.
+#[test]
+fn half_of_the_original_in_another_shape_is_not_found() {
+    let mesh = signed().mesh();
+    let length = mesh.bounding_box().size()[0];
+    let other = deformed(mesh, |Vec3([x, y, z])| {
+        let t = (0.5 + 4.0 * x / length).clamp(0.0, 1.0);
+        let flat = 1.0 - 0.9 * t * t * (3.0 - 2.0 * t);
+        Vec3([x, flat * y, flat * z + 0.3 * (3.0 * x).sin() * t])
+    });
+    let verdict = judged(&other);
+    assert!(!verdict.outcome.is_found());
+    assert!(matches!(verdict.mismatch, Some(Mismatch::Shape { .. })));
+}
+
 /// The forger's chair. Which maps are tried is his choice where he makes the suspect: whichever they are, the best of eight readings is chosen, and counted.
 #[test]
 fn bits_that_are_not_there_are_found_by_chance_alone_under_the_maps_that_stretch_least() {

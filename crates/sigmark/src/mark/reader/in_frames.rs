@@ -62,13 +62,9 @@ pub(super) fn is_bent(layout: &MarkLayout, suspect: &PreparedMesh, map: &Corresp
     if off.is_empty() {
         return false;
     }
-    let middle = |mut values: Vec<f64>| {
-        let middle = values.len() / 2;
-        *values.select_nth_unstable_by(middle, f64::total_cmp).1
-    };
-    let off = middle(off);
+    let off = median(off);
     let mark = layout.distortion_rms() * original.bounding_box().diagonal();
-    off > MORE_THAN_A_MARK * mark && off > SMOOTHER_THAN_NOISE * middle(varying)
+    off > MORE_THAN_A_MARK * mark && off > SMOOTHER_THAN_NOISE * median(varying)
 }
 
 /// A bit that follows no pattern.
@@ -107,12 +103,11 @@ fn stretching(original: &TriMesh, suspect: &TriMesh, map: &Correspondence) -> f6
         .triangles()
         .iter()
         .flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]);
-    let mut quotients: Vec<f64> = edges.filter_map(|(v, w)| quotient(v, w)).collect();
+    let quotients: Vec<f64> = edges.filter_map(|(v, w)| quotient(v, w)).collect();
     if quotients.is_empty() {
         return f64::INFINITY;
     }
-    let middle = quotients.len() / 2;
-    let median = *quotients.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let median = median(quotients.iter().copied());
     let sum: f64 = quotients.iter().map(|quotient| (quotient - median).abs()).sum();
     sum / quotients.len() as f64
 }
@@ -121,8 +116,6 @@ fn stretching(original: &TriMesh, suspect: &TriMesh, map: &Correspondence) -> f6
 struct SeenPatch<'a> {
     region: &'a TriMesh,
     places: Vec<Option<[f64; 3]>>,
-    /// A mark as it may be there.
-    a_mark: Vec<Vec3>,
     wavelength: f64,
     /// How large marks are, in the unit of positions.
     noise: f64,
@@ -136,6 +129,16 @@ struct PatchInFrames {
     stretch: Vec<[f64; 2]>,
 }
 
+impl From<LocalFrames> for PatchInFrames {
+    fn from(frames: LocalFrames) -> Self {
+        Self {
+            beside: frames.beside().to_vec(),
+            stretch: frames.stretch().to_vec(),
+            frames,
+        }
+    }
+}
+
 impl SeenPatch<'_> {
     fn options(&self, reach: f64, degree: Degree) -> FrameOptions {
         FrameOptions {
@@ -145,12 +148,12 @@ impl SeenPatch<'_> {
         }
     }
 
-    /// In the frames that leave most of a mark beside what else they leave.
-    fn in_best_frames(&self) -> PatchInFrames {
+    /// In the frames that leave most of a mark, as it may be there, beside what else they leave.
+    fn in_best_frames(&self, a_mark: &[Vec3]) -> PatchInFrames {
         let usual = self.options(REACH, Degree::Quadratic);
         let first = LocalFrames::fit(self.region, &self.places, &usual);
         let (mut beside, mut stretch) = (first.beside().to_vec(), first.stretch().to_vec());
-        let mut best = Judged::new(first, &self.a_mark);
+        let mut best = Judged::new(first, a_mark);
         if best.told < ENOUGH {
             let rigid = best.frames.of_rigid_parts(self.region, &self.places, &usual);
             for reach in OTHER_REACHES {
@@ -162,10 +165,10 @@ impl SeenPatch<'_> {
                         (beside[v], stretch[v]) = (frames.beside()[v], *wider);
                     }
                 }
-                best = best.or(Judged::new(frames, &self.a_mark));
+                best = best.or(Judged::new(frames, a_mark));
             }
             if let Some(rigid) = rigid {
-                best = best.or(Judged::new(rigid, &self.a_mark));
+                best = best.or(Judged::new(rigid, a_mark));
             }
         }
         PatchInFrames {
@@ -210,8 +213,8 @@ impl Judged {
 }
 
 /// The middle one; 0 of none.
-fn median(values: impl Iterator<Item = f64>) -> f64 {
-    let mut values: Vec<f64> = values.collect();
+fn median(values: impl IntoIterator<Item = f64>) -> f64 {
+    let mut values: Vec<f64> = values.into_iter().collect();
     if values.is_empty() {
         return 0.0;
     }
@@ -237,17 +240,17 @@ impl InFrames {
         let bits: Vec<bool> = (0..layout.bits() as u64).map(any_bit).collect();
         let fit = |index: usize, patch: &Patch, basis: &PatchBasis| {
             let functions = original.functions()[index].max(1) as f64;
-            let a_mark = basis.inverse_transform(&layout.modulation(index, &bits));
             let seen = SeenPatch {
                 region: patch.mesh(),
                 places: patch.gather(seen),
-                a_mark: a_mark.into_iter().map(Vec3).collect(),
                 wavelength: (std::f64::consts::PI * patch.mesh().area() / functions).sqrt(),
                 noise: layout.distortion_rms() * original.mesh().bounding_box().diagonal(),
             };
             let along = patch.gather(&registered.along);
             if along.iter().all(Option::is_none) {
-                return (index, seen.in_best_frames());
+                let a_mark = basis.inverse_transform(&layout.modulation(index, &bits));
+                let a_mark: Vec<Vec3> = a_mark.into_iter().map(Vec3).collect();
+                return (index, seen.in_best_frames(&a_mark));
             }
             let line = |v: usize| {
                 let u = Vec3(along[v]?);
@@ -256,13 +259,7 @@ impl InFrames {
             let lines: Vec<Option<(Vec3, f64)>> = (0..along.len()).map(line).collect();
             let options = seen.options(REACH, Degree::Quadratic);
             let frames = LocalFrames::fit_along(patch.mesh(), &lines, &options);
-            let (beside, stretch) = (frames.beside().to_vec(), frames.stretch().to_vec());
-            let fitted = PatchInFrames {
-                frames,
-                beside,
-                stretch,
-            };
-            (index, fitted)
+            (index, frames.into())
         };
         let mut fitted: Vec<Option<PatchInFrames>> = Vec::new();
         fitted.resize_with(original.patches().len(), || None);
@@ -285,10 +282,7 @@ impl InFrames {
         Ok(Self {
             frames: fitted.into_iter().map(|patch| Some(patch?.frames)).collect(),
             bearable: bearable(&stretch),
-            shape: Registered {
-                positions: of_shape,
-                ..registered.clone()
-            },
+            shape: Registered::by_vertices(of_shape),
             registered: Registered {
                 positions,
                 ..registered
