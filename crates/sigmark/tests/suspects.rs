@@ -117,16 +117,15 @@ fn a_triangle_beside_a_copy_or_far_away_hides_nothing() {
         (1e6, 1.0, false),
         (1e38, 1e38, true),
     ];
-    for (far, size, is_line) in strays {
-        for copy in [&cut, &finer] {
-            let verdict = judge(&mesh, signed, &with_a_stray(copy, far, size, is_line));
-            assert_eq!(
-                verdict.outcome,
-                Outcome::Verified,
-                "{far}, {size}, {}",
-                copy.vertex_count()
-            );
-        }
+    let copies = [&cut, &finer].into_iter().cycle();
+    for (copy, (far, size, is_line)) in copies.zip(strays) {
+        let verdict = judge(&mesh, signed, &with_a_stray(copy, far, size, is_line));
+        assert_eq!(
+            verdict.outcome,
+            Outcome::Verified,
+            "{far}, {size}, {}",
+            copy.vertex_count()
+        );
     }
 }
 
@@ -555,7 +554,7 @@ fn surfaces_that_were_given_a_thickness_are_verified() {
 
 #[test]
 fn where_collapses_of_edges_put_vertices_is_foretold() {
-    let mesh = shapes::bumped(&shapes::jittered(&shapes::icosphere(5), 0.3, 4), 0.3, 4);
+    let mesh = shapes::bumped(&shapes::jittered(&shapes::icosphere(4), 0.3, 4), 0.3, 4);
     let (signed, job) = (sign(&mesh, 1), Job::default());
     let (bits, estimator) = (signed.certificate().bits(), detectors(&signed).1);
     for decimator in Decimator::ALL {
