@@ -34,6 +34,9 @@ const ENOUGH: f64 = 1.0;
 /// What frames tell is an estimate: others, the most alike first, are taken only if they tell so many times as much as those taken so far. By less than that they read worse as often as better.
 const MUCH_MORE: f64 = 3.0;
 
+/// Patches of fewer vertices are bent by little more than a mark, and what was bent seems moved as a whole: no parts are looked for there.
+const FEWEST_OF_PARTS: usize = 150;
+
 /// Of the maps that no similarity tells apart so many are tried: each takes as long as one.
 const MOST_MAPS: usize = 8;
 
@@ -158,7 +161,9 @@ impl SeenPatch<'_> {
         let (mut beside, mut stretch) = (first.beside().to_vec(), first.stretch().to_vec());
         let mut best = Judged::new(first, a_mark);
         if best.told < ENOUGH {
-            let rigid = best.frames.of_rigid_parts(self.region, &self.places, &usual);
+            let rigid = (a_mark.len() >= FEWEST_OF_PARTS)
+                .then(|| best.frames.of_rigid_parts(self.region, &self.places, &usual))
+                .flatten();
             for reach in OTHER_REACHES {
                 let options = self.options(reach, Degree::Cubic);
                 let frames = LocalFrames::fit(self.region, &self.places, &options);
