@@ -167,7 +167,7 @@ fn a_posed_copy_is_found_after_it_was_decimated_or_cut() {
     );
     assert!(verdict.coverage < 0.7, "{}", verdict.coverage);
 
-    // Without a mark there is nothing to be found.
+    // Without a mark there is nothing to be found, and on a rig that was not signed nobody is brought back.
     let unmarked = decimate(
         &posed(&mesh, &rig, 0.35),
         5000,
@@ -176,6 +176,10 @@ fn a_posed_copy_is_found_after_it_was_decimated_or_cut() {
     )
     .unwrap();
     assert!(!judged(Some(rig.clone()), &signed, &unmarked).outcome.is_found());
+    let plain = signed_with(&mesh, None);
+    let suspect = turned(plain.mesh(), &rig);
+    let decimated = decimate(&suspect, 8000, Decimator::ALL[0], &Job::default()).unwrap();
+    assert!(!judged(Some(rig), &plain, &decimated).outcome.is_found());
 }
 
 /// The forger's chair: who may choose a rig once he knows his bits makes an unmarked model bear them. So a rig counts that was signed, and bits follow from a hash over that signature's statement: with the same rig
