@@ -139,6 +139,21 @@ impl Aligner {
         self.concluded(maps, &search)
     }
 
+    /// As [`align`](crate::align), but of a suspect that has all of the original's vertices, and doesn't lie on it by them, the surface is
+    /// not looked at: it was bent. None then.
+    pub(crate) fn align_unbent(
+        &self,
+        suspect: impl Into<PreparedMesh>,
+        job: &Job,
+    ) -> Result<Option<Alignment>, RegistrationError> {
+        let suspect = suspect.into();
+        let (maps, search) = self.prepared(&suspect, job)?;
+        match maps {
+            Some(maps) if maps.is_of_all() => Ok(maps.judged(&search, 0)?),
+            maps => Ok(Some(self.concluded(maps, &search)?)),
+        }
+    }
+
     /// Looks for the original's vertices, and aligns by what is left of them, or by the surface, only where they
     /// are not all there.
     ///

@@ -16,7 +16,7 @@
 //! 10⁶ pairs for a base (measured on half a horse of 202 sites: 100 000 hypotheses from its rarest bases, 590
 //! of them within 15 % of the diagonal of the right pose).
 
-use std::f64::consts::PI;
+use std::{f64::consts::PI, ops::RangeInclusive};
 
 use job::{Job, JobError};
 use mesh::{Similarity, Vec3};
@@ -104,8 +104,8 @@ struct Site {
 struct Pair {
     first: Site,
     second: Site,
-    /// Between first normal and direction, second normal and direction, and both normals.
-    angles: [f64; 3],
+    /// Cosines of the angles between first normal and direction, second normal and direction, and both normals.
+    cosines: [f64; 3],
     twist: f64,
 }
 
@@ -203,11 +203,10 @@ impl Pair {
         }
         let d = difference.unit();
         let (m, n) = (first.normal, second.normal);
-        let angle = |a: Vec3, b: Vec3| a.dot(b).clamp(-1.0, 1.0).acos();
         Some(Self {
             first,
             second,
-            angles: [angle(m, d), angle(n, d), angle(m, n)],
+            cosines: [m.dot(d), n.dot(d), m.dot(n)],
             twist: m.dot(d.cross(n)),
         })
     }
@@ -218,11 +217,11 @@ impl Pair {
             normal: -site.normal,
             ..site
         };
-        let [a, b, c] = self.angles;
+        let [a, b, c] = self.cosines;
         Self {
             first: turned(self.first),
             second: turned(self.second),
-            angles: [PI - a, PI - b, c],
+            cosines: [-a, -b, c],
             twist: self.twist,
         }
     }
@@ -261,16 +260,18 @@ struct Index {
     sites: Vec<Site>,
     pairs: Vec<[u16; 2]>,
     starts: Vec<usize>,
+    bins: Bins,
 }
 
 impl Index {
     fn of(sites: Vec<Site>) -> Self {
+        let bins = Bins::new();
         let mut filed: Vec<(usize, [u16; 2])> = Vec::new();
         for (i, &first) in sites.iter().enumerate() {
             for (j, &second) in sites.iter().enumerate() {
                 let pair = if i == j { None } else { Pair::of(first, second) };
                 if let Some(pair) = pair.filter(|pair| pair.twist.abs() > 0.5 * LEAST_TWIST) {
-                    let [a, b, c] = pair.angles.map(bin);
+                    let [a, b, c] = pair.cosines.map(|cosine| bins.of(cosine));
                     filed.push(((a * BINS + b) * BINS + c, [i as u16, j as u16]));
                 }
             }
@@ -287,14 +288,16 @@ impl Index {
             sites,
             pairs: filed.into_iter().map(|(_, pair)| pair).collect(),
             starts,
+            bins,
         }
     }
 
     /// The pairs whose angles are like those of another.
-    fn partners<'a>(&'a self, base: &'a Pair) -> impl Iterator<Item = Pair> + 'a {
-        let [a, b, c] = base
-            .angles
-            .map(|angle| bin(angle - ANGLE_TOLERANCE)..=bin(angle + ANGLE_TOLERANCE));
+    fn partners<'a>(&'a self, base: &Pair) -> impl Iterator<Item = Pair> + 'a {
+        let alike = base.cosines.map(cosines_near);
+        let [a, b, c] = alike
+            .clone()
+            .map(|near| self.bins.of(*near.end())..=self.bins.of(*near.start()));
         let bins = a.flat_map(move |a| {
             let c = c.clone();
             b.clone()
@@ -303,13 +306,36 @@ impl Index {
         let filed = bins.flat_map(|bin| &self.pairs[self.starts[bin]..self.starts[bin + 1]]);
         let pairs =
             filed.filter_map(|&[i, j]| Pair::of(self.sites[usize::from(i)], self.sites[usize::from(j)]));
-        pairs.filter(|pair| (0..3).all(|k| (pair.angles[k] - base.angles[k]).abs() <= ANGLE_TOLERANCE))
+        pairs.filter(move |pair| (0..3).all(|k| alike[k].contains(&pair.cosines[k])))
     }
 }
 
-fn bin(angle: f64) -> usize {
-    // A negative angle saturates to bin 0.
-    ((angle / PI * BINS as f64) as usize).min(BINS - 1)
+/// The cosines of the angles that are within the tolerance of that of a cosine.
+fn cosines_near(cosine: f64) -> RangeInclusive<f64> {
+    let angle = cosine.clamp(-1.0, 1.0).acos();
+    let [least, most] = [angle - ANGLE_TOLERANCE, angle + ANGLE_TOLERANCE];
+    // Rounding may take cosines beyond ±1.
+    let from = if most < PI { most.cos() } else { f64::NEG_INFINITY };
+    let to = if least > 0.0 { least.cos() } else { f64::INFINITY };
+    from..=to
+}
+
+/// Equal bins for an angle from 0 to π, told by its cosine: arc cosines would take most of the time.
+struct Bins {
+    /// Cosines of the angles at which all bins but the first begin.
+    begin: [f64; BINS - 1],
+}
+
+impl Bins {
+    fn new() -> Self {
+        Self {
+            begin: std::array::from_fn(|k| (PI * (k + 1) as f64 / BINS as f64).cos()),
+        }
+    }
+
+    fn of(&self, cosine: f64) -> usize {
+        self.begin.iter().map(|&begin| usize::from(cosine <= begin)).sum()
+    }
 }
 
 /// The mean over about `count` sites of |cos| (1 − (distance / limit)²), cos being that of the angle between

@@ -62,6 +62,8 @@ impl Aligner {
     ) -> Result<Vec<Piece>, RegistrationError> {
         let original = self.original().mesh();
         let mut parts = Part::all_of(original);
+        let of_suspect = Part::all_of(suspect.mesh());
+        let is_same_net = counts(&of_suspect) == counts(&parts);
         parts.retain(|part| part.vertices.iter().any(|&v| of_interest[v as usize]));
         let aligners = parts
             .iter()
@@ -70,11 +72,12 @@ impl Aligner {
         let quiet = job.quiet();
         let mut left = MOST_ALIGNMENTS;
         let mut pieces = Vec::new();
-        for piece in Part::all_of(suspect.mesh()) {
+        for piece in of_suspect {
             let mut alike: Vec<usize> = (0..parts.len()).filter(|&i| piece.is_like(&parts[i])).collect();
             alike.sort_by(|&a, &b| piece.unlike(&parts[a]).total_cmp(&piece.unlike(&parts[b])));
-            // Who has as many vertices and triangles as a part was not re-meshed: then that is the part, or one like it.
-            if alike.iter().any(|&i| piece.counts() == parts[i].counts()) {
+            // Who has as many vertices and triangles as a part was not re-meshed: then that is the part, or one like it. Nor was anything where all
+            // parts have as many as before.
+            if is_same_net || alike.iter().any(|&i| piece.counts() == parts[i].counts()) {
                 alike.retain(|&i| piece.counts() == parts[i].counts());
             }
             alike.truncate(MOST_CANDIDATES.min(left));
@@ -83,8 +86,8 @@ impl Aligner {
             let mut places = Vec::new();
             for i in alike {
                 job.go_on()?;
-                match aligners[i].align(&prepared, &quiet) {
-                    Ok(alignment) if is_whole(&alignment) => {
+                match aligners[i].align_unbent(&prepared, &quiet) {
+                    Ok(Some(alignment)) if is_whole(&alignment) => {
                         places.extend(places_of(&parts[i], &piece, &alignment));
                     }
                     Ok(_) | Err(RegistrationError::NoSurface { .. }) => {}
@@ -233,6 +236,13 @@ impl Part {
     }
 }
 
+/// The numbers of vertices and triangles of parts, ascending.
+fn counts(parts: &[Part]) -> Vec<(usize, usize)> {
+    let mut counts: Vec<_> = parts.iter().map(Part::counts).collect();
+    counts.sort_unstable();
+    counts
+}
+
 /// A surface's area, and of its covariance C, area-weighted: area / tr C, tr C² / (tr C)², and (1 + det C / (tr C)³ · 27): what a similarity
 /// keeps. `None` of a surface without area.
 fn figures(mesh: &TriMesh) -> Option<(f64, [f64; 3])> {
@@ -331,6 +341,29 @@ mod tests {
         assert_eq!(pieces.len(), 1);
         assert_eq!((pieces[0].suspect_part, pieces[0].places[0].part), (1, 1));
         assert!(pieces_of(&original, &shapes::bumpy_sphere(3, 99)).is_empty());
+    }
+
+    #[test]
+    fn of_parts_that_moved_and_parts_that_were_bent_those_that_moved_are_put_back() {
+        let original = scene();
+        let motion = turned(0.3, 2.0, [1.0, 2.0, 3.0]);
+        // Two parts go round with the third, and are bent on their way.
+        let place = |p: &[f64; 3]| {
+            let [x, y, z] = motion.apply(*p);
+            let bend = if p[0].abs() + p[1].abs() > 3.5 {
+                0.1 * x * x
+            } else {
+                0.0
+            };
+            [x, y, z + bend]
+        };
+        let suspect = original
+            .with_positions(original.positions().iter().map(place).collect())
+            .unwrap();
+        let pieces = pieces_of(&original, &suspect);
+        assert_eq!(pieces.len(), 1);
+        assert_eq!((pieces[0].suspect_part, pieces[0].places[0].part), (0, 0));
+        assert!(largest_error(&original, &suspect, &pieces[0]) < 1e-9);
     }
 
     #[test]

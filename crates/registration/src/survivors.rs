@@ -63,6 +63,11 @@ impl ByVertices {
         (!maps.is_empty()).then_some(Self { matched_by, maps })
     }
 
+    /// Whether it is by maps of all vertices.
+    pub(crate) fn is_of_all(&self) -> bool {
+        self.matched_by == MatchedBy::Connectivity
+    }
+
     /// The map of the vertices that are left, if that is all but a hundredth of them: their surroundings are unique, so that no symmetry makes
     /// another.
     pub(crate) fn nearly_all(&self) -> Option<&Correspondence> {

@@ -69,39 +69,48 @@ impl Graph<'_> {
         self.mesh.triangles()[t as usize]
     }
 
-    /// The edge of a triangle that joins two of its corners.
-    pub(super) fn edge(&self, triangle: u32, [a, b]: [u32; 2]) -> usize {
-        let corners = self.triangle(triangle);
-        let joins = |side: usize| {
-            let (x, y) = (corners[side], corners[(side + 1) % 3]);
-            (x, y) == (a, b) || (y, x) == (a, b)
-        };
-        let side = if joins(0) {
+    /// The side of a triangle that joins two of its corners: 0 from the first to the second.
+    fn side(&self, triangle: u32, [a, b]: [u32; 2]) -> usize {
+        let [x, y, z] = self.triangle(triangle);
+        if (x == a && y == b) || (x == b && y == a) {
             0
-        } else if joins(1) {
+        } else if (y == a && z == b) || (y == b && z == a) {
             1
         } else {
             2
-        };
-        self.edges.of_triangle()[triangle as usize][side] as usize
+        }
     }
 
-    /// The corner of a triangle that is neither of two others.
-    pub(super) fn third(&self, triangle: u32, [a, b]: [u32; 2]) -> u32 {
-        self.triangle(triangle)
-            .into_iter()
-            .find(|&v| v != a && v != b)
-            .unwrap_or(a)
+    /// The triangle on the other side of the edge that joins two corners of a triangle, and its third corner; how many triangles the
+    /// edge has where that is not two.
+    pub(super) fn across(&self, triangle: u32, ends: [u32; 2]) -> Result<(u32, u32), usize> {
+        self.across_side(triangle, self.side(triangle, ends), ends)
     }
 
-    /// The triangle on the other side of an edge, and its third corner; none where the edge does not have two
-    /// triangles.
-    pub(super) fn across(&self, triangle: u32, ends: [u32; 2]) -> Option<(u32, u32)> {
-        let &[p, q] = self.edges.triangles(self.edge(triangle, ends)) else {
-            return None;
+    /// The same, where it is known which side joins the corners.
+    pub(super) fn across_side(
+        &self,
+        triangle: u32,
+        side: usize,
+        [a, b]: [u32; 2],
+    ) -> Result<(u32, u32), usize> {
+        let edge = self.edges.of_triangle()[triangle as usize][side] as usize;
+        let triangles = self.edges.triangles(edge);
+        let &[p, q] = triangles else {
+            return Err(triangles.len());
         };
         let other = if p == triangle { q } else { p };
-        Some((other, self.third(other, ends)))
+        let [x, y, z] = self.triangle(other);
+        let third = if x != a && x != b {
+            x
+        } else if y != a && y != b {
+            y
+        } else if z != a && z != b {
+            z
+        } else {
+            a
+        };
+        Ok((other, third))
     }
 
     pub(super) fn position(&self, v: u32) -> Vec3 {

@@ -94,13 +94,9 @@ impl<'a> Propagation<'a> {
         for side in 0..3 {
             let ends = [corners[side], corners[(side + 1) % 3]];
             let images = ends.map(|v| self.vertex_image[v as usize]);
-            let count = |graph: &Graph<'_>, t, ends| graph.edges.triangles(graph.edge(t, ends)).len();
-            if count(self.from, t, ends) != count(self.onto, image, images) {
-                return false;
-            }
-            if let (Some((next, third)), Some((its_image, third_image))) =
-                (self.from.across(t, ends), self.onto.across(image, images))
-            {
+            let here = self.from.across_side(t, side, ends);
+            let there = self.onto.across(image, images);
+            if let (Ok((next, third)), Ok((its_image, third_image))) = (here, there) {
                 let source = Flag {
                     triangle: next,
                     corners: [ends[0], ends[1], third],
@@ -112,6 +108,8 @@ impl<'a> Propagation<'a> {
                 if !self.assign(source, image) {
                     return false;
                 }
+            } else if here.map(drop) != there.map(drop) {
+                return false;
             }
         }
         true

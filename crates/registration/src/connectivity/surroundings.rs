@@ -178,10 +178,10 @@ impl<'a> Pairing<'a> {
             for side in 0..3 {
                 let ends = [corners[side], corners[(side + 1) % 3]];
                 let images = ends.map(|v| self.image[v as usize]);
-                let Some((next, third)) = self.from.across(t, ends) else {
+                let Ok((next, third)) = self.from.across_side(t, side, ends) else {
                     continue;
                 };
-                let Some((its_image, third_image)) = self.onto.across(u, images) else {
+                let Ok((its_image, third_image)) = self.onto.across(u, images) else {
                     continue;
                 };
                 let corners = [(ends[0], images[0]), (ends[1], images[1]), (third, third_image)];

@@ -32,7 +32,7 @@ pub(super) const CUBIC: usize = 20;
 const FEWEST: usize = 2;
 
 /// Monomials that a surface has no extent for: this much of what neighbours count holds their coefficients to zero.
-const RIDGE: f64 = 1e-9;
+pub(super) const RIDGE: f64 = 1e-9;
 
 /// How far a gradient may be from a similarity before the noise is believed instead, across a reach.
 const STRAIN: f64 = 0.3;
@@ -88,51 +88,29 @@ impl<'a, const N: usize> Fitting<'a, N> {
         welsch(samples, off, &mut self.weights);
     }
 
+    /// How far the suspect is off the fit around a vertex: all of it that weights ask for.
+    pub(super) fn off(&self, vertex: u32, around: &[Neighbour]) -> Option<f64> {
+        let around = Surroundings::<N>::of(self.gathered(vertex, around))?;
+        Some(around.off(&around.shares()?).norm())
+    }
+
     /// The fit around a vertex.
     pub(super) fn at(&self, vertex: u32, around: &[Neighbour]) -> Option<Fitted> {
-        let around = self.gathered(vertex, around);
-        if around.len() < FEWEST * N {
-            return None;
-        }
-        let total: f64 = around.iter().map(|a| a.1).sum();
-        let motion = similarity(&around, total, self.hand);
-        // The normal equations, and what they say of y less the similarity.
-        let mut normal = [[0.0; N]; N];
-        let mut right = [Vec3::ZERO; N];
-        let rows: Vec<[f64; N]> = around.iter().map(|&(_, _, x, _)| monomials(x)).collect();
-        for (row, &(_, weight, x, y)) in rows.iter().zip(&around) {
-            let rest = y - motion * x;
-            for i in 0..N {
-                let weighed = weight * row[i];
-                right[i] += rest * weighed;
-                for j in 0..=i {
-                    normal[i][j] += weighed * row[j];
-                }
-            }
-        }
-        let share_of = cholesky(&normal, constants_free(RIDGE * total))?;
-        let mut unit = [0.0; N];
-        unit[0] = 1.0;
-        let shares_of = solve(&share_of, unit);
-        let mut off = Vec3::ZERO;
-        let mut shares = Vec::with_capacity(around.len());
-        for (row, &(v, weight, _, y)) in rows.iter().zip(&around) {
-            let share = weight * row.iter().zip(&shares_of).map(|(a, b)| a * b).sum::<f64>();
-            off -= y * share;
-            shares.push((v, share as f32));
-        }
-        let held = cholesky(&normal, constants_free(self.prior * total))?;
-        let axes = [0, 1, 2].map(|axis| {
-            let solution = solve(&held, right.map(|r| r[axis]));
-            Vec3([solution[1], solution[2], solution[3]])
-        });
+        let around = Surroundings::<N>::of(self.gathered(vertex, around))?;
+        let shares = around.shares()?;
+        let motion = similarity(&around.gathered, around.total, self.hand);
         let mut gradient = motion;
-        gradient += Mat3(axes);
+        gradient += around.beside(motion, self.prior)?;
         let unit = 1.0 / self.reach;
         Some(Fitted {
-            off,
+            off: around.off(&shares),
             gradient: Mat3(gradient.0.map(|row| row * unit)),
-            shares,
+            shares: around
+                .gathered
+                .iter()
+                .zip(shares)
+                .map(|(a, share)| (a.0, share as f32))
+                .collect(),
         })
     }
 
@@ -146,6 +124,77 @@ impl<'a, const N: usize> Fitting<'a, N> {
             (n.vertex, n.weight * self.weights[v], x, self.places[v] - there)
         };
         around.iter().filter(known).map(place).collect()
+    }
+}
+
+/// What lies around a vertex, with the monomials there and their normal equations.
+struct Surroundings<const N: usize> {
+    gathered: Vec<Around>,
+    /// What all of it counts.
+    total: f64,
+    rows: Vec<[f64; N]>,
+    /// By its lower triangle.
+    normal: [[f64; N]; N],
+}
+
+impl<const N: usize> Surroundings<N> {
+    /// None of too little.
+    fn of(gathered: Vec<Around>) -> Option<Self> {
+        if gathered.len() < FEWEST * N {
+            return None;
+        }
+        let rows: Vec<[f64; N]> = gathered.iter().map(|&(_, _, x, _)| monomials(x)).collect();
+        let mut normal = [[0.0; N]; N];
+        for (row, &(_, weight, ..)) in rows.iter().zip(&gathered) {
+            for i in 0..N {
+                let weighed = weight * row[i];
+                for j in 0..=i {
+                    normal[i][j] += weighed * row[j];
+                }
+            }
+        }
+        Some(Self {
+            total: gathered.iter().map(|a| a.1).sum(),
+            gathered,
+            rows,
+            normal,
+        })
+    }
+
+    /// sᵢⱼ.
+    fn shares(&self) -> Option<Vec<f64>> {
+        let factor = cholesky(&self.normal, constants_free(RIDGE * self.total))?;
+        let mut unit = [0.0; N];
+        unit[0] = 1.0;
+        let shares = solve(&factor, unit);
+        let share =
+            |(row, a): (&[f64; N], &Around)| a.1 * row.iter().zip(&shares).map(|(a, b)| a * b).sum::<f64>();
+        Some(self.rows.iter().zip(&self.gathered).map(share).collect())
+    }
+
+    /// yᵢ − Σⱼ sᵢⱼ yⱼ; y counts from the vertex' own place.
+    fn off(&self, shares: &[f64]) -> Vec3 {
+        let mut off = Vec3::ZERO;
+        for (&(.., y), &share) in self.gathered.iter().zip(shares) {
+            off -= y * share;
+        }
+        off
+    }
+
+    /// The gradient of what a similarity leaves of y, held to zero by so much of what all counts.
+    fn beside(&self, motion: Mat3, prior: f64) -> Option<Mat3> {
+        let mut right = [Vec3::ZERO; N];
+        for (row, &(_, weight, x, y)) in self.rows.iter().zip(&self.gathered) {
+            let rest = y - motion * x;
+            for i in 0..N {
+                right[i] += rest * (weight * row[i]);
+            }
+        }
+        let held = cholesky(&self.normal, constants_free(prior * self.total))?;
+        Some(Mat3([0, 1, 2].map(|axis| {
+            let solution = solve(&held, right.map(|r| r[axis]));
+            Vec3([solution[1], solution[2], solution[3]])
+        })))
     }
 }
 
@@ -226,7 +275,7 @@ pub(super) fn monomials<const N: usize>(Vec3([x, y, z]): Vec3) -> [f64; N] {
 }
 
 /// So much for all unknowns but the first: constants are reproduced whatever holds the rest.
-fn constants_free(ridge: f64) -> impl Fn(usize) -> f64 {
+pub(super) fn constants_free(ridge: f64) -> impl Fn(usize) -> f64 {
     move |i| if i > 0 { ridge } else { 0.0 }
 }
 

@@ -96,7 +96,7 @@ impl LocalFrames {
         let samples: Vec<u32> = windows.samples().to_vec();
         fitting.tell_hand(samples.iter().map(|&sample| (sample, windows.of(sample))));
         for _ in 0..ROUNDS {
-            let off = |&sample: &u32| fitting.at(sample, windows.of(sample)).map(|fit| fit.off.norm());
+            let off = |&sample: &u32| fitting.off(sample, windows.of(sample));
             let off: Vec<Option<f64>> = samples.iter().map(off).collect();
             fitting.weigh(&samples, &off);
         }
@@ -146,7 +146,7 @@ impl LocalFrames {
         frames
     }
 
-    /// Those of the parts that were moved as a whole: nothing is smoothed there, so that all of δ is left. Elsewhere nothing is seen, but [stretches](Self::stretch) stay known. None where there is no such part, or only one direction is seen.
+    /// Those of the parts that were moved as a whole, or nearly: only what is smooth over all of such a part is taken for its pose, so that nearly all of δ is left. Elsewhere nothing is seen, but [stretches](Self::stretch) stay known. None where there is no such part, or only one direction is seen.
     ///
     /// # Panics
     /// When there isn't one place a vertex, or the frames are of another region.
@@ -162,23 +162,55 @@ impl LocalFrames {
             return None;
         }
         let parts = rigid::parts(region, seen, options.noise, self.hand);
-        let mut beside = vec![None; count];
-        for &(v, value) in parts.iter().flat_map(|part| &part.beside) {
-            beside[v] = Some(value);
-        }
         let mut frames = Self {
+            beside: vec![None; count],
             shares: Vec::new(),
             ends: Vec::with_capacity(count),
             stretch: self.stretch.clone(),
             along: None,
             hand: self.hand,
-            beside,
         };
-        for (vertex, beside) in (0..).zip(&frames.beside) {
-            frames.shares.extend(beside.map(|_| (vertex, 0.0)));
+        let mut shares = vec![&[][..]; count];
+        for part in &parts {
+            for (&(v, beside), of_it) in part.beside.iter().zip(&part.shares) {
+                (frames.beside[v], shares[v]) = (Some(beside), of_it);
+            }
+        }
+        for of_it in shares {
+            frames.shares.extend(of_it);
             frames.ends.push(frames.shares.len());
         }
         (!parts.is_empty()).then_some(frames)
+    }
+
+    /// These, and others of the same region wherever these see nothing.
+    ///
+    /// # Panics
+    /// When the others are of another region.
+    #[must_use]
+    pub fn or_elsewhere(&self, others: &Self) -> Self {
+        assert_eq!(self.ends.len(), others.ends.len(), "frames of one region");
+        let mut both = Self {
+            shares: Vec::new(),
+            ends: Vec::with_capacity(self.ends.len()),
+            ..self.clone()
+        };
+        for vertex in 0..self.ends.len() {
+            let frames = if self.beside[vertex].is_some() {
+                self
+            } else {
+                others
+            };
+            both.beside[vertex] = frames.beside[vertex];
+            both.shares.extend(frames.shares_of(vertex));
+            both.ends.push(both.shares.len());
+        }
+        both
+    }
+
+    fn shares_of(&self, vertex: usize) -> &[(u32, f32)] {
+        let start = vertex.checked_sub(1).map_or(0, |before| self.ends[before]);
+        &self.shares[start..self.ends[vertex]]
     }
 
     /// Those of a region of which only u·δ is seen at each vertex, and the region was brought back nearly to where it was: the rest of the way, which is smooth, is taken out as a polynomial of degree 2 around each vertex that such observations tell.
@@ -351,13 +383,26 @@ mod tests {
                     assert!((*beside - ripple(p)).norm() < 3e-3, "{v}: {beside:?}");
                 }
             }
+            let ripples: Vec<Vec3> = (0..mesh.vertex_count()).map(|v| ripple(mesh.point(v))).collect();
+            for (left, beside) in whole.left_of(&ripples).iter().zip(whole.beside()) {
+                let off = *left - beside.unwrap_or(Vec3::ZERO);
+                assert!(off.norm() < 3e-4, "{off:?}");
+            }
             assert!(
                 (0..2).all(|side| 10 * seen[side] > 8 * there[side]),
                 "{seen:?} of {there:?}"
             );
             let ones = whole.left_of(&vec![1.0; mesh.vertex_count()]);
-            for (left, beside) in ones.iter().zip(whole.beside()) {
-                assert_eq!(*left, if beside.is_some() { 1.0 } else { 0.0 });
+            assert!(ones.iter().all(|left| left.abs() < 1e-4));
+            let both = whole.or_elsewhere(&frames);
+            let left = [&both, &whole, &frames].map(|frames| frames.left_of(&ripples));
+            for (v, beside) in whole.beside().iter().enumerate() {
+                let (of, left_of) = if beside.is_some() {
+                    (&whole, &left[1])
+                } else {
+                    (&frames, &left[2])
+                };
+                assert_eq!((both.beside()[v], left[0][v]), (of.beside()[v], left_of[v]));
             }
         }
         let twisted = placed(&mesh, |p| turned_by(p, p[0]));

@@ -1,19 +1,23 @@
 //! Parts of a region that were moved as a whole.
 //!
-//! What somebody drags or poses often leaves much as it was: a limb that turned, the rest of a figure whose ear was pulled. There y = s R (x + δ) + t is known by seven numbers, nothing needs to be smoothed, and all of δ is seen. Such parts
-//! are found by consensus (Fischler and Bolles 1981): the similarity of a few vertices that lie together is fitted again and again to all that it meets, and what it meets in the end is a part if no more is left there than noise.
+//! What somebody drags or poses often leaves much as it was: a limb that turned, the rest of a figure whose ear was pulled. There y = s R (x + δ) + t is known by seven numbers. Such parts are found by consensus (Fischler and Bolles 1981):
+//! the similarity of a few vertices that lie together is fitted again and again to all that it meets, and what it meets in the end is a part if no more is left there than noise. It may still be bent by as much as that. A polynomial of
+//! degree 2 over all of the part follows such a bend; what it leaves is seen, which is nearly all of δ.
 
 use mesh::{Edges, TriMesh, Vec3, VertexStars};
 
 use super::{
-    fit::{Around, similarity},
+    fit::{Around, QUADRATIC, RIDGE, cholesky, constants_free, monomials, similarity, solve},
     windows::spread,
 };
 use crate::matrix::Mat3;
 
-/// A part: its vertices, and where each was beside its place before the whole was moved.
+/// A part.
 pub(super) struct RigidPart {
+    /// Its vertices, and what a polynomial of degree 2 over them leaves of where each was beside its place before the whole was moved: δᵢ − Σⱼ sᵢⱼ δⱼ.
     pub(super) beside: Vec<(usize, Vec3)>,
+    /// j and sᵢⱼ of each of these vertices.
+    pub(super) shares: Vec<Vec<(u32, f32)>>,
 }
 
 /// Vertices around a seed by which its part is first known.
@@ -27,6 +31,9 @@ const ROUNDS: usize = 6;
 
 /// So many times as far off as noise, a vertex belongs to no part; twice as far in the first two rounds.
 const TOLERANCE: f64 = 3.0;
+
+/// A polynomial is fitted to about so many of a part's vertices: it has ten unknowns.
+const FITTED: usize = 200;
 
 /// A part of which more is left than so many times the noise is bent.
 const BENT: f64 = 1.25;
@@ -57,9 +64,11 @@ pub(super) fn parts(region: &TriMesh, seen: &[Option<[f64; 3]>], noise: f64, han
         let found = spread(region, &is_free, SEEDS)
             .into_iter()
             .filter_map(|seed| search.grown_from(seed as usize, &around))
-            .filter(|part| part.beside.len() >= fewest)
-            .max_by_key(|part| part.beside.len());
-        let Some(found) = found else { break };
+            .filter(|part| part.len() >= fewest)
+            .max_by_key(Vec::len);
+        let Some(found) = found.and_then(|part| search.straightened(&part)) else {
+            break;
+        };
         found.beside.iter().for_each(|&(v, _)| is_free[v] = false);
         free.retain(|&v| is_free[v]);
         parts.push(found);
@@ -78,8 +87,8 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// The part around a vertex; none where something bent it.
-    fn grown_from(&self, seed: usize, neighbours: &VertexStars) -> Option<RigidPart> {
+    /// The part around a vertex, with where each of its vertices is beside its place; none where something bent it.
+    fn grown_from(&self, seed: usize, neighbours: &VertexStars) -> Option<Vec<(usize, Vec3)>> {
         let centre = self.region.point(seed);
         let apart = |&v: &usize| (self.region.point(v) - centre).squared();
         let mut part = self.free.to_vec();
@@ -103,7 +112,42 @@ impl Search<'_> {
         beside.retain(|&(v, _)| neighbours.of(v).iter().all(|&other| is_inside[other as usize]));
         let squares: f64 = beside.iter().map(|(_, beside)| beside.squared()).sum();
         let left = (squares / beside.len().max(1) as f64).sqrt();
-        (left < BENT * self.noise).then_some(RigidPart { beside })
+        (left < BENT * self.noise).then_some(beside)
+    }
+
+    /// A part without what a polynomial of degree 2 over all of it makes of where its vertices are beside their places.
+    fn straightened(&self, part: &[(usize, Vec3)]) -> Option<RigidPart> {
+        let here = |v: usize| self.region.point(v);
+        let middle = part.iter().map(|&(v, _)| here(v)).sum::<Vec3>() / part.len() as f64;
+        let farthest = part
+            .iter()
+            .map(|&(v, _)| (here(v) - middle).norm())
+            .fold(0.0, f64::max);
+        let row = |v: usize| monomials::<QUADRATIC>((here(v) - middle) * (1.0 / farthest));
+        let fitted = part.iter().step_by(part.len().div_ceil(FITTED));
+        let fitted: Vec<_> = fitted.map(|&(v, beside)| (v, row(v), beside)).collect();
+        let mut normal = [[0.0; QUADRATIC]; QUADRATIC];
+        for (_, row, _) in &fitted {
+            for i in 0..QUADRATIC {
+                (0..=i).for_each(|j| normal[i][j] += row[i] * row[j]);
+            }
+        }
+        let factor = cholesky(&normal, constants_free(RIDGE * fitted.len() as f64))?;
+        let (mut beside, mut shares) = (Vec::new(), Vec::new());
+        for &(v, before) in part {
+            let shares_of = solve(&factor, row(v));
+            let share = |row: &[f64; QUADRATIC]| row.iter().zip(&shares_of).map(|(a, b)| a * b).sum::<f64>();
+            let mut left = before;
+            let mut own = Vec::with_capacity(fitted.len());
+            for (other, row, beside) in &fitted {
+                let share = share(row);
+                left -= *beside * share;
+                own.push((*other as u32, share as f32));
+            }
+            beside.push((v, left));
+            shares.push(own);
+        }
+        Some(RigidPart { beside, shares })
     }
 
     /// All free vertices, and what they have beside where the best similarity of some has them, in the region's unit.

@@ -1,6 +1,6 @@
 //! Least squares of which each equation names few of the unknowns.
 
-use faer::{Mat, Side, linalg::solvers::Solve};
+use faer::{Mat, MatRef, Side, linalg::solvers::Solve};
 
 /// What nothing is told of is damped as if it was told this share of the mean.
 const LEAST_DAMPED: f64 = 0.01;
@@ -58,13 +58,11 @@ impl NormalEquations {
         let count = self.count;
         let diagonal = |i: usize| self.matrix[i * (count + 1)];
         let mean = (0..count).map(diagonal).sum::<f64>() / count as f64;
-        let damped = Mat::from_fn(count, count, |row, column| match row.cmp(&column) {
-            std::cmp::Ordering::Less => 0.0,
-            std::cmp::Ordering::Equal => {
-                diagonal(row) + damping * (diagonal(row) + LEAST_DAMPED * mean) + f64::MIN_POSITIVE
-            }
-            std::cmp::Ordering::Greater => self.matrix[column * count + row],
-        });
+        // Row by row what isn't left of the diagonal is column by column what isn't above it.
+        let mut damped = MatRef::from_column_major_slice(&self.matrix, count, count).to_owned();
+        for i in 0..count {
+            damped[(i, i)] += damping * (diagonal(i) + LEAST_DAMPED * mean) + f64::MIN_POSITIVE;
+        }
         let right = Mat::from_fn(count, 1, |i, _| self.right[i]);
         let step = damped.llt(Side::Lower).ok()?.solve(&right);
         let is_finite = (0..count).all(|i| step[(i, 0)].is_finite());

@@ -34,8 +34,8 @@ const ENOUGH: f64 = 1.0;
 /// What frames tell is an estimate: others, the most alike first, are taken only if they tell so many times as much as those taken so far. By less than that they read worse as often as better.
 const MUCH_MORE: f64 = 3.0;
 
-/// Patches of fewer vertices are bent by little more than a mark, and what was bent seems moved as a whole: no parts are looked for there.
-const FEWEST_OF_PARTS: usize = 150;
+/// What lies beside parts that moved as a whole is read with them only if it is this share of a patch or more: of a few vertices nobody can say how far they are off.
+const LEAST_ELSEWHERE: f64 = 0.1;
 
 /// Of the maps that no similarity tells apart so many are tried: each takes as long as one.
 const MOST_MAPS: usize = 8;
@@ -160,10 +160,8 @@ impl SeenPatch<'_> {
         let first = LocalFrames::fit(self.region, &self.places, &usual);
         let (mut beside, mut stretch) = (first.beside().to_vec(), first.stretch().to_vec());
         let mut best = Judged::new(first, a_mark);
-        if best.told < ENOUGH {
-            let rigid = (a_mark.len() >= FEWEST_OF_PARTS)
-                .then(|| best.frames.of_rigid_parts(self.region, &self.places, &usual))
-                .flatten();
+        if best.tells < ENOUGH {
+            let rigid = best.frames.of_rigid_parts(self.region, &self.places, &usual);
             for reach in OTHER_REACHES {
                 let options = self.options(reach, Degree::Cubic);
                 let frames = LocalFrames::fit(self.region, &self.places, &options);
@@ -176,7 +174,7 @@ impl SeenPatch<'_> {
                 best = best.or(Judged::new(frames, a_mark));
             }
             if let Some(rigid) = rigid {
-                best = best.or(Judged::new(rigid, a_mark));
+                best = best.or_in_parts(Judged::new(rigid, a_mark), a_mark);
             }
         }
         PatchInFrames {
@@ -187,40 +185,90 @@ impl SeenPatch<'_> {
     }
 }
 
-/// Frames, and what they tell: the squares of what they leave of a mark to those of what else they leave, by the medians over the vertices, times the share of these. That looks at no bits: it asks how large a mark would be, not whether it is
-/// there.
+/// Frames, and how much they tell: the squares of what they leave of a mark beside those of what else they leave, as often as there are vertices.
 struct Judged {
     frames: LocalFrames,
-    told: f64,
+    told: Told,
+    tells: f64,
 }
 
 impl Judged {
     fn new(frames: LocalFrames, a_mark: &[Vec3]) -> Self {
-        let left = frames.left_of(a_mark);
-        let seen: Vec<(Vec3, Vec3)> = frames
-            .beside()
-            .iter()
-            .zip(left)
-            .filter_map(|(beside, left)| Some(((*beside)?, left)))
-            .collect();
-        let of_mark = median(seen.iter().map(|(_, left)| left.squared()));
-        let of_all = median(seen.iter().map(|(beside, _)| beside.squared()));
-        let whole = median(a_mark.iter().map(|mark| mark.squared()));
-        let noise = (of_all - of_mark).max(0.0) + LEAST_NOISE * whole;
-        let share = seen.len() as f64 / a_mark.len().max(1) as f64;
+        let told = Told::by(&frames, a_mark, |_| true);
         Self {
+            tells: told.alone(),
             frames,
-            told: share * of_mark / noise.max(f64::MIN_POSITIVE),
+            told,
         }
     }
 
     /// These, or others that tell much more.
     fn or(self, other: Self) -> Self {
-        if other.told > MUCH_MORE * self.told {
+        if other.tells > MUCH_MORE * self.tells {
             other
         } else {
             self
         }
+    }
+
+    /// These, or if that tells much more, others that see parts alone, elsewhere with these where that tells more.
+    fn or_in_parts(self, parts: Self, a_mark: &[Vec3]) -> Self {
+        let elsewhere = Told::by(&self.frames, a_mark, |v| parts.frames.beside()[v].is_none());
+        let tells = parts.told.with(&elsewhere);
+        let parts = if tells > parts.tells && elsewhere.share > LEAST_ELSEWHERE {
+            Self {
+                frames: parts.frames.or_elsewhere(&self.frames),
+                tells,
+                ..parts
+            }
+        } else {
+            parts
+        };
+        self.or(parts)
+    }
+}
+
+/// What frames tell at some vertices. That looks at no bits: it asks how large a mark would be, not whether it is there.
+struct Told {
+    /// The share of these vertices among all.
+    share: f64,
+    /// The squares of what is left of a mark there, and of what else is left: medians.
+    of_mark: f64,
+    noise: f64,
+}
+
+impl Told {
+    fn by(frames: &LocalFrames, a_mark: &[Vec3], is_asked: impl Fn(usize) -> bool) -> Self {
+        let left = frames.left_of(a_mark);
+        let seen: Vec<(Vec3, Vec3)> = frames
+            .beside()
+            .iter()
+            .zip(left)
+            .enumerate()
+            .filter(|&(v, _)| is_asked(v))
+            .filter_map(|(_, (beside, left))| Some(((*beside)?, left)))
+            .collect();
+        let of_mark = median(seen.iter().map(|(_, left)| left.squared()));
+        let of_all = median(seen.iter().map(|(beside, _)| beside.squared()));
+        let whole = median(a_mark.iter().map(|mark| mark.squared()));
+        let noise = (of_all - of_mark).max(0.0) + LEAST_NOISE * whole;
+        Self {
+            share: seen.len() as f64 / a_mark.len().max(1) as f64,
+            of_mark,
+            noise: noise.max(f64::MIN_POSITIVE),
+        }
+    }
+
+    /// The squares of the mark to those of the rest, as often as there are such vertices.
+    fn alone(&self) -> f64 {
+        self.share * self.of_mark / self.noise
+    }
+
+    /// The same of these vertices and others together, where least squares weigh all alike: (Σ m)² / Σ m n of marks m and noise n.
+    fn with(&self, others: &Self) -> f64 {
+        let marks = [self, others].map(|told| told.share * told.of_mark);
+        let noise = marks[0] * self.noise + marks[1] * others.noise;
+        marks.iter().sum::<f64>().powi(2) / noise.max(f64::MIN_POSITIVE)
     }
 }
 
