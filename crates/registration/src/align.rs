@@ -139,19 +139,25 @@ impl Aligner {
         self.concluded(maps, &search)
     }
 
-    /// As [`align`](crate::align), but of a suspect that has all of the original's vertices, and doesn't lie on it by them, the surface is
-    /// not looked at: it was bent. None then.
-    pub(crate) fn align_unbent(
+    /// As [`align`](crate::align), but what has all of the original's vertices, and doesn't lie on it by them, was bent: its surface is not
+    /// looked at. Nor is it where it is known that nothing was re-meshed. None then.
+    pub(crate) fn align_piece(
         &self,
-        suspect: impl Into<PreparedMesh>,
+        suspect: &PreparedMesh,
+        is_same_net: bool,
         job: &Job,
     ) -> Result<Option<Alignment>, RegistrationError> {
-        let suspect = suspect.into();
-        let (maps, search) = self.prepared(&suspect, job)?;
+        let (maps, search) = self.prepared(suspect, job)?;
         match maps {
             Some(maps) if maps.is_of_all() => Ok(maps.judged(&search, 0)?),
+            _ if is_same_net => Ok(None),
             maps => Ok(Some(self.concluded(maps, &search)?)),
         }
+    }
+
+    /// Whether a suspect has all of the original's triangles between vertices.
+    pub(crate) fn has_same_net(&self, suspect: &TriMesh, job: &Job) -> Result<bool, RegistrationError> {
+        Ok(matches!(self.survivors(suspect, job)?, Survivors::All(_)))
     }
 
     /// Looks for the original's vertices, and aligns by what is left of them, or by the surface, only where they

@@ -63,7 +63,7 @@ impl Aligner {
         let original = self.original().mesh();
         let mut parts = Part::all_of(original);
         let of_suspect = Part::all_of(suspect.mesh());
-        let is_same_net = counts(&of_suspect) == counts(&parts);
+        let is_same_net = counts(&of_suspect) == counts(&parts) && self.has_same_net(suspect.mesh(), job)?;
         parts.retain(|part| part.vertices.iter().any(|&v| of_interest[v as usize]));
         let aligners = parts
             .iter()
@@ -75,8 +75,7 @@ impl Aligner {
         for piece in of_suspect {
             let mut alike: Vec<usize> = (0..parts.len()).filter(|&i| piece.is_like(&parts[i])).collect();
             alike.sort_by(|&a, &b| piece.unlike(&parts[a]).total_cmp(&piece.unlike(&parts[b])));
-            // Who has as many vertices and triangles as a part was not re-meshed: then that is the part, or one like it. Nor was anything where all
-            // parts have as many as before.
+            // Who has as many vertices and triangles as a part was not re-meshed: then that is the part, or one like it.
             if is_same_net || alike.iter().any(|&i| piece.counts() == parts[i].counts()) {
                 alike.retain(|&i| piece.counts() == parts[i].counts());
             }
@@ -86,7 +85,7 @@ impl Aligner {
             let mut places = Vec::new();
             for i in alike {
                 job.go_on()?;
-                match aligners[i].align_unbent(&prepared, &quiet) {
+                match aligners[i].align_piece(&prepared, is_same_net, &quiet) {
                     Ok(Some(alignment)) if is_whole(&alignment) => {
                         places.extend(places_of(&parts[i], &piece, &alignment));
                     }
