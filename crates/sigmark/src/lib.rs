@@ -15,7 +15,7 @@
 //! use sigmark::{Curve, Embedder, Outcome, SigningKey, Verifier};
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
-//! let (original, job) = (mesh::shapes::icosphere(4), Job::default());
+//! let (original, job) = (mesh::shapes::bumpy_sphere(4, 1), Job::default());
 //! let key = SigningKey::generate(Curve::P256, &mut ChaCha20Rng::from_seed([7; 32])); // for real keys: the system's generator
 //! let signed = Embedder::new(&key).message("© 2026 Studio, order 4711").embed(&original, &job)?;
 //!

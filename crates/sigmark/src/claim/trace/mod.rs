@@ -13,7 +13,7 @@
 //! use sigmark::{Curve, Embedder, SigningKey, claim::Tracer};
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
-//! let (original, job) = (mesh::shapes::icosphere(4), Job::default());
+//! let (original, job) = (mesh::shapes::bumpy_sphere(4, 1), Job::default());
 //! let key = SigningKey::generate(Curve::P256, &mut ChaCha20Rng::from_seed([7; 32])); // for real keys: the system's generator
 //! let prepared = Embedder::new(&key).message("© 2026 Studio").prepare(&original, &job)?;
 //! let mut tracer = Tracer::new(&original, &key.public_key())?;
