@@ -50,6 +50,9 @@ impl Aligner {
     /// Puts every connected part of a suspect back by itself, where it is a whole part of the original: moved, turned, mirrored and scaled
     /// alone. Of the original's parts, those count that have a vertex of interest.
     ///
+    /// A piece with all vertices of a part is put back by these alone: one that was bent has no place. Where all of the suspect's triangles
+    /// are the original's, none is looked for by its surface.
+    ///
     /// Where a piece fits several parts, those are taken that lie as another piece does that fits one alone; else all are places.
     ///
     /// # Errors
