@@ -367,7 +367,8 @@ impl Pose {
                 skinning::posed(signed.marked(), rig, *degrees, *seed, *bits)
             }
             (By::Handles { degrees }, _) => {
-                handles::posed(signed.marked(), f64::from(*degrees), u64::from(*degrees))
+                let (degrees, seed) = (f64::from(*degrees), u64::from(*degrees));
+                Ok(handles::posed(signed.marked(), degrees, seed))
             }
             (By::Blender { .. }, Some(file)) => Ok(Asset::open(file)?.mesh().clone()),
             (By::Blender { .. }, None) => anyhow::bail!("Blender made no file"),

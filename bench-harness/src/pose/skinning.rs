@@ -2,7 +2,10 @@
 
 use anyhow::Result;
 use evaluation::attacks::random_similarity;
-use mesh::{Rig, TriMesh, Vec3, shapes};
+use mesh::{
+    Rig, TriMesh, Vec3,
+    shapes::{self, turned},
+};
 use rand_chacha::{
     ChaCha20Rng,
     rand_core::{Rng, SeedableRng},
@@ -71,14 +74,6 @@ fn pivots(points: &[Vec3], rig: &Rig) -> Vec<Vec3> {
         sum * (1.0 / share.max(f64::MIN_POSITIVE))
     };
     sums.into_iter().map(middle).collect()
-}
-
-/// By Rodrigues' formula, about a vector, by its length.
-pub(super) fn turned(x: Vec3, turn: Vec3) -> Vec3 {
-    let angle = turn.norm();
-    let axis = turn * (1.0 / angle.max(f64::MIN_POSITIVE));
-    let (sin, cos) = angle.sin_cos();
-    x * cos + axis.cross(x) * sin + axis * (axis.dot(x) * (1.0 - cos))
 }
 
 fn rounded(mesh: &TriMesh, bits: u32) -> Result<TriMesh> {

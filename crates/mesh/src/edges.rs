@@ -102,6 +102,20 @@ impl Edges {
 }
 
 impl TriMesh {
+    /// ½ Σ cot over the angles opposite to each of the mesh's edges, which is negative across obtuse ones; huge beside degenerate triangles.
+    pub fn cotangent_weights(&self, edges: &Edges) -> Vec<f64> {
+        let mut weights = vec![0.0; edges.count()];
+        for (triangle, sides) in edges.of_triangle().iter().enumerate() {
+            let corners = self.corners(triangle);
+            for (i, &side) in sides.iter().enumerate() {
+                let apex = corners[(i + 2) % 3];
+                let (a, b) = (corners[i] - apex, corners[(i + 1) % 3] - apex);
+                weights[side as usize] += 0.5 * a.dot(b) / a.cross(b).norm().max(f64::MIN_POSITIVE);
+            }
+        }
+        weights
+    }
+
     /// Which vertices share an edge with which.
     pub fn neighbours(&self) -> VertexStars {
         Edges::of(self).neighbours()

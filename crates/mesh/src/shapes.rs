@@ -20,11 +20,13 @@
 //! | [`bumpy_block`] | q + χ | 2 q | 2 − 2 h | 0 | irregular, no symmetry |
 //!
 //! Changes to a mesh: [`moved`], [`scaled`], [`translated`], [`mirrored`], [`inside_out`], [`disjoint_union`], [`exploded`], [`shuffled`],
-//! [`jittered`], [`flipped`], [`bumped`], [`divided`].
+//! [`jittered`], [`flipped`], [`bumped`], [`divided`], [`dragged`].
 
+mod dragged;
 mod irregular;
 mod plain;
 
+pub use dragged::{dragged, turned};
 pub use irregular::{bumped, bumpy_block, bumpy_sphere, bumpy_torus, flipped, jittered, shuffled, soup};
 pub use plain::{
     block, book, book_of_slivers, cube, cylinder, disjoint_union, divided, exploded, icosphere, inside_out,

@@ -110,7 +110,7 @@ pub use connectivity::{
     Correspondence, Difference, match_candidates, match_connectivity, match_cut, match_surroundings,
 };
 pub use error::RegistrationError;
-pub use local_frames::{Degree, FrameOptions, LocalFrames, bearable};
+pub use local_frames::{Degree, FrameOptions, LeftOfScalar, LocalFrames, bearable};
 pub use pieces::{Piece, PiecePlace};
 pub use points::PointPair;
 pub use prepared::PreparedMesh;

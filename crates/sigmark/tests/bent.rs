@@ -187,6 +187,18 @@ fn pulled(mesh: &TriMesh) -> TriMesh {
     })
 }
 
+/// One side held, the other turned, and the rest as rigid as possible.
+fn by_handles(mesh: &TriMesh, turn: Vec3) -> TriMesh {
+    let (centre, size) = (mesh.bounding_box().centre(), mesh.bounding_box().size());
+    let held = |v: usize| {
+        let p = mesh.point(v) - Vec3(centre);
+        let there = if p[0] > 0.0 { shapes::turned(p, turn) } else { p };
+        (p[0].abs() > 0.4 * size[0]).then(|| there + Vec3(centre))
+    };
+    let held: Vec<Option<Vec3>> = (0..mesh.vertex_count()).map(held).collect();
+    shapes::dragged(mesh, &held)
+}
+
 #[test]
 fn a_low_poly_copy_that_was_bent_or_pulled_is_found() {
     let mesh = low_poly();
@@ -201,6 +213,11 @@ fn a_low_poly_copy_that_was_bent_or_pulled_is_found() {
         ("twist by 90°", twisted(copy, PI / 2.0)),
         ("bend by 90°", arched(copy, PI / 2.0)),
         ("pulls", pulled(copy)),
+        ("handles by 60°", by_handles(copy, Vec3([PI / 3.0, 0.0, 0.0]))),
+        (
+            "handles by 120°",
+            by_handles(copy, Vec3([2.0 * PI / 3.0, 0.0, 0.0])),
+        ),
     ] {
         let verdict = verifier.verify(&suspect, &Job::default()).unwrap();
         let p = verdict.p_value;
@@ -342,6 +359,8 @@ fn bits_that_are_not_there_are_found_by_chance_alone_in_bent_low_poly_suspects()
         arched(&strangers, PI),
         pulled(&mesh),
         pulled(&strangers),
+        by_handles(&mesh, Vec3([1.0, 0.5, 0.0])),
+        by_handles(&strangers, Vec3([2.0, 0.0, 0.0])),
     ];
     are_found_by_chance_alone(&layout, &suspects, &mut random);
 }

@@ -58,6 +58,7 @@ pub(super) fn fit(region: &TriMesh, seen: &[Option<(Vec3, f64)>], options: &Fram
                 .map(|seen| seen.map_or(Vec3::ZERO, |(u, _)| u))
                 .collect(),
         ),
+        elastic: None,
         hand: 1.0,
     };
     for (vertex, seen) in (0..).zip(seen) {
@@ -126,6 +127,7 @@ mod tests {
 
     use super::*;
     use crate::Degree;
+    use crate::LeftOfScalar;
 
     const OPTIONS: FrameOptions = FrameOptions {
         reach: 0.35,
@@ -184,7 +186,10 @@ mod tests {
         let places: Vec<Vec3> = (0..mesh.vertex_count()).map(|v| ripple(mesh.point(v))).collect();
         let by_axis = [0, 1, 2].map(|axis| {
             let field: Vec<f64> = places.iter().map(|place| place[axis]).collect();
-            frames.left_along(&field).unwrap()
+            match frames.left_of_scalar(&field) {
+                LeftOfScalar::Along(left) => left,
+                _ => panic!("only one direction was seen"),
+            }
         });
         let foretold: Vec<f64> = (0..mesh.vertex_count())
             .map(|v| (0..3).map(|axis| by_axis[axis][v][axis]).sum())

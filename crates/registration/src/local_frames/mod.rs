@@ -11,6 +11,7 @@
 //! Blind to what a mark says: only places are looked at.
 
 mod along;
+mod elastic;
 mod fit;
 mod rigid;
 mod windows;
@@ -18,6 +19,7 @@ mod windows;
 use mesh::{TriMesh, Vec3};
 
 use crate::matrix::{Mat3, Svd, svd};
+use elastic::Elastic;
 use fit::{CUBIC, Fitting, Neighbour, QUADRATIC};
 use windows::Windows;
 
@@ -34,6 +36,8 @@ pub struct LocalFrames {
     ends: Vec<usize>,
     /// The vector u of each vertex where only u·δ is seen; none where all of δ is.
     along: Option<Vec<Vec3>>,
+    /// The forces in a surface that was dragged, where there are no shares.
+    elastic: Option<Elastic>,
     /// −1 where the suspect is a mirrored copy.
     hand: f64,
 }
@@ -106,6 +110,7 @@ impl LocalFrames {
             shares: Vec::new(),
             ends: Vec::with_capacity(seen.len()),
             along: None,
+            elastic: None,
             hand: fitting.hand,
         };
         let mut gradients = Vec::with_capacity(seen.len());
@@ -168,6 +173,7 @@ impl LocalFrames {
             ends: Vec::with_capacity(count),
             stretch: self.stretch.clone(),
             along: None,
+            elastic: None,
             hand: self.hand,
         };
         let mut shares = vec![&[][..]; count];
@@ -183,6 +189,28 @@ impl LocalFrames {
         (!parts.is_empty()).then_some(frames)
     }
 
+    /// Those of a surface that was dragged by handles, as rigid as possible: at each vertex the [force](elastic) that is left. [Stretches](Self::stretch) stay as they are. None where only one direction is seen.
+    ///
+    /// # Panics
+    /// When there isn't one place a vertex, or the frames are of another region.
+    pub fn of_elastic_surface(&self, region: &TriMesh, seen: &[Option<[f64; 3]>]) -> Option<Self> {
+        let count = region.vertex_count();
+        assert_eq!([seen.len(), self.ends.len()], [count; 2], "one place a vertex");
+        if self.along.is_some() {
+            return None;
+        }
+        let (elastic, beside) = Elastic::of(region, seen, self.hand);
+        Some(Self {
+            beside,
+            shares: Vec::new(),
+            ends: vec![0; count],
+            stretch: self.stretch.clone(),
+            along: None,
+            elastic: Some(elastic),
+            hand: self.hand,
+        })
+    }
+
     /// These, and others of the same region wherever these see nothing.
     ///
     /// # Panics
@@ -193,6 +221,7 @@ impl LocalFrames {
         let mut both = Self {
             shares: Vec::new(),
             ends: Vec::with_capacity(self.ends.len()),
+            elastic: self.elastic.clone().or_else(|| others.elastic.clone()),
             ..self.clone()
         };
         for vertex in 0..self.ends.len() {
@@ -221,16 +250,6 @@ impl LocalFrames {
         along::fit(region, seen, options)
     }
 
-    /// What is left of u f for a field f, where only u·δ is seen; none where all of δ is.
-    ///
-    /// # Panics
-    /// When there isn't one value a vertex.
-    pub fn left_along(&self, field: &[f64]) -> Option<Vec<Vec3>> {
-        let along = self.along.as_ref()?;
-        let field: Vec<Vec3> = along.iter().zip(field).map(|(&u, &f)| u * f).collect();
-        Some(self.left_of(&field))
-    }
-
     /// δᵢ − Σⱼ sᵢⱼ δⱼ of what the suspect has beside the original, in the region's frame and unit; none where too little was seen around a vertex, or space was folded there.
     pub fn beside(&self) -> &[Option<Vec3>] {
         &self.beside
@@ -241,19 +260,52 @@ impl LocalFrames {
         &self.stretch
     }
 
-    /// fᵢ − Σⱼ sᵢⱼ fⱼ: what these frames leave of a field over the region's vertices; 0 where nothing was seen.
+    /// What these frames leave of a field δ over the region's vertices, such as δᵢ − Σⱼ sᵢⱼ δⱼ; 0 where nothing was seen.
     ///
     /// # Panics
     /// When there isn't one value a vertex.
-    pub fn left_of<T>(&self, field: &[T]) -> Vec<T>
+    pub fn left_of(&self, field: &[Vec3]) -> Vec<Vec3> {
+        assert_eq!(field.len(), self.ends.len(), "one value a vertex");
+        let by_shares = self.left_by_shares(field);
+        let Some(elastic) = &self.elastic else {
+            return by_shares;
+        };
+        let mut left = elastic.left_of(field);
+        for (vertex, by_shares) in by_shares.into_iter().enumerate() {
+            if !self.shares_of(vertex).is_empty() {
+                left[vertex] = by_shares;
+            }
+        }
+        left
+    }
+
+    /// What they leave of a field f that is the δ along one axis, whichever that is.
+    ///
+    /// # Panics
+    /// When there isn't one value a vertex.
+    pub fn left_of_scalar(&self, field: &[f64]) -> LeftOfScalar {
+        assert_eq!(field.len(), self.ends.len(), "one value a vertex");
+        if self.elastic.is_some() {
+            let along = |axis: Vec3| -> Vec<Vec3> { field.iter().map(|&f| axis * f).collect() };
+            let axes = [Vec3::X, Vec3::Y, Vec3::Z];
+            return LeftOfScalar::OfAxes(axes.map(|axis| self.left_of(&along(axis))));
+        }
+        match &self.along {
+            Some(along) => {
+                let field: Vec<Vec3> = along.iter().zip(field).map(|(&u, &f)| u * f).collect();
+                LeftOfScalar::Along(self.left_by_shares(&field))
+            }
+            None => LeftOfScalar::Alike(self.left_by_shares(field)),
+        }
+    }
+
+    /// fᵢ − Σⱼ sᵢⱼ fⱼ.
+    fn left_by_shares<T>(&self, field: &[T]) -> Vec<T>
     where
         T: Copy + Default + std::ops::Sub<Output = T> + std::ops::Mul<f64, Output = T>,
     {
-        assert_eq!(field.len(), self.ends.len(), "one value a vertex");
-        let mut start = 0;
-        let left = |(vertex, &end): (usize, &usize)| {
-            let shares = &self.shares[start..end];
-            start = end;
+        let left = |vertex: usize| {
+            let shares = self.shares_of(vertex);
             if shares.is_empty() {
                 return T::default();
             }
@@ -263,8 +315,19 @@ impl LocalFrames {
             }
             left
         };
-        self.ends.iter().enumerate().map(left).collect()
+        (0..field.len()).map(left).collect()
     }
+}
+
+/// What frames leave of a field f along one axis.
+#[derive(Clone, Debug)]
+pub enum LeftOfScalar {
+    /// As much whichever the axis is, and along that alone.
+    Alike(Vec<f64>),
+    /// Of u f, where only u·δ is seen.
+    Along(Vec<Vec3>),
+    /// Of f along each of the three axes.
+    OfAxes([Vec<Vec3>; 3]),
 }
 
 /// Whether each place is the same shape as before, by the largest and the smallest of its [stretches](LocalFrames::stretch); none where both are zero, since nothing is known of it. Where space was folded it is not.
@@ -329,7 +392,7 @@ mod tests {
         let left = most_beside(&frames);
         assert!(left < 1e-5, "{left}");
         assert!(frames.beside().iter().all(Option::is_some));
-        let constant = frames.left_of(&vec![5.0; mesh.vertex_count()]);
+        let constant = frames.left_by_shares(&vec![5.0; mesh.vertex_count()]);
         assert!(constant.iter().all(|left| left.abs() < 1e-4));
     }
 
@@ -392,7 +455,7 @@ mod tests {
                 (0..2).all(|side| 10 * seen[side] > 8 * there[side]),
                 "{seen:?} of {there:?}"
             );
-            let ones = whole.left_of(&vec![1.0; mesh.vertex_count()]);
+            let ones = whole.left_by_shares(&vec![1.0; mesh.vertex_count()]);
             assert!(ones.iter().all(|left| left.abs() < 1e-4));
             let both = whole.or_elsewhere(&frames);
             let left = [&both, &whole, &frames].map(|frames| frames.left_of(&ripples));

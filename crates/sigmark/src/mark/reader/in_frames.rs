@@ -1,5 +1,7 @@
 //! Reading a suspect that was bent, dragged or posed, whatever did it: at its vertices, each seen from its own surroundings.
 
+use std::ops::Range;
+
 use job::Job;
 use mesh::{TriMesh, Vec3};
 use registration::{Correspondence, Degree, FrameOptions, LocalFrames, PreparedMesh, bearable};
@@ -33,6 +35,9 @@ const ENOUGH: f64 = 1.0;
 
 /// What frames tell is an estimate: others, the most alike first, are taken only if they tell so many times as much as those taken so far. By less than that they read worse as often as better.
 const MUCH_MORE: f64 = 3.0;
+
+/// The same of what forces leave untold.
+const FAR_LESS: f64 = 0.5;
 
 /// What lies beside parts that moved as a whole is read with them only if it is this share of a patch or more: of a few vertices nobody can say how far they are off.
 const LEAST_ELSEWHERE: f64 = 0.1;
@@ -118,6 +123,36 @@ fn stretching(original: &TriMesh, suspect: &TriMesh, map: &Correspondence) -> f6
     sum / quotients.len() as f64
 }
 
+/// Bands of frequencies that are judged apart.
+const BANDS: usize = 4;
+
+/// A mark as it may be in a patch, whichever its bits are, per vertex.
+struct AMark {
+    whole: Vec<Vec3>,
+    /// What it has of each band of frequencies, the lowest first.
+    bands: [Vec<Vec3>; BANDS],
+    vertices_a_harmonic: f64,
+}
+
+impl AMark {
+    fn of(layout: &MarkLayout, index: usize, basis: &PatchBasis) -> Self {
+        let bits: Vec<bool> = (0..layout.bits() as u64).map(any_bit).collect();
+        let added = layout.modulation(index, &bits);
+        let among = |frequencies: Range<usize>| -> Vec<Vec3> {
+            let mut some = vec![[0.0; 3]; added.len()];
+            some[frequencies.clone()].copy_from_slice(&added[frequencies]);
+            basis.inverse_transform(&some).into_iter().map(Vec3).collect()
+        };
+        let start = |band: usize| band * added.len() / BANDS;
+        let whole = among(0..added.len());
+        Self {
+            vertices_a_harmonic: whole.len() as f64 / added.len().max(1) as f64,
+            whole,
+            bands: std::array::from_fn(|band| among(start(band)..start(band + 1))),
+        }
+    }
+}
+
 /// A patch of a suspect whose vertices were found again.
 struct SeenPatch<'a> {
     region: &'a TriMesh,
@@ -155,11 +190,11 @@ impl SeenPatch<'_> {
     }
 
     /// In the frames that leave most of a mark, as it may be there, beside what else they leave.
-    fn in_best_frames(&self, a_mark: &[Vec3]) -> PatchInFrames {
+    fn in_best_frames(&self, a_mark: &AMark) -> PatchInFrames {
         let usual = self.options(REACH, Degree::Quadratic);
         let first = LocalFrames::fit(self.region, &self.places, &usual);
         let (mut beside, mut stretch) = (first.beside().to_vec(), first.stretch().to_vec());
-        let mut best = Judged::new(first, a_mark);
+        let mut best = Judged::new(first, &a_mark.whole);
         if best.tells < ENOUGH {
             let rigid = best.frames.of_rigid_parts(self.region, &self.places, &usual);
             for reach in OTHER_REACHES {
@@ -171,10 +206,13 @@ impl SeenPatch<'_> {
                         (beside[v], stretch[v]) = (frames.beside()[v], *wider);
                     }
                 }
-                best = best.or(Judged::new(frames, a_mark));
+                best = best.or(Judged::new(frames, &a_mark.whole));
+            }
+            if let Some(elastic) = best.frames.of_elastic_surface(self.region, &self.places) {
+                best = best.or_by_forces(Judged::new(elastic, &a_mark.whole), a_mark);
             }
             if let Some(rigid) = rigid {
-                best = best.or_in_parts(Judged::new(rigid, a_mark), a_mark);
+                best = best.or_in_parts(Judged::new(rigid, &a_mark.whole), &a_mark.whole);
             }
         }
         PatchInFrames {
@@ -211,6 +249,16 @@ impl Judged {
         }
     }
 
+    /// These, or forces in a surface that was dragged, if they leave far less of a mark's coefficients untold. They see much of high frequencies and little of low ones, so that squares alone say too much of them.
+    fn or_by_forces(self, forces: Self, a_mark: &AMark) -> Self {
+        let untold = |judged: &Self| 1.0 - judged.told.coefficients(&judged.frames, a_mark);
+        if untold(&forces) < FAR_LESS * untold(&self) {
+            forces
+        } else {
+            self
+        }
+    }
+
     /// These, or if that tells much more, others that see parts alone, elsewhere with these where that tells more.
     fn or_in_parts(self, parts: Self, a_mark: &[Vec3]) -> Self {
         let elsewhere = Told::by(&self.frames, a_mark, |v| parts.frames.beside()[v].is_none());
@@ -234,6 +282,8 @@ struct Told {
     share: f64,
     /// The squares of what is left of a mark there, and of what else is left: medians.
     of_mark: f64,
+    beside_mark: f64,
+    /// The latter, with what is always taken for noise.
     noise: f64,
 }
 
@@ -251,12 +301,28 @@ impl Told {
         let of_mark = median(seen.iter().map(|(_, left)| left.squared()));
         let of_all = median(seen.iter().map(|(beside, _)| beside.squared()));
         let whole = median(a_mark.iter().map(|mark| mark.squared()));
-        let noise = (of_all - of_mark).max(0.0) + LEAST_NOISE * whole;
+        let beside_mark = (of_all - of_mark).max(0.0);
+        let noise = beside_mark + LEAST_NOISE * whole;
         Self {
             share: seen.len() as f64 / a_mark.len().max(1) as f64,
             of_mark,
+            beside_mark,
             noise: noise.max(f64::MIN_POSITIVE),
         }
+    }
+
+    /// About which share of a mark's coefficients frames tell: of each band of frequencies 1 − v, where v is the variance that observations leave to what had the variance 1.
+    fn coefficients(&self, frames: &LocalFrames, a_mark: &AMark) -> f64 {
+        let noise = (self.beside_mark + LEAST_NOISE * self.of_mark).max(f64::MIN_POSITIVE);
+        let observations = self.share * a_mark.vertices_a_harmonic;
+        let of_band = |band: &Vec<Vec3>| {
+            let left = frames.left_of(band).into_iter().zip(frames.beside());
+            let seen = left.filter(|(_, beside)| beside.is_some());
+            let squares = BANDS as f64 * median(seen.map(|(left, _)| left.squared()));
+            let told = observations * squares / noise;
+            told / (1.0 + told)
+        };
+        a_mark.bands.iter().map(of_band).sum::<f64>() / BANDS as f64
     }
 
     /// The squares of the mark to those of the rest, as often as there are such vertices.
@@ -297,7 +363,6 @@ impl InFrames {
     pub(super) fn seen(layout: &MarkLayout, registered: Registered, job: &Job) -> Result<Self, MarkError> {
         let original = layout.original();
         let seen = &registered.positions;
-        let bits: Vec<bool> = (0..layout.bits() as u64).map(any_bit).collect();
         let fit = |index: usize, patch: &Patch, basis: &PatchBasis| {
             let functions = original.functions()[index].max(1) as f64;
             let seen = SeenPatch {
@@ -308,9 +373,7 @@ impl InFrames {
             };
             let along = patch.gather(&registered.along);
             if along.iter().all(Option::is_none) {
-                let a_mark = basis.inverse_transform(&layout.modulation(index, &bits));
-                let a_mark: Vec<Vec3> = a_mark.into_iter().map(Vec3).collect();
-                return (index, seen.in_best_frames(&a_mark));
+                return (index, seen.in_best_frames(&AMark::of(layout, index, basis)));
             }
             let line = |v: usize| {
                 let u = Vec3(along[v]?);

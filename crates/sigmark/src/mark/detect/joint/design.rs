@@ -2,7 +2,7 @@
 
 use faer::Mat;
 use mesh::{Similarity, Vec3};
-use registration::LocalFrames;
+use registration::{LeftOfScalar, LocalFrames};
 
 use super::{
     Bending, JointModel,
@@ -50,19 +50,13 @@ enum Left {
     /// All.
     All,
     /// What local frames leave of each.
-    OfEach(Vec<Vec<f64>>),
-    /// What they leave of each along the lines that are seen.
-    Along(Vec<Vec<Vec3>>),
+    InFrames(Vec<LeftOfScalar>),
 }
 
 impl Left {
     fn of(frames: &LocalFrames, basis: &PatchBasis, count: usize) -> Self {
         let harmonics = (0..count).map(|k| basis.spectrum().eigenfunction(k));
-        let along: Option<Vec<_>> = harmonics.clone().map(|f| frames.left_along(f)).collect();
-        match along {
-            Some(along) => Self::Along(along),
-            None => Self::OfEach(harmonics.map(|f| frames.left_of(f)).collect()),
-        }
+        Self::InFrames(harmonics.map(|f| frames.left_of_scalar(f)).collect())
     }
 }
 
@@ -103,14 +97,19 @@ impl<'a> View<'a> {
 
     /// What an observation tells of a harmonic along an axis.
     fn told(&self, k: usize, axis: usize) -> impl Fn(&Observation) -> f64 {
-        let (harmonic, along): (&[f64], Option<&[Vec3]>) = match &self.left {
-            Left::All => (self.basis.spectrum().eigenfunction(k), None),
-            Left::OfEach(left) => (&left[k], None),
-            Left::Along(left) => (&[], Some(&left[k])),
+        let left = match &self.left {
+            Left::All => None,
+            Left::InFrames(left) => Some(&left[k]),
         };
-        move |observation| match along {
-            Some(along) => along[observation.vertex][axis],
-            None => observation.along[axis] * harmonic[observation.vertex],
+        let harmonic = self.basis.spectrum().eigenfunction(k);
+        move |observation| {
+            let Observation { vertex, along, .. } = *observation;
+            match left {
+                None => along[axis] * harmonic[vertex],
+                Some(LeftOfScalar::Alike(left)) => along[axis] * left[vertex],
+                Some(LeftOfScalar::Along(left)) => left[vertex][axis],
+                Some(LeftOfScalar::OfAxes(left)) => along.dot(left[axis][vertex]),
+            }
         }
     }
 
