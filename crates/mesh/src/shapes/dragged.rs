@@ -115,7 +115,7 @@ impl<'a> Surface<'a> {
         let mut direction = eased(&left);
         let mut size = dot(&left, &direction);
         for _ in 0..MOST_STEPS {
-            if !(size > enough) {
+            if size <= enough || size.is_nan() {
                 break;
             }
             let along = times(&direction);

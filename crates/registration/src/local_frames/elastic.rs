@@ -224,7 +224,7 @@ impl Turn {
             yielding: Mat3::ZERO,
         };
         let stiffness = [b + sign * c, a + sign * c, a + b];
-        if !(stiffness[0] > NARROWEST * a) {
+        if stiffness[0] <= NARROWEST * a || a.is_nan() {
             return None;
         }
         for (i, sign) in [1.0, 1.0, sign].into_iter().enumerate() {

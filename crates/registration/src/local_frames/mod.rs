@@ -189,7 +189,7 @@ impl LocalFrames {
         (!parts.is_empty()).then_some(frames)
     }
 
-    /// Those of a surface that was dragged by handles, as rigid as possible: at each vertex the [force](elastic) that is left. [Stretches](Self::stretch) stay as they are. None where only one direction is seen.
+    /// Those of a surface that was dragged by handles, as rigid as possible: at each vertex the force that is left. [Stretches](Self::stretch) stay as they are. None where only one direction is seen.
     ///
     /// # Panics
     /// When there isn't one place a vertex, or the frames are of another region.

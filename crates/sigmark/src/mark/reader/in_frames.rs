@@ -36,8 +36,11 @@ const ENOUGH: f64 = 1.0;
 /// What frames tell is an estimate: others, the most alike first, are taken only if they tell so many times as much as those taken so far. By less than that they read worse as often as better.
 const MUCH_MORE: f64 = 3.0;
 
-/// The same of what forces leave untold.
+/// Forces in a surface that was dragged are taken if they leave so many times as much of a mark's coefficients untold as other frames.
 const FAR_LESS: f64 = 0.5;
+
+/// They are not asked in patches of more vertices: there the shortest wave is twenty edges long, and from one vertex to the next little of it is left.
+const MOST_VERTICES: usize = 20_000;
 
 /// What lies beside parts that moved as a whole is read with them only if it is this share of a patch or more: of a few vertices nobody can say how far they are off.
 const LEAST_ELSEWHERE: f64 = 0.1;
@@ -208,7 +211,9 @@ impl SeenPatch<'_> {
                 }
                 best = best.or(Judged::new(frames, &a_mark.whole));
             }
-            if let Some(elastic) = best.frames.of_elastic_surface(self.region, &self.places) {
+            if a_mark.whole.len() <= MOST_VERTICES
+                && let Some(elastic) = best.frames.of_elastic_surface(self.region, &self.places)
+            {
                 best = best.or_by_forces(Judged::new(elastic, &a_mark.whole), a_mark);
             }
             if let Some(rigid) = rigid {
