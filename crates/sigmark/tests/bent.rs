@@ -187,6 +187,16 @@ fn pulled(mesh: &TriMesh) -> TriMesh {
     })
 }
 
+/// Waves along one line, which leave nothing where it was.
+fn waved(mesh: &TriMesh) -> TriMesh {
+    let diagonal = mesh.bounding_box().diagonal();
+    let way = Vec3([0.6, 0.0, 0.8]) * (0.04 * diagonal);
+    deformed(mesh, |p| {
+        let Vec3([x, y, z]) = p * (10.0 / diagonal);
+        p + way * (y.sin() + (1.3 * x - z).cos())
+    })
+}
+
 /// One side held, the other turned, and the rest as rigid as possible.
 fn by_handles(mesh: &TriMesh, turn: Vec3) -> TriMesh {
     let (centre, size) = (mesh.bounding_box().centre(), mesh.bounding_box().size());
@@ -213,6 +223,7 @@ fn a_low_poly_copy_that_was_bent_or_pulled_is_found() {
         ("twist by 90°", twisted(copy, PI / 2.0)),
         ("bend by 90°", arched(copy, PI / 2.0)),
         ("pulls", pulled(copy)),
+        ("waves", waved(copy)),
         ("handles by 60°", by_handles(copy, Vec3([PI / 3.0, 0.0, 0.0]))),
         (
             "handles by 120°",
@@ -359,6 +370,8 @@ fn bits_that_are_not_there_are_found_by_chance_alone_in_bent_low_poly_suspects()
         arched(&strangers, PI),
         pulled(&mesh),
         pulled(&strangers),
+        waved(&mesh),
+        waved(&strangers),
         by_handles(&mesh, Vec3([1.0, 0.5, 0.0])),
         by_handles(&strangers, Vec3([2.0, 0.0, 0.0])),
     ];

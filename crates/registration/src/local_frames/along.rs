@@ -58,6 +58,7 @@ pub(super) fn fit(region: &TriMesh, seen: &[Option<(Vec3, f64)>], options: &Fram
                 .map(|seen| seen.map_or(Vec3::ZERO, |(u, _)| u))
                 .collect(),
         ),
+        hidden: None,
         elastic: None,
         hand: 1.0,
     };

@@ -13,7 +13,7 @@
 mod along;
 mod elastic;
 mod fit;
-mod rigid;
+mod parts;
 mod windows;
 
 use mesh::{TriMesh, Vec3};
@@ -21,6 +21,7 @@ use mesh::{TriMesh, Vec3};
 use crate::matrix::{Mat3, Svd, svd};
 use elastic::Elastic;
 use fit::{CUBIC, Fitting, Neighbour, QUADRATIC};
+use parts::{Move, Part, Parts};
 use windows::Windows;
 
 /// A region of a suspect as its own surroundings see it; per vertex of the region.
@@ -36,6 +37,8 @@ pub struct LocalFrames {
     ends: Vec<usize>,
     /// The vector u of each vertex where only u·δ is seen; none where all of δ is.
     along: Option<Vec<Vec3>>,
+    /// The unit vector of each vertex along which nothing of δ is seen, 0 where all is; none where that is everywhere.
+    hidden: Option<Vec<Vec3>>,
     /// The forces in a surface that was dragged, where there are no shares.
     elastic: Option<Elastic>,
     /// −1 where the suspect is a mirrored copy.
@@ -110,6 +113,7 @@ impl LocalFrames {
             shares: Vec::new(),
             ends: Vec::with_capacity(seen.len()),
             along: None,
+            hidden: None,
             elastic: None,
             hand: fitting.hand,
         };
@@ -151,42 +155,56 @@ impl LocalFrames {
         frames
     }
 
-    /// Those of the parts that were moved as a whole, or nearly: only what is smooth over all of such a part is taken for its pose, so that nearly all of δ is left. Elsewhere nothing is seen, but [stretches](Self::stretch) stay known. None where there is no such part, or only one direction is seen.
+    /// Those of the parts whose move is known by a few numbers, so that nearly all of δ is left: first of parts that were moved as a whole, or nearly; then of these and of parts whose vertices were all pulled along one line, by as much as each may be, where what lies along the line is [hidden](Self::hidden). Elsewhere nothing is seen, but
+    /// [stretches](Self::stretch) stay known. Nothing where there are no such parts, or only one direction is seen.
     ///
     /// # Panics
     /// When there isn't one place a vertex, or the frames are of another region.
-    pub fn of_rigid_parts(
-        &self,
-        region: &TriMesh,
-        seen: &[Option<[f64; 3]>],
-        options: &FrameOptions,
-    ) -> Option<Self> {
+    pub fn of_parts(&self, region: &TriMesh, seen: &[Option<[f64; 3]>], options: &FrameOptions) -> Vec<Self> {
         let count = region.vertex_count();
         assert_eq!([seen.len(), self.ends.len()], [count; 2], "one place a vertex");
         if self.along.is_some() {
-            return None;
+            return Vec::new();
         }
-        let parts = rigid::parts(region, seen, options.noise, self.hand);
+        let mut parts = Parts::of(region, seen, options.noise, self.hand);
+        let (mut taken, mut found) = (Vec::new(), Vec::new());
+        for by in [Move::AsAWhole, Move::AlongALine] {
+            let others = parts.take(by);
+            if !others.is_empty() {
+                taken.extend(others);
+                found.push(self.seeing(&taken));
+            }
+        }
+        found
+    }
+
+    /// Frames that see parts alone.
+    fn seeing(&self, parts: &[Part]) -> Self {
+        let count = self.ends.len();
         let mut frames = Self {
             beside: vec![None; count],
             shares: Vec::new(),
             ends: Vec::with_capacity(count),
             stretch: self.stretch.clone(),
             along: None,
+            hidden: None,
             elastic: None,
             hand: self.hand,
         };
         let mut shares = vec![&[][..]; count];
-        for part in &parts {
+        for part in parts {
             for (&(v, beside), of_it) in part.beside.iter().zip(&part.shares) {
                 (frames.beside[v], shares[v]) = (Some(beside), of_it);
+                if let Some(hidden) = part.hidden {
+                    frames.hidden.get_or_insert_with(|| vec![Vec3::ZERO; count])[v] = hidden;
+                }
             }
         }
         for of_it in shares {
             frames.shares.extend(of_it);
             frames.ends.push(frames.shares.len());
         }
-        (!parts.is_empty()).then_some(frames)
+        frames
     }
 
     /// Those of a surface that was dragged by handles, as rigid as possible: at each vertex the force that is left. [Stretches](Self::stretch) stay as they are. None where only one direction is seen.
@@ -206,6 +224,7 @@ impl LocalFrames {
             ends: vec![0; count],
             stretch: self.stretch.clone(),
             along: None,
+            hidden: None,
             elastic: Some(elastic),
             hand: self.hand,
         })
@@ -224,6 +243,8 @@ impl LocalFrames {
             elastic: self.elastic.clone().or_else(|| others.elastic.clone()),
             ..self.clone()
         };
+        let hides = self.hidden.is_some() || others.hidden.is_some();
+        let mut hidden = Vec::new();
         for vertex in 0..self.ends.len() {
             let frames = if self.beside[vertex].is_some() {
                 self
@@ -233,8 +254,25 @@ impl LocalFrames {
             both.beside[vertex] = frames.beside[vertex];
             both.shares.extend(frames.shares_of(vertex));
             both.ends.push(both.shares.len());
+            hidden.push(frames.hidden(vertex));
         }
+        both.hidden = hides.then_some(hidden);
         both
+    }
+
+    /// Whether they see the forces in a surface that was dragged.
+    pub fn is_elastic(&self) -> bool {
+        self.elastic.is_some()
+    }
+
+    /// Whether something is [hidden](Self::hidden) anywhere.
+    pub fn is_part_hidden(&self) -> bool {
+        self.hidden.is_some()
+    }
+
+    /// The unit vector along which nothing of δ is seen at a vertex; 0 where all is.
+    pub fn hidden(&self, vertex: usize) -> Vec3 {
+        self.hidden.as_ref().map_or(Vec3::ZERO, |hidden| hidden[vertex])
     }
 
     fn shares_of(&self, vertex: usize) -> &[(u32, f32)] {
@@ -266,7 +304,10 @@ impl LocalFrames {
     /// When there isn't one value a vertex.
     pub fn left_of(&self, field: &[Vec3]) -> Vec<Vec3> {
         assert_eq!(field.len(), self.ends.len(), "one value a vertex");
-        let by_shares = self.left_by_shares(field);
+        let mut by_shares = self.left_by_shares(field);
+        for (left, &hidden) in by_shares.iter_mut().zip(self.hidden.iter().flatten()) {
+            *left -= hidden * hidden.dot(*left);
+        }
         let Some(elastic) = &self.elastic else {
             return by_shares;
         };
@@ -322,7 +363,7 @@ impl LocalFrames {
 /// What frames leave of a field f along one axis.
 #[derive(Clone, Debug)]
 pub enum LeftOfScalar {
-    /// As much whichever the axis is, and along that alone.
+    /// As much whichever the axis is, and along that alone, less what is [hidden](LocalFrames::hidden).
     Alike(Vec<f64>),
     /// Of u f, where only u·δ is seen.
     Along(Vec<Vec3>),
@@ -433,7 +474,7 @@ mod tests {
                 Vec3([hand * x, y, z])
             });
             let frames = LocalFrames::fit(&mesh, &places, &options);
-            let whole = frames.of_rigid_parts(&mesh, &places, &options).unwrap();
+            let whole = frames.of_parts(&mesh, &places, &options).remove(0);
             assert_eq!(whole.stretch(), frames.stretch());
             let (mut seen, mut there) = ([0, 0], [0, 0]);
             for (v, beside) in whole.beside().iter().enumerate() {
@@ -470,7 +511,42 @@ mod tests {
         }
         let twisted = placed(&mesh, |p| turned_by(p, p[0]));
         let frames = LocalFrames::fit(&mesh, &twisted, &options);
-        assert!(frames.of_rigid_parts(&mesh, &twisted, &options).is_none());
+        assert!(frames.of_parts(&mesh, &twisted, &options).is_empty());
+    }
+
+    // Pulled so that nothing stays where it was, and then turned.
+    #[test]
+    fn across_the_line_of_a_pull_all_of_a_field_is_left_however_far_each_vertex_went() {
+        let mesh = shapes::bumpy_torus(24, 16, 1);
+        let options = FrameOptions {
+            noise: 3e-3,
+            ..OPTIONS
+        };
+        let line = Vec3([0.3, 0.1, 0.4]);
+        let pulled = |p: Vec3| {
+            let t = (1.0 - (p - Vec3([1.0, 0.0, 0.3])).norm() / 3.0).max(0.0);
+            let q = p + line * (t * t * (3.0 - 2.0 * t) + (5.0 * p[1]).sin());
+            Vec3([2.0 * q[1], 5.0 - 2.0 * q[0], 2.0 * q[2]])
+        };
+        let field: Vec<Vec3> = (0..mesh.vertex_count()).map(|v| ripple(mesh.point(v))).collect();
+        let places = placed(&mesh, |p| pulled(p + ripple(p)));
+        let frames = LocalFrames::fit(&mesh, &places, &options);
+        let found = frames.of_parts(&mesh, &places, &options);
+        let [parts] = &found[..] else {
+            panic!("no part moved as a whole: {}", found.len())
+        };
+        let (mut seen, mut off, mut size) = (0, 0.0, 0.0);
+        for (v, (left, beside)) in parts.left_of(&field).into_iter().zip(parts.beside()).enumerate() {
+            let Some(beside) = *beside else { continue };
+            let across = parts.hidden(v).cross(line).norm() / line.norm();
+            assert!(across < 0.02, "{:?}", parts.hidden(v));
+            assert!(beside.dot(parts.hidden(v)).abs() < 1e-9 * beside.norm());
+            seen += 1;
+            off += (left - beside).squared();
+            size += left.squared();
+        }
+        assert!(5 * seen > 4 * mesh.vertex_count(), "{seen}");
+        assert!(off < 0.02 * size, "{off} of {size}");
     }
 
     #[test]

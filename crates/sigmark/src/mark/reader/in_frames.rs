@@ -199,7 +199,7 @@ impl SeenPatch<'_> {
         let (mut beside, mut stretch) = (first.beside().to_vec(), first.stretch().to_vec());
         let mut best = Judged::new(first, &a_mark.whole);
         if best.tells < ENOUGH {
-            let rigid = best.frames.of_rigid_parts(self.region, &self.places, &usual);
+            let parts = best.frames.of_parts(self.region, &self.places, &usual);
             for reach in OTHER_REACHES {
                 let options = self.options(reach, Degree::Cubic);
                 let frames = LocalFrames::fit(self.region, &self.places, &options);
@@ -216,8 +216,13 @@ impl SeenPatch<'_> {
             {
                 best = best.or_by_forces(Judged::new(elastic, &a_mark.whole), a_mark);
             }
-            if let Some(rigid) = rigid {
-                best = best.or_in_parts(Judged::new(rigid, &a_mark.whole), &a_mark.whole);
+            // What handles dragged looks as if it was pulled wherever it was turned by little.
+            let parts = parts
+                .into_iter()
+                .filter(|parts| !(best.frames.is_elastic() && parts.is_part_hidden()))
+                .map(|frames| best.with_parts(Judged::new(frames, &a_mark.whole), &a_mark.whole));
+            if let Some(parts) = parts.max_by(|a, b| a.tells.total_cmp(&b.tells)) {
+                best = best.or(parts);
             }
         }
         PatchInFrames {
@@ -264,11 +269,11 @@ impl Judged {
         }
     }
 
-    /// These, or if that tells much more, others that see parts alone, elsewhere with these where that tells more.
-    fn or_in_parts(self, parts: Self, a_mark: &[Vec3]) -> Self {
+    /// Others that see parts alone, elsewhere with these where that tells more.
+    fn with_parts(&self, parts: Self, a_mark: &[Vec3]) -> Self {
         let elsewhere = Told::by(&self.frames, a_mark, |v| parts.frames.beside()[v].is_none());
         let tells = parts.told.with(&elsewhere);
-        let parts = if tells > parts.tells && elsewhere.share > LEAST_ELSEWHERE {
+        if tells > parts.tells && elsewhere.share > LEAST_ELSEWHERE {
             Self {
                 frames: parts.frames.or_elsewhere(&self.frames),
                 tells,
@@ -276,8 +281,7 @@ impl Judged {
             }
         } else {
             parts
-        };
-        self.or(parts)
+        }
     }
 }
 

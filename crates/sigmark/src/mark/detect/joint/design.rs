@@ -162,7 +162,7 @@ impl<'a> Design<'a> {
         }
     }
 
-    fn frames_of(&self, patch: usize) -> Option<&LocalFrames> {
+    pub(super) fn frames_of(&self, patch: usize) -> Option<&LocalFrames> {
         self.frames?.get(patch)?.as_ref()
     }
 

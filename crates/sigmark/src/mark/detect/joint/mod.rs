@@ -87,7 +87,7 @@ use fields::{
     BENDING_FIELDS, OFFSET_FIELDS, OPTIONAL_FIELDS, OPTIONAL_LEVELS, SURFACE_FIELDS, bending_fields,
     surface_fields,
 };
-use observations::observations;
+use observations::{Observation, observations};
 use patch::PatchEquations;
 use patchwise::PatchwiseEquations;
 use solving::{Solving, number_bits, places};
@@ -293,6 +293,10 @@ impl JointEstimator {
         let of_patch = |index: usize, patch: &Patch, basis: &PatchBasis| {
             let view = View::new(&design, layout, index, patch, basis);
             let mut seen = observations(patch, basis, suspect, design.diagonal);
+            if let Some(frames) = design.frames_of(index) {
+                let across = |seen: Observation| seen.across(frames.hidden(seen.vertex));
+                seen = seen.into_iter().filter_map(across).collect();
+            }
             seen.iter_mut()
                 .for_each(|observation| self.model.limit(observation));
             Ok((index, PatchEquations::new(&design, &view, seen, redundancy)?))

@@ -36,6 +36,24 @@ pub(super) enum ObservationKind {
     Surface,
 }
 
+/// Less of a direction says nothing that the other two don't.
+const LEAST_LEFT: f64 = 1e-3;
+
+impl Observation {
+    /// The same where nothing is seen along a unit vector, or 0: along what is left of its direction, and counting as much as that. None where nothing is left.
+    pub(super) fn across(mut self, hidden: Vec3) -> Option<Self> {
+        let left = self.along - hidden * hidden.dot(self.along);
+        let share = left.norm() / self.along.norm();
+        if share < LEAST_LEFT {
+            return None;
+        }
+        self.along = left * (1.0 / share);
+        self.displacement /= share;
+        self.mass *= share * share;
+        Some(self)
+    }
+}
+
 impl ObservationKind {
     pub(super) const ALL: [Self; 4] = [Self::X, Self::Y, Self::Z, Self::Surface];
 
