@@ -1,7 +1,7 @@
 //! A suspect that kept the original's connectivity is matched vertex by vertex, whatever else was done to it.
 
 use job::Job;
-use mesh::{Similarity, TriMesh, shapes};
+use mesh::{Similarity, TriMesh, Vec3, shapes};
 use proptest::prelude::*;
 use registration::{
     Difference, Handedness, fit_similarity, match_candidates, match_connectivity, match_cut,
@@ -206,6 +206,48 @@ fn geometry_leaves_one_map_of_a_bumpy_icosphere() {
     .unwrap();
     assert_eq!(maps.len(), 1);
     assert_same_positions(&original, &shuffled, &maps[0].suspect_of);
+}
+
+/// A body with forty buttons around it, all alike, twisted by half a turn: no similarity takes a button to its place, but those next to it tell where that is.
+#[test]
+fn equal_parts_of_a_twisted_model_are_told_apart_by_what_lies_around_them() {
+    let button = |i: usize| {
+        let (angle, height) = (i as f64 * 2.4, 0.2 * i as f64 - 4.0);
+        let small = shapes::scaled(&shapes::bumpy_sphere(1, 5), 0.05);
+        shapes::translated(&small, [height, angle.cos(), angle.sin()])
+    };
+    let body = shapes::translated(&shapes::bumpy_torus(16, 12, 2), [-5.5, 0.0, 0.0]);
+    let parts: Vec<TriMesh> = std::iter::once(body).chain((0..40).map(button)).collect();
+    let original = shapes::disjoint_union(&parts);
+    let twisted = |[x, y, z]: [f64; 3]| {
+        let (sin, cos) = (x * std::f64::consts::PI / 8.0).sin_cos();
+        [x, cos * y - sin * z, sin * y + cos * z]
+    };
+    let places = original.positions().iter().copied().map(twisted).collect();
+    let suspect = shapes::shuffled(&original.with_positions(places).unwrap(), 8);
+    let maps = match_candidates(&original, &suspect, 8, &Job::default()).unwrap();
+    let is_right = |suspect_of: &[Option<u32>]| {
+        let mut pairs = suspect_of.iter().zip(original.positions());
+        pairs.all(|(w, &p)| w.is_none_or(|w| suspect.positions()[w as usize] == twisted(p)))
+    };
+    assert!(
+        maps.iter()
+            .any(|map| map.matched() == original.vertex_count() && is_right(&map.suspect_of))
+    );
+
+    let there: Vec<[f64; 3]> = original.positions().iter().copied().map(twisted).collect();
+    let fit = fit_similarity(&there, original.positions(), None, Handedness::Either).unwrap();
+    let buttons: Vec<usize> = (0..40).map(|i| original.vertex_count() - 42 * (i + 1)).collect();
+    let nearest = |&v: &usize| {
+        let place = fit.transform.apply(Vec3(there[v]));
+        let apart = |&&w: &&usize| (original.point(w) - place).norm();
+        *buttons
+            .iter()
+            .min_by(|a, b| apart(a).total_cmp(&apart(b)))
+            .unwrap()
+    };
+    let astray = buttons.iter().filter(|&v| nearest(v) != *v).count();
+    assert!(astray > 10, "{astray}: a similarity would have told");
 }
 
 #[test]

@@ -3,7 +3,8 @@
 //! Parts that can be mapped in one way only fix a similarity of suspect to original. Without such a part,
 //! every image of the seed flag of one part, the anchor, is a hypothesis. Under the similarity of a
 //! hypothesis every other part takes the free image that lies nearest. Hypotheses are ranked by the residual
-//! of all pairs together.
+//! of all pairs together. What was bent or posed lies where no similarity has it: there a part is better placed
+//! by the parts around it, and that makes another map.
 //!
 //! Work is bounded by [`BUDGET`] in each of three stages. Images of the anchor are compared on growing
 //! neighbourhoods of its seed (successive halving); those that remain by how near they bring the centroids of
@@ -15,7 +16,7 @@ use super::graph::Graph;
 use super::propagation::{Flag, Propagation, fit};
 use job::{Job, JobError};
 use mesh::{Similarity, Vec3};
-use std::collections::HashMap;
+use std::{cmp::Ordering, collections::HashMap, ops::Range};
 
 /// Vertices visited in each stage of the choice.
 const BUDGET: usize = 20_000_000;
@@ -36,6 +37,12 @@ const SAMPLED_PARTS: usize = 32;
 /// A map is kept beside the best one when its residual is at most so many times larger.
 const INDISTINGUISHABLE: f64 = 2.0;
 
+/// More parts than this are not placed by those around them.
+const MOST_GROWN: usize = 1000;
+
+/// Vertices of parts around another by which that is placed.
+const SURROUNDING: usize = 64;
+
 type Pairs = Vec<(u32, u32)>;
 
 /// Maps of as many parts as possible, the best first, at most `limit`; none when no part can be mapped.
@@ -49,15 +56,17 @@ pub(super) fn candidates(
     let mut search = Search::new(from, onto, colours, job);
     let starts = search.hypotheses()?;
     let mut maps = starts
-        .into_iter()
-        .map(|start| search.complete(start))
+        .iter()
+        .map(|start| search.complete(start.clone()))
         .collect::<Result<Vec<Placed>, JobError>>()?;
-    maps.sort_by(|x, y| {
-        y.pairs
-            .len()
-            .cmp(&x.pairs.len())
-            .then(x.residual.total_cmp(&y.residual))
-    });
+    let best = (0..maps.len()).min_by(|&x, &y| maps[x].order(&maps[y]));
+    if let Some(best) = best
+        && let Some(grown) = search.grown(starts[best].clone())?
+        && correspondence(from, &grown.pairs) != correspondence(from, &maps[best].pairs)
+    {
+        maps.push(grown);
+    }
+    maps.sort_by(Placed::order);
     let rounding = 1e-9 * from.mesh.bounding_box().diagonal();
     let bound = maps
         .first()
@@ -88,11 +97,21 @@ struct Part {
 }
 
 /// A map of some parts.
+#[derive(Clone)]
 struct Placed {
+    /// Those of one part after those of another.
     pairs: Pairs,
     taken: Vec<bool>,
     done: Vec<bool>,
     residual: f64,
+}
+
+impl Placed {
+    /// Maps of more vertices come first, and among those of as many the one with the smallest residual.
+    fn order(&self, other: &Self) -> Ordering {
+        let longer = other.pairs.len().cmp(&self.pairs.len());
+        longer.then(self.residual.total_cmp(&other.residual))
+    }
 }
 
 struct Search<'a> {
@@ -263,6 +282,64 @@ impl<'a> Search<'a> {
         }
         placed.residual = fit(self.from, self.onto, &placed.pairs).map_or(f64::INFINITY, |fit| fit.residual);
         Ok(placed)
+    }
+
+    /// Places all other parts, each under the similarity of those around it that were placed before, the nearest first; none where all is placed, nothing is, there are too many, or too many images were looked at.
+    fn grown(&mut self, mut placed: Placed) -> Result<Option<Placed>, JobError> {
+        let mut left: Vec<usize> = (0..self.parts.len()).filter(|&i| !placed.done[i]).collect();
+        if left.is_empty() || placed.pairs.is_empty() || self.parts.len() > MOST_GROWN {
+            return Ok(None);
+        }
+        let middle = |pairs: &[(u32, u32)]| {
+            let places = pairs.iter().map(|&(v, _)| self.from.position(v));
+            places.sum::<Vec3>() / pairs.len() as f64
+        };
+        let mut known: Vec<(Vec3, Range<usize>)> = Vec::new();
+        for of_part in placed
+            .pairs
+            .chunk_by(|a, b| self.from.part_of(a.0) == self.from.part_of(b.0))
+        {
+            let start = known.last().map_or(0, |(_, last)| last.end);
+            known.push((middle(of_part), start..start + of_part.len()));
+        }
+        let apart = |known: &(Vec3, Range<usize>), part: &Part| (known.0 - part.centroid).squared();
+        let mut nearest: Vec<f64> = left
+            .iter()
+            .map(|&part| {
+                let apart = known.iter().map(|known| apart(known, &self.parts[part]));
+                apart.fold(f64::INFINITY, f64::min)
+            })
+            .collect();
+        while let Some(next) = (0..left.len()).min_by(|&a, &b| nearest[a].total_cmp(&nearest[b])) {
+            self.job.go_on()?;
+            if self.visits > MOST_VISITS {
+                return Ok(None);
+            }
+            let part = left.swap_remove(next);
+            nearest.swap_remove(next);
+            known.sort_by(|a, b| apart(a, &self.parts[part]).total_cmp(&apart(b, &self.parts[part])));
+            let mut around = Pairs::new();
+            for (_, of_part) in &known {
+                if around.len() >= SURROUNDING {
+                    break;
+                }
+                around.extend(&placed.pairs[of_part.clone()]);
+            }
+            let Some(fit) = fit(self.from, self.onto, &around) else {
+                continue;
+            };
+            let start = placed.pairs.len();
+            self.place_nearest(&mut placed, part, &fit.transform);
+            if placed.pairs.len() > start {
+                let new = (self.parts[part].centroid, start..placed.pairs.len());
+                for (nearest, &other) in nearest.iter_mut().zip(&left) {
+                    *nearest = nearest.min(apart(&new, &self.parts[other]));
+                }
+                known.push(new);
+            }
+        }
+        placed.residual = fit(self.from, self.onto, &placed.pairs).map_or(f64::INFINITY, |fit| fit.residual);
+        Ok(Some(placed))
     }
 
     /// Maps a part by the free image that lies nearest under `transform`.
