@@ -37,6 +37,9 @@ const SAMPLED_PARTS: usize = 32;
 /// A map is kept beside the best one when its residual is at most so many times larger.
 const INDISTINGUISHABLE: f64 = 2.0;
 
+/// A similarity that leaves no more than this share of the diagonal, root mean square, has all parts where they belong.
+const IN_PLACE: f64 = 3e-3;
+
 /// More parts than this are not placed by those around them.
 const MOST_GROWN: usize = 1000;
 
@@ -59,15 +62,17 @@ pub(super) fn candidates(
         .iter()
         .map(|start| search.complete(start.clone()))
         .collect::<Result<Vec<Placed>, JobError>>()?;
+    let diagonal = from.mesh.bounding_box().diagonal();
     let best = (0..maps.len()).min_by(|&x, &y| maps[x].order(&maps[y]));
     if let Some(best) = best
+        && maps[best].residual > IN_PLACE * diagonal
         && let Some(grown) = search.grown(starts[best].clone())?
         && correspondence(from, &grown.pairs) != correspondence(from, &maps[best].pairs)
     {
         maps.push(grown);
     }
     maps.sort_by(Placed::order);
-    let rounding = 1e-9 * from.mesh.bounding_box().diagonal();
+    let rounding = 1e-9 * diagonal;
     let bound = maps
         .first()
         .map_or(0.0, |best| INDISTINGUISHABLE * best.residual + rounding);
