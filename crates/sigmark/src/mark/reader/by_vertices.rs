@@ -58,7 +58,9 @@ pub(super) fn read_again(
     let mut reading = Reading::of(method.layout(), &registered, better, &estimate);
     // Smoothing takes thin parts far away: what it would do to the original is no other shape.
     if reading.in_place < AlignOptions::default().least_overlap {
-        let before = method.estimator().unsmoothed(unbent(seen(&better)), &estimate);
+        let before = method
+            .estimator()
+            .unsmoothed(unbent(seen(&better)), &estimate, job)?;
         reading = reading.where_it_would_be(method.layout(), &before);
     }
     match method.detector() {

@@ -5,7 +5,7 @@
 //! heaviest increasing subsequence of candidates that lie where they should, by dynamic programming. The corners of those are seeds, and a vertex between them
 //! belongs to the nearest. Where the order was changed, a vertex belongs to the corner of the suspect that weighs most at its place.
 
-use std::{cmp::Reverse, collections::BinaryHeap, num::NonZeroU32};
+use std::{f64::consts::LN_2, mem, num::NonZeroU32};
 
 use job::Job;
 use mesh::{TriMesh, Vec3};
@@ -40,46 +40,63 @@ pub(super) fn regions(
         };
         return Ok(places.iter().map(|place| place.as_ref().map(heaviest)).collect());
     }
-    Ok(grown(original, suspect, &survivors, places))
+    grown(original, suspect, &survivors, places, job)
 }
 
-/// Regions from the corners of triangles that survived: each vertex joins the seed that is nearest along the edges.
+/// Regions from the corners of triangles that survived: each vertex joins the seed that is nearest along the edges, of several as near the one of the smallest number.
+///
+/// Threads share the way there by taking one step from all vertices that came nearer in the last round (Bellman and Ford); regions are a few edges wide.
 fn grown(
     original: &TriMesh,
     suspect: &TriMesh,
     survivors: &[Option<u32>],
     places: &[Option<Place>],
-) -> Vec<Option<u32>> {
-    let mut queue = BinaryHeap::new();
+    job: &Job,
+) -> Result<Vec<Option<u32>>, MarkError> {
+    // How far the seed is, and its region.
+    let mut nearest = vec![(f64::INFINITY, u32::MAX); places.len()];
+    let mut came_nearer = vec![false; places.len()];
+    let mut reached = Vec::new();
+    let is_seen = |v: u32| places[v as usize].is_some();
+    let mut seeds = Vec::new();
     for (corners, survivor) in suspect.triangles().iter().zip(survivors) {
         if let Some(t) = survivor {
-            let seeds = original.triangles()[*t as usize].into_iter().zip(*corners);
-            queue.extend(seeds.map(|(v, region)| Reverse((0, v, region))));
+            let of_it = original.triangles()[*t as usize].into_iter().zip(*corners);
+            let seen = of_it.filter(|&(v, _)| is_seen(v));
+            seeds.extend(seen.map(|(v, region)| (v, (0.0, region))));
         }
     }
     let neighbours = original.neighbours();
-    let mut regions = vec![None; places.len()];
-    let mut nearest = vec![f64::INFINITY; places.len()];
-    while let Some(Reverse((distance, v, region))) = queue.pop() {
-        let here = v as usize;
-        if regions[here].is_some() || places[here].is_none() {
-            continue;
-        }
-        regions[here] = Some(region);
-        for &next in neighbours.of(here) {
-            if regions[next as usize].is_none() {
-                let step = (original.point(here) - original.point(next as usize)).norm();
-                // The bits of numbers that are not negative have their order.
-                let distance = f64::from_bits(distance) + step;
-                let nearest = &mut nearest[next as usize];
-                if distance <= *nearest {
-                    *nearest = distance;
-                    queue.push(Reverse((distance.to_bits(), next, region)));
+    let mut offers = vec![seeds];
+    while !offers.is_empty() {
+        reached.clear();
+        for (v, offer) in offers.into_iter().flatten() {
+            let v = v as usize;
+            if offer < nearest[v] {
+                nearest[v] = offer;
+                if !mem::replace(&mut came_nearer[v], true) {
+                    reached.push(v);
                 }
             }
         }
+        reached.iter().for_each(|&v| came_nearer[v] = false);
+        offers = job.quiet().map_chunks(reached.len(), CHUNK, |range| {
+            let mut offers = Vec::new();
+            for &here in &reached[range] {
+                let (distance, region) = nearest[here];
+                for &next in neighbours.of(here) {
+                    let step = (original.point(here) - original.point(next as usize)).norm();
+                    let offer = (distance + step, region);
+                    if offer < nearest[next as usize] && is_seen(next) {
+                        offers.push((next, offer));
+                    }
+                }
+            }
+            offers
+        })?;
     }
-    regions
+    let region = |(_, region): (f64, u32)| (region != u32::MAX).then_some(region);
+    Ok(nearest.into_iter().map(region).collect())
 }
 
 /// Triangles between two questions to the job.
@@ -160,19 +177,26 @@ fn candidates(
         .quiet()
         .map_chunks(original.triangle_count(), CHUNK, |triangles| {
             let (mut pairs, mut near) = (Vec::new(), Vec::<u32>::new());
+            let mut last = [None; 3];
             for t in triangles {
-                near.clear();
-                for (s, _) in original.triangles()[t].iter().filter_map(|&v| places[v as usize]) {
-                    for &w in &suspect.triangles()[s as usize] {
+                let seen_at = original.triangles()[t].map(|v| places[v as usize].map(|(s, _)| s));
+                // Most lie where the one before does.
+                if seen_at != last {
+                    last = seen_at;
+                    near.clear();
+                    for &w in seen_at
+                        .iter()
+                        .flatten()
+                        .flat_map(|&s| &suspect.triangles()[s as usize])
+                    {
                         near.extend(stars.of(w as usize));
                     }
+                    near.sort_unstable();
+                    near.dedup();
                 }
-                near.sort_unstable();
-                near.dedup();
                 let own = Facet::of(original.corners(t));
                 for &s in &near {
-                    let likeness = facets[s as usize].likeness(&own);
-                    if likeness > LEAST {
+                    if let Some(likeness) = facets[s as usize].likeness(&own) {
                         pairs.push((s, t as u32, likeness as f32));
                     }
                 }
@@ -227,12 +251,24 @@ impl Facet {
         }
     }
 
-    /// How well an original's triangle fits into this place of a suspect's: it lies near the middle, and its corners lie to the same sides.
-    fn likeness(&self, own: &Self) -> f64 {
+    /// How well an original's triangle fits into this place of a suspect's: it lies near the middle, and its corners lie to the same sides. None where that is not more than [`LEAST`].
+    fn likeness(&self, own: &Self) -> Option<f64> {
         let distance = (own.middle - self.middle).squared() / (NEAR * self.size);
         let cosines: f64 = (0..3).map(|k| own.sides[k].dot(self.sides[k])).sum();
-        WORTH - DISTANCE * distance.ln_1p() - TURN * (1.0 - cosines / 3.0)
+        let beside_it = WORTH - TURN * (1.0 - cosines / 3.0);
+        // Most pairs need no logarithm.
+        if beside_it - DISTANCE * LN_2 * log2_at_least(1.0 + distance) <= LEAST {
+            return None;
+        }
+        let likeness = beside_it - DISTANCE * distance.ln_1p();
+        (likeness > LEAST).then_some(likeness)
     }
+}
+
+/// What the logarithm to base 2 of a positive number is at least, and at most by 0.09 below: exponent and mantissa as they stand in it, which is linear between powers of 2.
+fn log2_at_least(x: f64) -> f64 {
+    let one = 1.0_f64.to_bits() as f64;
+    (x.to_bits() as f64 - one) / (1_u64 << (f64::MANTISSA_DIGITS - 1)) as f64
 }
 
 /// The lightest of what was put at smaller indices (Fenwick's tree): its cost, and which it is.
@@ -301,6 +337,59 @@ mod tests {
             let lost = survivors(&original, &shuffled, &places, &job).unwrap();
             assert!(2 * lost.iter().flatten().count() < lost.len());
         }
+    }
+
+    #[test]
+    fn every_vertex_joins_the_region_of_the_shortest_way_to_a_seed() {
+        let original = shapes::bumpy_sphere(4, 5);
+        let suspect = decimate(&original, 300, Decimator::ALL[0], &Job::default()).unwrap();
+        let mut places = places_of(&original, &suspect);
+        (0..places.len()).step_by(7).for_each(|v| places[v] = None);
+        let survivors = survivors(&original, &suspect, &places, &Job::default()).unwrap();
+        let seeds: Vec<(u32, u32)> = suspect
+            .triangles()
+            .iter()
+            .zip(&survivors)
+            .filter_map(|(corners, survivor)| Some((*corners, original.triangles()[(*survivor)? as usize])))
+            .flat_map(|(corners, was)| was.into_iter().zip(corners))
+            .collect();
+        // Dijkstra's way, one vertex after the other.
+        let mut open: Vec<(f64, u32, u32)> = seeds.iter().map(|&(v, region)| (0.0, region, v)).collect();
+        let mut expected = vec![None; places.len()];
+        let neighbours = original.neighbours();
+        while let Some(first) = (0..open.len()).min_by(|&i, &j| open[i].partial_cmp(&open[j]).unwrap()) {
+            let (distance, region, v) = open.swap_remove(first);
+            let here = v as usize;
+            if places[here].is_some() && expected[here].is_none() {
+                expected[here] = Some(region);
+                let step = |w: u32| (original.point(here) - original.point(w as usize)).norm();
+                let next = neighbours
+                    .of(here)
+                    .iter()
+                    .filter(|&&w| expected[w as usize].is_none());
+                open.extend(next.map(|&w| (distance + step(w), region, w)));
+            }
+        }
+        assert!(expected.iter().flatten().count() > 1000);
+        for threads in [1, 3] {
+            let grown = grown(&original, &suspect, &survivors, &places, &Job::new(threads)).unwrap();
+            assert_eq!(grown, expected);
+        }
+    }
+
+    #[test]
+    fn the_bound_of_a_logarithm_is_near_and_never_above() {
+        for i in 0..=10_000 {
+            let x = 1.0 + 1.01_f64.powi(i) - 1.0;
+            let (bound, log) = (log2_at_least(x), x.log2());
+            if x.is_finite() {
+                assert!(
+                    bound <= log + 1e-12 && bound > log - 0.0861,
+                    "{x}: {bound} for {log}"
+                );
+            }
+        }
+        assert!(log2_at_least(f64::INFINITY) > 1e3 && log2_at_least(f64::NAN) > 1e3);
     }
 
     #[test]

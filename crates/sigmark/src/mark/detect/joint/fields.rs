@@ -1,6 +1,7 @@
 //! The fields G of the equations: what moves a surface besides the mark, known from the original but for a factor each.
 
-use mesh::{TriMesh, Vec3};
+use job::{Job, JobError};
+use mesh::{TriMesh, Vec3, VertexStars};
 
 /// Scale, three of rotation, three of translation.
 pub(super) const SIMILARITY_FIELDS: usize = 7;
@@ -79,7 +80,7 @@ pub(super) fn bending_fields(p: Vec3, u: Vec3) -> [f64; BENDING_FIELDS] {
 }
 
 /// The normal, of length 1, and L x, L² x, … in diagonals, at each vertex: #V by [`SURFACE_FIELDS`].
-pub(super) fn surface_fields(mesh: &TriMesh) -> Vec<[Vec3; SURFACE_FIELDS]> {
+pub(super) fn surface_fields(mesh: &TriMesh, job: &Job) -> Result<Vec<[Vec3; SURFACE_FIELDS]>, JobError> {
     let diagonal = mesh.bounding_box().diagonal();
     let vertices = 0..mesh.vertex_count();
     let mut field: Vec<Vec3> = vertices.map(|v| mesh.point(v) * (1.0 / diagonal)).collect();
@@ -90,29 +91,39 @@ pub(super) fn surface_fields(mesh: &TriMesh) -> Vec<[Vec3; SURFACE_FIELDS]> {
         fields
     };
     let mut all: Vec<[Vec3; SURFACE_FIELDS]> = normals.into_iter().map(with_normal).collect();
+    let stars = mesh.vertex_triangles();
     for k in OFFSET_FIELDS..SURFACE_FIELDS {
-        field = to_neighbours(mesh, &field);
-        for (fields, &value) in all.iter_mut().zip(&field) {
-            fields[k] = value;
-        }
+        job.go_on()?;
+        field = to_neighbours(mesh, &stars, &field, job)?;
+        job.for_chunks(&mut all, CHUNK, |i, all| {
+            for (fields, &value) in all.iter_mut().zip(&field[i * CHUNK..]) {
+                fields[k] = value;
+            }
+        })?;
     }
-    all
+    Ok(all)
 }
+
+/// Vertices that a thread takes at a time.
+const CHUNK: usize = 4096;
 
 /// L applied to a field: from its value at each vertex to the mean of those at the neighbours; neighbours across two triangles, as
 /// most are, count twice.
-fn to_neighbours(mesh: &TriMesh, field: &[Vec3]) -> Vec<Vec3> {
-    let mut sums = vec![(Vec3::ZERO, 0.0_f64); field.len()];
-    for &[a, b, c] in mesh.triangles() {
-        for [v, next, last] in [[a, b, c], [b, c, a], [c, a, b]] {
-            let (sum, count) = &mut sums[v as usize];
-            for w in [next, last] {
-                *sum += field[w as usize] - field[v as usize];
-                *count += 1.0;
+fn to_neighbours(
+    mesh: &TriMesh,
+    stars: &VertexStars,
+    field: &[Vec3],
+    job: &Job,
+) -> Result<Vec<Vec3>, JobError> {
+    job.map(field.len(), CHUNK, |v| {
+        let (mut sum, mut count) = (Vec3::ZERO, 0.0_f64);
+        for &t in stars.of(v) {
+            let corners = mesh.triangles()[t as usize];
+            for w in corners.into_iter().filter(|&w| w as usize != v) {
+                sum += field[w as usize] - field[v];
+                count += 1.0;
             }
         }
-    }
-    sums.into_iter()
-        .map(|(sum, count)| sum * (1.0 / count.max(1.0)))
-        .collect()
+        sum * (1.0 / count.max(1.0))
+    })
 }

@@ -254,16 +254,20 @@ impl JointEstimator {
     }
 
     /// A suspect in the pose of its estimate, where it would be seen if nobody had smoothed it, or made it grow along its normals, to first order.
-    pub(crate) fn unsmoothed(&self, mut suspect: Registered, estimate: &JointEstimate) -> Registered {
-        let mesh = self.layout.original().mesh();
-        let diagonal = mesh.bounding_box().diagonal();
-        let surface = self.surface.get_or_init(|| surface_fields(mesh));
+    pub(crate) fn unsmoothed(
+        &self,
+        mut suspect: Registered,
+        estimate: &JointEstimate,
+        job: &Job,
+    ) -> Result<Registered, MarkError> {
+        let diagonal = self.layout.original().mesh().bounding_box().diagonal();
+        let surface = self.surface(job)?;
         for (place, fields) in suspect.positions.iter_mut().zip(surface) {
             let terms = fields.iter().zip(estimate.of_surface);
             let moved: Vec3 = terms.map(|(&field, coefficient)| field * coefficient).sum();
             *place = place.map(|p| (Vec3(p) - moved * diagonal).into());
         }
-        suspect
+        Ok(suspect)
     }
 
     /// What a suspect says that is seen in [local frames](registration::LocalFrames), one for each patch of which something is seen: it lies where its own surroundings would have it, but for what they leave.
@@ -277,6 +281,16 @@ impl JointEstimator {
         self.estimated(suspect, Some(frames), &(0..=0), job)
     }
 
+    /// The fields of the original's surface.
+    fn surface(&self, job: &Job) -> Result<&[[Vec3; SURFACE_FIELDS]], MarkError> {
+        if let Some(surface) = self.surface.get() {
+            return Ok(surface);
+        }
+        // Outside of the lock, which a thread must not hold while it shares its work with others.
+        let surface = surface_fields(self.layout.original().mesh(), job)?;
+        Ok(self.surface.get_or_init(|| surface))
+    }
+
     fn estimated(
         &self,
         suspect: &Registered,
@@ -287,7 +301,7 @@ impl JointEstimator {
         let layout = &*self.layout;
         let original = layout.original();
         suspect.check(original.mesh().vertex_count())?;
-        let surface = self.surface.get_or_init(|| surface_fields(original.mesh()));
+        let surface = self.surface(job)?;
         let design = Design::new(original, surface, self.model, frames);
         let redundancy = suspect.redundancy();
         let of_patch = |index: usize, patch: &Patch, basis: &PatchBasis| {

@@ -43,8 +43,8 @@ const BEARABLE: [f64; 6] = [f64::INFINITY, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5];
 impl Noise {
     /// The likeliest for residuals with masses and misfits (mass, e, misfit).
     fn of(residuals: &[(f64, f64, f64)]) -> Self {
-        let narrowed = |bearable: f64| -> Vec<(f64, f64)> {
-            let narrow = |&(mass, e, misfit): &(f64, f64, f64)| (mass, e / widening(misfit, bearable));
+        let narrowed = |bearable: f64| -> Squares {
+            let narrow = |&(mass, e, misfit): &(f64, f64, f64)| (mass, e * e / widening(misfit, bearable));
             residuals.iter().map(narrow).collect()
         };
         let plain = || Self {
@@ -54,13 +54,12 @@ impl Noise {
         if residuals.iter().all(|&(_, _, misfit)| misfit == 0.0) {
             return plain();
         }
-        let all: f64 = residuals.iter().map(|&(mass, ..)| mass).sum();
         let likelihood = |bearable: f64| -> f64 {
-            let narrowed = narrowed(bearable);
-            let wide = residuals
+            let wide: Squares = residuals
                 .iter()
-                .map(|&(mass, _, misfit)| mass * widening(misfit, bearable).ln());
-            StudentT::with_freedom(JUDGE, &narrowed).1 - wide.sum::<f64>() / all
+                .map(|&(mass, _, misfit)| (mass, widening(misfit, bearable)))
+                .collect();
+            StudentT::with_freedom(JUDGE, &narrowed(bearable)).1 - 0.5 * wide.mean(f64::ln)
         };
         let likeliest = BEARABLE.map(|bearable| (likelihood(bearable), bearable));
         // Not a number, where nothing is left: then it is plain.
@@ -81,18 +80,18 @@ impl Noise {
     /// Of a residual beside a misfit.
     fn weight(&self, residual: f64, misfit: f64) -> f64 {
         let widening = widening(misfit, self.bearable);
-        self.student.weight(residual / widening) / widening.powi(2)
+        self.student.weight(residual * residual / widening) / widening
     }
 }
 
 /// What an observation weighs beside a misfit before residuals are known: as after most decimations.
 pub(super) fn first_weight(misfit: f64) -> f64 {
-    widening(misfit, BEARABLE[3]).powi(-2)
+    1.0 / widening(misfit, BEARABLE[3])
 }
 
-/// √(1 + (misfit / bearable)²).
+/// How many times as large squares of residuals are beside a misfit: 1 + (misfit / bearable)².
 fn widening(misfit: f64, bearable: f64) -> f64 {
-    (1.0 + (misfit / bearable).powi(2)).sqrt()
+    1.0 + (misfit / bearable).powi(2)
 }
 
 /// Beside the least exact kind of observations, none counts as more exact than that: one without errors would be all that counts.
@@ -118,17 +117,59 @@ const FREEDOMS: [(f64, f64); 6] = [
 /// Of these, the one by which bearable misfits are chosen: heavy tails, as decimation has.
 const JUDGE: (f64, f64) = FREEDOMS[1];
 
-/// Steps towards the likeliest scale, which come near to it at once.
+/// Steps towards the likeliest scale, which come near to it at once, and what share of it the last one may be.
 const SCALE_STEPS: usize = 12;
+const LAST_STEP: f64 = 1e-4;
+
+/// Squares of residuals, and their masses.
+struct Squares {
+    masses: Vec<f64>,
+    squares: Vec<f64>,
+    /// The sum of all masses.
+    mass: f64,
+}
+
+impl FromIterator<(f64, f64)> for Squares {
+    fn from_iter<I: IntoIterator<Item = (f64, f64)>>(pairs: I) -> Self {
+        let (masses, squares): (Vec<f64>, Vec<f64>) = pairs.into_iter().unzip();
+        let mass = masses.iter().sum();
+        Self {
+            masses,
+            squares,
+            mass,
+        }
+    }
+}
+
+/// Sums that are added up side by side, as processors do it.
+const LANES: usize = 8;
+
+impl Squares {
+    /// The mean of f(e²) over the masses.
+    fn mean(&self, f: impl Fn(f64) -> f64) -> f64 {
+        let mut sums = [0.0; LANES];
+        for (masses, squares) in self.masses.chunks(LANES).zip(self.squares.chunks(LANES)) {
+            for ((sum, &mass), &square) in sums.iter_mut().zip(masses).zip(squares) {
+                *sum += mass * f(square);
+            }
+        }
+        sums.iter().sum::<f64>() / self.mass
+    }
+}
 
 impl StudentT {
-    /// The likeliest of [`FREEDOMS`] for residuals with masses (mass, e), with the likeliest scale; scale 0 where nothing is left.
-    fn of(residuals: &[(f64, f64)]) -> Self {
+    /// The likeliest of [`FREEDOMS`] for residuals, with the likeliest scale; scale 0 where nothing is left.
+    fn of(residuals: &Squares) -> Self {
         let exact = Self {
             freedom: f64::INFINITY,
             scale: 0.0,
         };
-        if residuals.iter().all(|&(mass, e)| mass * e * e == 0.0) {
+        if residuals
+            .masses
+            .iter()
+            .zip(&residuals.squares)
+            .all(|(mass, square)| mass * square == 0.0)
+        {
             return exact;
         }
         let mut best = (f64::NEG_INFINITY, exact);
@@ -142,29 +183,28 @@ impl StudentT {
     }
 
     /// The one with these degrees of freedom, and this density at 0, that has the likeliest scale; and the mean logarithm of the residuals' density.
-    fn with_freedom((freedom, peak): (f64, f64), residuals: &[(f64, f64)]) -> (Self, f64) {
-        let mass: f64 = residuals.iter().map(|&(mass, _)| mass).sum();
-        let mean = |f: &dyn Fn(f64) -> f64| {
-            let terms = residuals.iter().map(|&(mass, e)| mass * f(e * e));
-            terms.sum::<f64>() / mass
-        };
+    fn with_freedom((freedom, peak): (f64, f64), residuals: &Squares) -> (Self, f64) {
         let mut noise = Self {
             freedom,
-            scale: mean(&|square| square).sqrt(),
+            scale: residuals.mean(|square| square).sqrt(),
         };
         for _ in 0..SCALE_STEPS {
-            noise.scale = mean(&|square| square * noise.weight(square.sqrt())).sqrt();
+            let before = noise.scale;
+            noise.scale = residuals.mean(|square| square * noise.weight(square)).sqrt();
+            if (noise.scale - before).abs() <= LAST_STEP * before {
+                break;
+            }
         }
-        let likelihood = (peak / noise.scale).ln() - mean(&|square| noise.fall(square));
+        let likelihood = (peak / noise.scale).ln() - residuals.mean(|square| noise.fall(square));
         (noise, likelihood)
     }
 
-    /// (ν + 1) / (ν + e²/s²).
-    fn weight(&self, residual: f64) -> f64 {
+    /// (ν + 1) / (ν + e²/s²), of e².
+    fn weight(&self, square: f64) -> f64 {
         if self.freedom.is_infinite() {
             1.0
         } else {
-            (self.freedom + 1.0) / (self.freedom + (residual / self.scale).powi(2))
+            (self.freedom + 1.0) / (self.freedom + square / self.scale.powi(2))
         }
     }
 
