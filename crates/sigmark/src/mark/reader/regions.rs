@@ -272,30 +272,38 @@ fn log2_at_least(x: f64) -> f64 {
 }
 
 /// The lightest of what was put at smaller indices (Fenwick's tree): its cost, and which it is.
-struct LightestBefore(Vec<(f64, Option<NonZeroU32>)>);
+struct LightestBefore {
+    costs: Vec<f64>,
+    /// One more than the number of each.
+    links: Vec<Option<NonZeroU32>>,
+}
 
 impl LightestBefore {
     fn new(count: usize) -> Self {
-        Self(vec![(0.0, None); count + 1])
+        Self {
+            costs: vec![0.0; count + 1],
+            links: vec![None; count + 1],
+        }
     }
 
     /// Its cost, and one more than its number.
     fn before(&self, index: u32) -> (f64, Option<NonZeroU32>) {
-        let (mut i, mut lightest) = (index as usize, (0.0, None));
+        let (mut i, mut lightest) = (index as usize, 0);
         while i > 0 {
-            if self.0[i].0 < lightest.0 {
-                lightest = self.0[i];
+            if self.costs[i] < self.costs[lightest] {
+                lightest = i;
             }
             i &= i - 1;
         }
-        lightest
+        (self.costs[lightest], self.links[lightest])
     }
 
     fn put(&mut self, index: u32, cost: f64, link: usize) {
         let mut i = index as usize + 1;
-        while i < self.0.len() {
-            if cost < self.0[i].0 {
-                self.0[i] = (cost, NonZeroU32::new(link as u32 + 1));
+        while i < self.costs.len() {
+            if cost < self.costs[i] {
+                self.costs[i] = cost;
+                self.links[i] = NonZeroU32::new(link as u32 + 1);
             }
             i += i & i.wrapping_neg();
         }
