@@ -1,6 +1,6 @@
 //! What is measured of a layout on a model.
 
-use std::{num::NonZero, sync::Arc, thread, time::Instant};
+use std::{f64::consts::PI, num::NonZero, sync::Arc, thread, time::Instant};
 
 use anyhow::{Context, Result};
 use evaluation::{attacks::tables, margin::margin_of_rate, python::Python};
@@ -85,10 +85,16 @@ pub(super) struct Read {
     pub(super) rate: f64,
     /// T₀ = √l Φ⁻¹(ER); at least, where all are right.
     pub(super) margin: f64,
+    /// Its standard deviation by chance, where not all are right.
+    pub(super) deviation: f64,
 }
 
 /// Bits and attacks are drawn so often.
 pub(super) const DRAWS: u8 = 3;
+
+/// And so often in all where those have less of T₀ than this: one draw tells it to ± 1.25.
+pub(super) const DRAWS_OF_LITTLE: u8 = 64;
+pub(super) const LITTLE: f64 = 10.0;
 
 /// The attacks of Tables 4 and 5.
 pub(super) fn attacks() -> impl Iterator<Item = &'static str> + Clone {
@@ -235,19 +241,35 @@ impl<'a> Marked<'a> {
         let reader = Reader::new(self.mark.original().mesh())?;
         let estimator = JointEstimator::new(&self.mark).with_model(model);
         let method = ReadingMethod::joint(Arc::new(estimator));
-        let mut rates = vec![0.0; specs.clone().count()];
-        for draw in 0..DRAWS {
+        let mut rates = vec![Vec::new(); specs.clone().count()];
+        for draw in 0..DRAWS_OF_LITTLE {
+            let is_asked =
+                |rates: &[f64]| draw < DRAWS || self.read_of(&rates[..DRAWS.into()]).margin < LITTLE;
+            let asked = rates.iter_mut().zip(specs.clone());
+            let asked: Vec<_> = asked.filter(|(rates, _)| is_asked(rates)).collect();
+            if asked.is_empty() {
+                break;
+            }
             let marked = self.drawn(draw)?;
-            for (rate, spec) in rates.iter_mut().zip(specs.clone()) {
-                *rate += marked.rate_after(spec, draw, &reader, &method, attacks)? / f64::from(DRAWS);
+            for (rates, spec) in asked {
+                rates.push(marked.rate_after(spec, draw, &reader, &method, attacks)?);
             }
         }
-        let bits = self.bits.len();
-        let of_rate = |rate| Read {
+        Ok(rates.iter().map(|rates| self.read_of(rates)).collect())
+    }
+
+    /// What draws tell together.
+    fn read_of(&self, rates: &[f64]) -> Read {
+        let (bits, draws) = (self.bits.len(), rates.len());
+        let rate = rates.iter().sum::<f64>() / draws as f64;
+        let margin = margin_of_rate(rate, bits, draws * bits);
+        // That of the rate, through the slope of √l Φ⁻¹.
+        let slope = (0.5 * margin * margin / bits as f64).exp() * (2.0 * PI).sqrt();
+        Read {
             rate,
-            margin: margin_of_rate(rate, bits, usize::from(DRAWS) * bits),
-        };
-        Ok(rates.into_iter().map(of_rate).collect())
+            margin,
+            deviation: slope * (rate * (1.0 - rate) / draws as f64).sqrt(),
+        }
     }
 
     /// The share of right bits, of all patches, in the best of the ways in which the attacked mesh may lie.
