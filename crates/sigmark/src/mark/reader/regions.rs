@@ -254,13 +254,17 @@ impl Facet {
     /// How well an original's triangle fits into this place of a suspect's: it lies near the middle, and its corners lie to the same sides. None where that is not more than [`LEAST`].
     fn likeness(&self, own: &Self) -> Option<f64> {
         let distance = (own.middle - self.middle).squared() / (NEAR * self.size);
-        let cosines: f64 = (0..3).map(|k| own.sides[k].dot(self.sides[k])).sum();
-        let beside_it = WORTH - TURN * (1.0 - cosines / 3.0);
-        // Most pairs need no logarithm.
-        if beside_it - DISTANCE * LN_2 * log2_at_least(1.0 + distance) <= LEAST {
+        // Most pairs need no logarithm, and many no directions.
+        let at_most = WORTH - DISTANCE * LN_2 * log2_at_least(1.0 + distance);
+        if at_most <= LEAST {
             return None;
         }
-        let likeness = beside_it - DISTANCE * distance.ln_1p();
+        let cosines: f64 = (0..3).map(|k| own.sides[k].dot(self.sides[k])).sum();
+        let turn = TURN * (1.0 - cosines / 3.0);
+        if at_most - turn <= LEAST {
+            return None;
+        }
+        let likeness = WORTH - DISTANCE * distance.ln_1p() - turn;
         (likeness > LEAST).then_some(likeness)
     }
 }
@@ -300,11 +304,10 @@ impl LightestBefore {
 
     fn put(&mut self, index: u32, cost: f64, link: usize) {
         let mut i = index as usize + 1;
-        while i < self.costs.len() {
-            if cost < self.costs[i] {
-                self.costs[i] = cost;
-                self.links[i] = NonZeroU32::new(link as u32 + 1);
-            }
+        // Who has more below it is no heavier.
+        while i < self.costs.len() && cost < self.costs[i] {
+            self.costs[i] = cost;
+            self.links[i] = NonZeroU32::new(link as u32 + 1);
             i += i & i.wrapping_neg();
         }
     }
