@@ -269,7 +269,7 @@ impl Facet {
     }
 }
 
-/// What the logarithm to base 2 of a positive number is at least, and at most by 0.09 below: exponent and mantissa as they stand in it, which is linear between powers of 2.
+/// A lower bound of the logarithm to base 2 of a positive number, less than 0.09 below it: exponent and mantissa as they stand in it, which is linear between powers of 2.
 fn log2_at_least(x: f64) -> f64 {
     let one = 1.0_f64.to_bits() as f64;
     (x.to_bits() as f64 - one) / (1_u64 << (f64::MANTISSA_DIGITS - 1)) as f64
