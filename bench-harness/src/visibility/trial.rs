@@ -93,8 +93,8 @@ pub(super) struct Read {
 pub(super) const DRAWS: u8 = 3;
 
 /// And so often in all where those have less of T₀ than this: one draw tells it to ± 1.25.
-pub(super) const DRAWS_OF_LITTLE: u8 = 64;
-pub(super) const LITTLE: f64 = 10.0;
+const DRAWS_OF_LITTLE: u8 = 64;
+const LITTLE: f64 = 10.0;
 
 /// The attacks of Tables 4 and 5.
 pub(super) fn attacks() -> impl Iterator<Item = &'static str> + Clone {
