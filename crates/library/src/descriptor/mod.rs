@@ -6,6 +6,7 @@ mod grid;
 mod harmonics;
 mod local;
 mod places;
+mod regions;
 mod smoothing;
 mod stars;
 mod surface;

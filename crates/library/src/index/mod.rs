@@ -16,13 +16,18 @@ use crate::{
 pub use candidate::{By, Candidate};
 use candidate::{Measures, TENTH};
 use laying::Guess;
-use tessellation::Tessellations;
+use tessellation::{Shared, Tessellations};
 use votes::Votes;
 
 /// Originals, with sizes, for which it is guessed how the suspect lies: those for which its places speak most.
 const GUESSED: usize = 96;
 /// The nearest by each of the others, for which it is guessed, too.
 const NEAREST: usize = 16;
+/// The first by each of what vertices say, for which it is guessed, too.
+const SHARING: usize = 8;
+/// Where vertices, the whole, or small shapes tell by so much which it is, so many times fewer originals are tried: another may be in the suspect all the same.
+const TOLD: f64 = 0.4;
+const FEWER: usize = 4;
 /// Of all these, those on which it is laid: where most samples lie near.
 const LAID: usize = 40;
 
@@ -116,15 +121,6 @@ impl Index {
         let votes = self.votes.of_all(&query.sizes, job)?;
         let (near_whole, near_local) = (nearest(&whole, NEAREST), nearest(&local, NEAREST));
 
-        let likeliest = Votes::most(&votes, GUESSED).into_iter();
-        let mut tried: Vec<Try> = likeliest.map(|vote| Try::of(vote.original, vote.size)).collect();
-        let sharing = Tessellations::most(&shared, NEAREST).into_iter();
-        tried.extend(sharing.map(|i| Try::of(i, votes[i][0].size)));
-        tried.extend(near_whole.iter().chain(&near_local).map(|&i| Try::of(i, 0)));
-        tried.sort_unstable_by_key(|tried| (tried.original, tried.size));
-        tried.dedup();
-        self.lay(library, query, &mut tried, job)?;
-
         let mean = |differences: &[u32], length: usize, i: usize| f64::from(differences[i]) / length as f64;
         let whole = |i: usize| mean(&whole, WHOLE_LENGTH, i);
         let local = |i: usize| mean(&local, LOCAL_LENGTH, i);
@@ -132,15 +128,45 @@ impl Index {
             near_whole.get(TENTH - 1).map_or(f64::INFINITY, |&i| whole(i)),
             near_local.get(TENTH - 1).map_or(f64::INFINITY, |&i| local(i)),
         ];
-        let of_one = |tries: &[Try]| {
-            let i = tries[0].original;
+        let candidate = |i: usize, share: f64| {
             let measures = Measures {
                 whole: whole(i),
                 local: local(i),
-                share: tries.iter().fold(0.0, |most, tried| f64::max(most, tried.share)),
+                share,
                 tessellation: shared[i].score(),
             };
             measures.candidate(self.ids[i], tenth)
+        };
+
+        // The nearest by each: by vertices in the size that places speak for, by the others in the suspect's own.
+        let by_vertices = Shared::BY.iter().map(|&by| {
+            let most = Tessellations::most(&shared, by, SHARING).into_iter();
+            most.map(|i| Try::of(i, votes[i][0].size)).collect()
+        });
+        let by_others = [near_whole, near_local].into_iter();
+        let by_others = by_others.map(|near| near.into_iter().map(|i| Try::of(i, 0)).collect());
+        let near: Vec<Vec<Try>> = by_vertices.chain(by_others).collect();
+        let mut nearest = near.iter().filter_map(|near| near.first());
+        let fewer = match nearest.any(|tried| candidate(tried.original, 0.0).0 > TOLD) {
+            true => FEWER,
+            false => 1,
+        };
+
+        let likeliest = Votes::most(&votes, GUESSED / fewer).into_iter();
+        let mut tried: Vec<Try> = likeliest.map(|vote| Try::of(vote.original, vote.size)).collect();
+        for near in &near {
+            tried.extend_from_slice(&near[..near.len().div_ceil(fewer)]);
+        }
+        tried.sort_unstable_by_key(|tried| (tried.original, tried.size));
+        tried.dedup();
+        self.lay(library, query, &mut tried, job)?;
+        // What is near counts, whether or not it was laid.
+        tried.extend(near.into_iter().flatten());
+        tried.sort_by_key(|tried| tried.original);
+
+        let of_one = |tries: &[Try]| {
+            let share = tries.iter().fold(0.0, |most, tried| f64::max(most, tried.share));
+            candidate(tries[0].original, share)
         };
         let by_original = tried.chunk_by(|a, b| a.original == b.original);
         Ok(by_original.map(of_one).collect())

@@ -1,6 +1,8 @@
 //! Which originals have a suspect's vertices.
 //!
 //! Stars of all originals lie sorted by their words. A star of an original whose word a suspect has says as much for it as its shape is the suspect's, and as few others are as near: fully where it is the same and the only one, nothing from [`FAR`] on.
+//!
+//! Two things are told apart. A crop that kept its vertices has the very shapes of those that lie in it, and nothing of the others: a few that are the same are enough. Noise and poses change shapes a little everywhere, and what counts is how like all of them are.
 
 use job::{Job, JobError};
 
@@ -15,9 +17,14 @@ const FEW: f64 = 8.0;
 /// One begins to look by the first bits of a word's hash, so many that this number of stars has the same.
 const ALIKE: usize = 8;
 
-/// Words that one thread looks up at a time, and how many pairs of stars with one word are compared.
+/// So many stars that are the same, and that nobody else has, make a score of one half: of strangers made of the models of a library of 30 000 none had more than four with one original.
+const HALF: f64 = 4.5;
+
+/// Words that one thread looks up at a time.
 const AT_A_TIME: usize = 512;
-const COMPARED: usize = 4_000_000;
+/// Of words of which there are more pairs of stars, only those with the same shape are looked for: they are found by one number, of which shapes have the most values.
+const COMPARED: usize = 1 << 16;
+const KEY: usize = 4;
 
 /// Stars by words.
 #[derive(Debug, Default)]
@@ -44,14 +51,27 @@ pub(super) struct Shared {
     alike: f32,
     /// How rare it is to have such a word with so like a shape, 1 for each that nobody else has.
     rare: f32,
+    /// The same, of those alone whose shape [is the same](Star::is_same).
+    same: f32,
+    /// How many are the likest, each shared with all originals that are as like.
+    likest: f32,
 }
 
 impl Shared {
-    /// The mean rarity times the mean likeness of what they share, from 0 to 1.
+    /// From 0 to 1: the mean rarity times the mean likeness of what they share, or how many stars are the same, whichever says more.
     pub(super) fn score(&self) -> f64 {
         let words = f64::from(self.words).max(FEW);
-        f64::from(self.rare) / words * (f64::from(self.alike) / words)
+        let by_all = f64::from(self.rare) / words * (f64::from(self.alike) / words);
+        let same = f64::from(self.same).powi(2);
+        by_all.max(same / (same + HALF * HALF))
     }
+
+    /// By what an original may have the most: a crop by what is the same, a noisy or a posed suspect by what is the likest.
+    pub(super) const BY: [fn(&Self) -> f64; 3] = [
+        Self::score,
+        |shared| shared.same.into(),
+        |shared| shared.likest.into(),
+    ];
 }
 
 /// What a star of an original says.
@@ -59,6 +79,8 @@ struct Said {
     original: u32,
     alike: f32,
     rare: f32,
+    likest: f32,
+    is_same: bool,
 }
 
 impl Tessellations {
@@ -71,7 +93,10 @@ impl Tessellations {
                 original: original as u32,
             }));
         }
-        postings.sort_unstable_by_key(|posting| (spread(posting.star.word), posting.original));
+        postings.sort_unstable_by_key(|posting| {
+            let star = &posting.star;
+            (spread(star.word), star.shape[KEY], posting.original)
+        });
         let bits = (postings.len() / ALIKE).max(2).ilog2();
         let mut starts = vec![0_u32; (1 << bits) + 1];
         for posting in &postings {
@@ -107,14 +132,17 @@ impl Tessellations {
             of_it.words += 1;
             of_it.alike += said.alike;
             of_it.rare += said.rare;
+            of_it.likest += said.likest;
+            of_it.same += if said.is_same { said.rare } else { 0.0 };
         }
         Ok(shared)
     }
 
-    /// The originals for which most speaks, the most first.
-    pub(super) fn most(shared: &[Shared], most: usize) -> Vec<usize> {
-        let mut with: Vec<usize> = (0..shared.len()).filter(|&i| shared[i].rare > 0.0).collect();
-        let by = |&a: &usize, &b: &usize| shared[b].rare.total_cmp(&shared[a].rare).then(a.cmp(&b));
+    /// The originals for which most speaks by one of [`Shared::BY`], the most first.
+    pub(super) fn most(shared: &[Shared], by: fn(&Shared) -> f64, most: usize) -> Vec<usize> {
+        let numbers: Vec<f64> = shared.iter().map(by).collect();
+        let mut with: Vec<usize> = (0..shared.len()).filter(|&i| numbers[i] > 0.0).collect();
+        let by = |&a: &usize, &b: &usize| numbers[b].total_cmp(&numbers[a]).then(a.cmp(&b));
         if most < with.len() {
             with.select_nth_unstable_by(most, by);
             with.truncate(most);
@@ -126,34 +154,77 @@ impl Tessellations {
     /// What all stars with the word of some of a suspect's say.
     fn said(&self, alike: &[Star]) -> Vec<Said> {
         let postings = self.with(alike[0].word);
-        // Of very many some are enough.
-        let step = (postings.len() * alike.len()).div_ceil(COMPARED).max(1);
+        match postings.len() * alike.len() <= COMPARED {
+            true => self.said_by_all(postings, alike),
+            false => self.said_by_the_same(postings, alike),
+        }
+    }
+
+    /// What each says, by how far its shape is from the suspect's nearest.
+    fn said_by_all(&self, postings: &[Posting], alike: &[Star]) -> Vec<Said> {
         let nearest = |posting: &Posting| {
-            let asked = alike.iter().step_by(step);
-            let least = asked
-                .map(|star| difference(&star.shape, &posting.star.shape))
-                .min();
-            least.unwrap_or(FAR).min(FAR)
+            let distances = alike
+                .iter()
+                .map(|star| difference(&star.shape, &posting.star.shape));
+            distances.min().unwrap_or(FAR).min(FAR)
         };
         let distances: Vec<u32> = postings.iter().map(nearest).collect();
-        // How many are as near, of all that there are, or would be if every original had one.
-        let mut nearer = [0_u32; FAR as usize + 1];
+        // How many are as near.
+        let mut nearer = [0_usize; FAR as usize + 1];
         distances
             .iter()
             .for_each(|&distance| nearer[distance as usize] += 1);
         for distance in 0..FAR as usize {
             nearer[distance + 1] += nearer[distance];
         }
-        let all = postings.len().max(self.count).max(NOMINAL) as f32;
-        let said = |(posting, &distance): (&Posting, &u32)| Said {
-            original: posting.original,
-            alike: 1.0 - distance as f32 / FAR as f32,
-            rare: match distance < FAR {
-                true => 1.0 - (nearer[distance as usize] as f32).ln() / all.ln(),
-                false => 0.0,
-            },
+        let said = |(posting, &distance): (&Posting, &u32)| {
+            let (as_near, says) = (nearer[distance as usize], distance < FAR);
+            Said {
+                original: posting.original,
+                alike: 1.0 - distance as f32 / FAR as f32,
+                rare: if says { self.rarity(as_near, postings) } else { 0.0 },
+                likest: if says { 1.0 / as_near as f32 } else { 0.0 },
+                is_same: says && alike.iter().any(|star| star.is_same(&posting.star)),
+            }
         };
         postings.iter().zip(&distances).map(said).collect()
+    }
+
+    /// What those say that have the shape of one of the suspect's; the others nothing.
+    fn said_by_the_same(&self, postings: &[Posting], alike: &[Star]) -> Vec<Said> {
+        let key = |posting: &Posting| posting.star.shape[KEY];
+        let mut same: Vec<usize> = Vec::new();
+        for star in alike {
+            let [low, high] = [
+                star.shape[KEY].saturating_sub(1),
+                star.shape[KEY].saturating_add(1),
+            ];
+            let start = postings.partition_point(|posting| key(posting) < low);
+            let near = postings[start..]
+                .iter()
+                .take_while(|posting| key(posting) <= high);
+            same.extend(
+                near.enumerate()
+                    .filter(|(_, posting)| star.is_same(&posting.star))
+                    .map(|(i, _)| start + i),
+            );
+        }
+        same.sort_unstable();
+        same.dedup();
+        let said = |&i: &usize| Said {
+            original: postings[i].original,
+            alike: 1.0,
+            rare: self.rarity(same.len(), postings),
+            likest: 1.0 / same.len() as f32,
+            is_same: true,
+        };
+        same.iter().map(said).collect()
+    }
+
+    /// How rare it is to be one of so many, of all that have the word, or would have it if every original had one: from 0 to 1, the only one.
+    fn rarity(&self, as_near: usize, postings: &[Posting]) -> f32 {
+        let all = postings.len().max(self.count).max(NOMINAL);
+        1.0 - (as_near as f32).ln() / (all as f32).ln()
     }
 
     fn with(&self, word: u32) -> &[Posting] {
@@ -183,10 +254,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn star(word: u32, shape: u8) -> Star {
-        Star {
-            word,
-            shape: [shape; 8],
-        }
+        Star::new(word, [f64::from(shape) / 128.0; 8])
     }
 
     proptest! {
@@ -220,6 +288,40 @@ mod tests {
     fn shapes_that_all_have_say_little() {
         let of = |shape: u8| (0..20).map(|word| star(word, shape)).collect::<Vec<Star>>();
         assert!(scores(&vec![of(7); 900], &of(7))[0] < 0.05);
+    }
+
+    #[test]
+    fn few_stars_that_are_the_same_outweigh_many_that_are_like() {
+        let of = |shape: u8| (0..60).map(|word| star(word, shape)).collect::<Vec<Star>>();
+        let mut cropped = of(150);
+        (0..12).for_each(|word| cropped[word as usize] = star(word, 100));
+        let scores = scores(&[cropped, of(102)], &of(100));
+        assert!(scores[0] > 0.8 && scores[0] > scores[1], "{scores:?}");
+    }
+
+    #[test]
+    fn of_a_word_that_very_many_have_the_same_shapes_are_found() {
+        let count = COMPARED / 2 + 1;
+        // Shapes of which neighbours differ by three steps of a byte in their key and nothing else, and one between them.
+        let shape = |i: usize| {
+            let mut numbers = [0.5; 8];
+            numbers[KEY] = 3.0 / 128.0 * (i % 80) as f64;
+            numbers
+        };
+        let mut originals: Vec<Vec<Star>> = (0..count).map(|i| vec![Star::new(5, shape(i))]).collect();
+        let mut between = shape(7);
+        between[KEY] += 1.5 / 128.0;
+        originals[7] = vec![Star::new(5, between)];
+        let suspect = [Star::new(5, between), Star::new(5, [1.5; 8])];
+        let shared = Tessellations::of(&originals)
+            .shared(&suspect, &Job::default())
+            .unwrap();
+        assert!(
+            shared
+                .iter()
+                .enumerate()
+                .all(|(i, shared)| (shared.same == 1.0) == (i == 7))
+        );
     }
 
     #[test]

@@ -11,7 +11,7 @@ use rusqlite::{Connection, ErrorCode, OpenFlags, TransactionBehavior};
 use crate::LibraryError;
 
 /// The version of the tables that this library writes and reads: SQLite's `user_version`.
-pub const SCHEMA_VERSION: i64 = 4;
+pub const SCHEMA_VERSION: i64 = 5;
 
 /// SQLite's `application_id`: "sgmk".
 const APPLICATION: i64 = 0x7367_6d6b;
