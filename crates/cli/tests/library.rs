@@ -354,11 +354,12 @@ fn what_is_no_library_is_refused_with_the_reason_and_left_as_it_is() {
         &["half.sigmark", "damaged"],
     );
     let mut newer = whole.clone();
-    newer[60..64].copy_from_slice(&5_u32.to_be_bytes());
+    let version = library::SCHEMA_VERSION + 1;
+    newer[60..64].copy_from_slice(&(version as u32).to_be_bytes());
     folder.write("newer.sigmark", &newer);
     folder.refused(
         "library list --library newer.sigmark",
-        &["version 5", "newer sigmark"],
+        &[&format!("version {version}"), "newer sigmark"],
     );
     let mut older = whole.clone();
     older[60..64].copy_from_slice(&1_u32.to_be_bytes());
