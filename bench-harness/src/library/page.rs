@@ -8,7 +8,7 @@ use super::{
     built::Figures,
     models::Base,
     suspects::Group,
-    trials::{Found, Speed, Strangers},
+    trials::{FEW, Found, Speed, Strangers},
 };
 use crate::results;
 
@@ -97,6 +97,12 @@ fn verdicts(found: &[Found]) -> String {
             "- Under {what} the original is to be among the first ten for {:.1} %: it is for {:.2} % of {all} suspects. ",
             100.0 * asked,
             100.0 * share(ten, all)
+        );
+        let small = [0, 1].map(|i| of_group.iter().map(|found| found.small[i]).sum::<usize>());
+        text += &format!(
+            "Of the {} that have at least {FEW} triangles it is for {:.2} %. ",
+            all - small[0],
+            100.0 * share(ten - small[1], all - small[0])
         );
         text += &match missed.is_empty() {
             true => "Every attack reaches it.\n".into(),

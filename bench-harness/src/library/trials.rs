@@ -19,6 +19,9 @@ use super::{
 };
 use crate::measure::{median, timed};
 
+/// Fewer triangles are little to go by.
+pub(super) const FEW: usize = 500;
+
 /// What came of an attack's suspects.
 #[derive(Debug, Serialize)]
 pub(super) struct Found {
@@ -29,6 +32,8 @@ pub(super) struct Found {
     /// The original was the first, among the first ten.
     pub(super) first: usize,
     pub(super) among_ten: usize,
+    /// Suspects with fewer than [`FEW`] triangles, and those of them whose original was among the first ten.
+    pub(super) small: [usize; 2],
     /// It was among the first three by each of [`By::ALL`](library::By::ALL) alone.
     pub(super) by: [usize; 4],
     /// Milliseconds to describe a suspect and to search for it, wall time: median and the worst of a hundred.
@@ -60,6 +65,7 @@ pub(super) fn attacked(
         let (mut seconds, mut describing) = (Vec::new(), Vec::new());
         for (suspect, &number) in suspects.into_iter().zip(&chosen) {
             let suspect = suspect?;
+            let is_small = suspect.triangle_count() < FEW;
             let begun = Instant::now();
             let query = Query::of(&suspect, job).with_context(|| format!("{} of {number}", attack.name))?;
             describing.push(1e3 * begun.elapsed().as_secs_f64());
@@ -67,7 +73,7 @@ pub(super) fn attacked(
             let compared = compared?;
             seconds.push(1e3 * begun.elapsed().as_secs_f64());
             found.cpu += 1e3 * cost.cpu / chosen.len() as f64;
-            found.count(&compared, built.ids[number], number);
+            found.count(&compared, built.ids[number], number, is_small);
         }
         seconds.sort_by(f64::total_cmp);
         let worst = seconds.len().saturating_sub(1) * 99 / 100;
@@ -90,6 +96,7 @@ impl Found {
             suspects: 0,
             first: 0,
             among_ten: 0,
+            small: [0; 2],
             by: [0; 4],
             milliseconds: [0.0; 2],
             describing: 0.0,
@@ -99,8 +106,9 @@ impl Found {
     }
 
     /// Counts what a search said of a suspect.
-    fn count(&mut self, compared: &[Candidate], wanted: OriginalId, number: usize) {
+    fn count(&mut self, compared: &[Candidate], wanted: OriginalId, number: usize, is_small: bool) {
         self.suspects += 1;
+        self.small[0] += usize::from(is_small);
         // `sigmark library search` looks at no others.
         let mut near = compared
             .iter()
@@ -110,6 +118,7 @@ impl Found {
             Some(place) => {
                 self.first += usize::from(place == 0);
                 self.among_ten += 1;
+                self.small[1] += usize::from(is_small);
             }
             None => self.missed.push(number),
         }

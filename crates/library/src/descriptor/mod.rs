@@ -20,7 +20,7 @@ use cloud::Cloud;
 pub(crate) use grid::Grid;
 use harmonics::WHOLE;
 pub(crate) use places::{Place, Sought, WORDS};
-pub(crate) use stars::{STAR, STARS, Star};
+pub(crate) use stars::{SAME, STAR, STARS, Star};
 pub(crate) use surface::{SURFACE_LENGTH, Surface};
 pub(crate) use words::CODE;
 

@@ -67,14 +67,21 @@ impl Star {
         }
     }
 
+    /// A number of its shape, of 12 bits.
+    fn number(&self, i: usize) -> u16 {
+        let rest = self.rest[i / 2] >> (4 * (i % 2)) & 15;
+        u16::from(self.shape[i]) << 4 | u16::from(rest)
+    }
+
     /// Whether the other has the very shape, but for a file's rounding.
     pub(crate) fn is_same(&self, other: &Self) -> bool {
-        let number = |star: &Self, i: usize| {
-            let rest = star.rest[i / 2] >> (4 * (i % 2)) & 15;
-            u16::from(star.shape[i]) << 4 | u16::from(rest)
-        };
-        let differences = (0..SHAPE).map(|i| number(self, i).abs_diff(number(other, i)));
+        let differences = (0..SHAPE).map(|i| self.number(i).abs_diff(other.number(i)));
         differences.sum::<u16>() <= SAME
+    }
+
+    /// The sums of every second number: of shapes that are the same they differ by [`SAME`] at most.
+    pub(crate) fn sums(&self) -> [u16; 2] {
+        [0, 1].map(|first| (first..SHAPE).step_by(2).map(|i| self.number(i)).sum())
     }
 }
 
@@ -336,7 +343,7 @@ fn stars(mesh: &TriMesh, chosen: &[(u32, u32)]) -> Vec<Star> {
 /// Steps of 12 bits in 1; a byte has 128.
 const FINE_UNITS: f64 = 2048.0;
 /// Shapes are the same whose numbers differ by no more, in all: what single precision rounds is less, and what sets two models of the same triangles apart is nearly always more.
-const SAME: u16 = 8;
+pub(crate) const SAME: u16 = 8;
 
 #[cfg(test)]
 mod tests {

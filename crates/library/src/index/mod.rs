@@ -5,7 +5,10 @@ mod laying;
 mod tessellation;
 mod votes;
 
-use std::{cmp::Reverse, collections::HashSet};
+use std::{
+    cmp::Reverse,
+    collections::{BTreeSet, HashSet},
+};
 
 use job::{Job, JobError};
 
@@ -25,14 +28,16 @@ const GUESSED: usize = 96;
 const NEAREST: usize = 16;
 /// The first by each of what vertices say, for which it is guessed, too.
 const SHARING: usize = 8;
-/// Where vertices, the whole, or small shapes tell by so much which it is, so many times fewer originals are tried: another may be in the suspect all the same.
-const TOLD: f64 = 0.4;
-const FEWER: usize = 4;
 /// Of all these, those on which it is laid: where most samples lie near.
 const LAID: usize = 40;
+/// Where an original's score is so high it is told, and so many times fewer others are tried: they may be in the suspect all the same.
+const TOLD: f64 = 0.4;
+const FEWER: usize = 4;
 
 /// So many of the likeliest are worth an alignment whatever they score: of twisted and cropped models some come to nothing by each measure alone, and are the likeliest all the same.
 const ALWAYS: usize = 3;
+/// After these come so many that are nearest by the whole, if they score, and so many on which most of the suspect lies: parts of a suspect by themselves may resemble many others.
+const BY_ONE: usize = 2;
 
 /// Originals that one thread compares at a time.
 const AT_A_TIME: usize = 256;
@@ -81,7 +86,7 @@ impl Index {
         self.ids.is_empty()
     }
 
-    /// The originals that a suspect resembles most, `most` of them, the likeliest first. What scores, and the first three whatever they score, is [worth an alignment](Candidate::is_worth_a_look).
+    /// The originals that a suspect resembles most, `most` of them, the likeliest first. What scores, the first three whatever they score, and those two on which most of the suspect lies are [worth an alignment](Candidate::is_worth_a_look).
     ///
     /// # Errors
     /// When samples can't be read from the library, or the job is cancelled.
@@ -92,19 +97,24 @@ impl Index {
         most: usize,
         job: &Job,
     ) -> Result<Vec<Candidate>, LibraryError> {
-        let mut found = self.scored(library, query, job)?;
+        let mut scored = self.scored(library, query, job)?;
+        let mut near = nearest_by(By::Whole, &scored);
+        near.retain(|candidate| candidate.is_worth_a_look);
+        near.extend(nearest_by(By::Surface, &scored));
         for alone in &query.alone {
-            found.extend(self.scored(library, alone, job)?);
+            scored.extend(self.scored(library, alone, job)?);
         }
-        found.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.original.cmp(&b.1.original)));
-        let mut seen = HashSet::new();
-        found.retain(|(_, candidate)| seen.insert(candidate.original));
-        found.truncate(most);
-        let mut found: Vec<Candidate> = found.into_iter().map(|(_, candidate)| candidate).collect();
+        scored.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.original.cmp(&b.1.original)));
+        let mut found: Vec<Candidate> = scored.into_iter().map(|(_, candidate)| candidate).collect();
+        let rest = found.split_off(ALWAYS.min(found.len()));
+        found.extend(near);
         found
             .iter_mut()
-            .take(ALWAYS)
             .for_each(|candidate| candidate.is_worth_a_look = true);
+        found.extend(rest);
+        let mut seen = HashSet::new();
+        found.retain(|candidate| seen.insert(candidate.original));
+        found.truncate(most);
         Ok(found)
     }
 
@@ -118,7 +128,6 @@ impl Index {
         let whole = self.of_each(job, |i| query.distance_from_whole(&self.summaries[i]))?;
         let local = self.of_each(job, |i| difference(&self.summaries[i].local, &query.local))?;
         let shared = self.tessellations.shared(&query.stars, job)?;
-        let votes = self.votes.of_all(&query.sizes, job)?;
         let (near_whole, near_local) = (nearest(&whole, NEAREST), nearest(&local, NEAREST));
 
         let mean = |differences: &[u32], length: usize, i: usize| f64::from(differences[i]) / length as f64;
@@ -128,7 +137,7 @@ impl Index {
             near_whole.get(TENTH - 1).map_or(f64::INFINITY, |&i| whole(i)),
             near_local.get(TENTH - 1).map_or(f64::INFINITY, |&i| local(i)),
         ];
-        let candidate = |i: usize, share: f64| {
+        let candidate = |&(i, share): &(usize, f64)| {
             let measures = Measures {
                 whole: whole(i),
                 local: local(i),
@@ -137,75 +146,59 @@ impl Index {
             };
             measures.candidate(self.ids[i], tenth)
         };
+        let tells = |laid: &(usize, f64)| candidate(laid).0 > TOLD;
 
-        // The nearest by each: by vertices in the size that places speak for, by the others in the suspect's own.
-        let by_vertices = Shared::BY.iter().map(|&by| {
-            let most = Tessellations::most(&shared, by, SHARING).into_iter();
-            most.map(|i| Try::of(i, votes[i][0].size)).collect()
-        });
-        let by_others = [near_whole, near_local].into_iter();
-        let by_others = by_others.map(|near| near.into_iter().map(|i| Try::of(i, 0)).collect());
-        let near: Vec<Vec<Try>> = by_vertices.chain(by_others).collect();
-        let mut nearest = near.iter().filter_map(|near| near.first());
-        let fewer = match nearest.any(|tried| candidate(tried.original, 0.0).0 > TOLD) {
-            true => FEWER,
-            false => 1,
-        };
+        // What is near counts, whether or not the suspect is laid on it.
+        let by_vertices = Shared::BY.map(|by| Tessellations::most(&shared, by, SHARING));
+        let by_others = [near_whole, near_local];
+        let near = by_vertices.iter().chain(&by_others).flatten();
+        let mut shares: Vec<(usize, f64)> = near.map(|&i| (i, 0.0)).collect();
 
-        let likeliest = Votes::most(&votes, GUESSED / fewer).into_iter();
-        let mut tried: Vec<Try> = likeliest.map(|vote| Try::of(vote.original, vote.size)).collect();
-        for near in &near {
-            tried.extend_from_slice(&near[..near.len().div_ceil(fewer)]);
+        let is_told = shares.iter().any(tells);
+        let votes = self
+            .votes
+            .of_all(&query.sizes, if is_told { FEWER } else { 1 }, job)?;
+        // The nearest by vertices in the size that places speak for, by the others in the suspect's own.
+        let likeliest = Votes::most(&votes, GUESSED).into_iter();
+        let mut lists: Vec<Vec<Try>> = vec![likeliest.map(|vote| (vote.original, vote.size)).collect()];
+        lists.extend(by_vertices.map(|near| near.into_iter().map(|i| (i, votes[i][0].size)).collect()));
+        lists.extend(by_others.map(|near| near.into_iter().map(|i| (i, 0)).collect()));
+        let (first, rest) = split(&lists);
+        let mut guessed = self.guessed(library, query, &first, job)?;
+        shares.extend(laid(query, &mut guessed, LAID / FEWER, job)?);
+        if !is_told && !shares.iter().any(tells) {
+            guessed.extend(self.guessed(library, query, &rest, job)?);
+            shares.extend(laid(query, &mut guessed, LAID - LAID / FEWER, job)?);
         }
-        tried.sort_unstable_by_key(|tried| (tried.original, tried.size));
-        tried.dedup();
-        self.lay(library, query, &mut tried, job)?;
-        // What is near counts, whether or not it was laid.
-        tried.extend(near.into_iter().flatten());
-        tried.sort_by_key(|tried| tried.original);
 
-        let of_one = |tries: &[Try]| {
-            let share = tries.iter().fold(0.0, |most, tried| f64::max(most, tried.share));
-            candidate(tries[0].original, share)
-        };
-        let by_original = tried.chunk_by(|a, b| a.original == b.original);
-        Ok(by_original.map(of_one).collect())
+        shares.sort_by(|a, b| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1)));
+        shares.dedup_by_key(|(original, _)| *original);
+        Ok(shares.iter().map(candidate).collect())
     }
 
-    /// Finds which share of the suspect lies on originals: guesses how it may lie on each, and lays it on those where most samples come near.
-    fn lay(
+    /// Guesses how the suspect may lie on originals.
+    fn guessed(
         &self,
         library: &Library,
         query: &Query,
-        tried: &mut [Try],
+        tries: &[Try],
         job: &Job,
-    ) -> Result<(), LibraryError> {
-        let surfaces = tried
+    ) -> Result<Vec<Guessed>, LibraryError> {
+        let surfaces = tries
             .iter()
-            .map(|tried| library.surface(self.ids[tried.original]));
+            .map(|&(original, _)| library.surface(self.ids[original]));
         let surfaces: Vec<Vec<u8>> = surfaces.collect::<Result<_, _>>()?;
-        let size = |k: usize| &query.sizes[tried[k].size];
-        let guess = |k: usize| -> Result<(Surface, Guess), LibraryError> {
+        let guessed = job.map(tries.len(), 1, |k| {
             let surface = Surface::of(&surfaces[k])?;
-            let guess = Guess::of(size(k), &surface);
-            Ok((surface, guess))
-        };
-        let guesses = job.map(tried.len(), 1, guess)?;
-        job.go_on()?;
-        let guesses: Vec<(Surface, Guess)> = guesses.into_iter().collect::<Result<_, _>>()?;
-        let mut order: Vec<usize> = (0..tried.len()).collect();
-        order.sort_by_key(|&k| (Reverse(guesses[k].1.near), k));
-        order.truncate(LAID);
-        let shares = job.map(order.len(), 1, |n| {
-            let k = order[n];
-            let (surface, guess) = &guesses[k];
-            guess.share(size(k), surface)
+            let guess = Guess::of(&query.sizes[tries[k].1], &surface);
+            Ok(Guessed {
+                tried: tries[k],
+                surface,
+                guess,
+            })
         })?;
         job.go_on()?;
-        for (k, share) in order.into_iter().zip(shares) {
-            tried[k].share = share;
-        }
-        Ok(())
+        guessed.into_iter().collect()
     }
 
     /// Something of each original.
@@ -222,22 +215,61 @@ impl Index {
     }
 }
 
-/// An original, in which size the suspect is tried on it, and which share came to lie there.
-#[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
-struct Try {
-    original: usize,
-    size: usize,
-    share: f64,
+/// An original, and in which size the suspect is tried on it.
+type Try = (usize, usize);
+
+/// How the suspect may lie there.
+struct Guessed {
+    tried: Try,
+    surface: Surface,
+    guess: Guess,
 }
 
-impl Try {
-    fn of(original: usize, size: usize) -> Self {
-        Self {
-            original,
-            size,
-            share: 0.0,
-        }
+/// The first of each list, one in [`FEWER`], and the rest of them; each once.
+fn split(lists: &[Vec<Try>]) -> (Vec<Try>, Vec<Try>) {
+    let (mut first, mut rest) = (BTreeSet::new(), BTreeSet::new());
+    for list in lists {
+        let (few, others) = list.split_at(list.len().div_ceil(FEWER));
+        first.extend(few);
+        rest.extend(others);
     }
+    let rest = rest.difference(&first).copied().collect();
+    (first.into_iter().collect(), rest)
+}
+
+/// Lays the suspect on the originals on which most samples lie near, and takes them out: which share of it lies on each.
+fn laid(
+    query: &Query,
+    guessed: &mut Vec<Guessed>,
+    most: usize,
+    job: &Job,
+) -> Result<Vec<(usize, f64)>, JobError> {
+    guessed.sort_by_key(|guessed| (Reverse(guessed.guess.near), guessed.tried));
+    let laid: Vec<Guessed> = guessed.drain(..most.min(guessed.len())).collect();
+    let shares = job.map(laid.len(), 1, |k| {
+        let Guessed {
+            tried: (original, size),
+            surface,
+            guess,
+        } = &laid[k];
+        (*original, guess.share(&query.sizes[*size], surface))
+    })?;
+    job.go_on()?;
+    Ok(shares)
+}
+
+/// The candidates that are nearest by one measure.
+fn nearest_by(by: By, scored: &[(f64, Candidate)]) -> Vec<Candidate> {
+    let likeness = |candidate: &Candidate| candidate.likeness[by as usize];
+    let mut near: Vec<Candidate> = scored.iter().map(|(_, candidate)| *candidate).collect();
+    near.retain(|candidate| likeness(candidate) > 0.0);
+    near.sort_by(|a, b| {
+        likeness(b)
+            .total_cmp(&likeness(a))
+            .then(a.original.cmp(&b.original))
+    });
+    near.truncate(BY_ONE);
+    near
 }
 
 /// The places of the least numbers, the least first.

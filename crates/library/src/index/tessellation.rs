@@ -6,7 +6,7 @@
 
 use job::{Job, JobError};
 
-use crate::descriptor::{Star, difference};
+use crate::descriptor::{SAME, Star, difference};
 
 /// Shapes that differ by so much say nothing.
 const FAR: u32 = 48;
@@ -22,9 +22,9 @@ const HALF: f64 = 4.5;
 
 /// Words that one thread looks up at a time.
 const AT_A_TIME: usize = 512;
-/// Of words of which there are more pairs of stars, only those with the same shape are looked for: they are found by one number, of which shapes have the most values.
+/// Of words of which there are more pairs of stars, only those with the same shape are looked for: they are found by their [sums](Star::sums), the first in cells.
 const COMPARED: usize = 1 << 16;
-const KEY: usize = 4;
+const CELL: u16 = 2 * SAME;
 
 /// Stars by words.
 #[derive(Debug, Default)]
@@ -95,7 +95,7 @@ impl Tessellations {
         }
         postings.sort_unstable_by_key(|posting| {
             let star = &posting.star;
-            (spread(star.word), star.shape[KEY], posting.original)
+            (spread(star.word), cell_and_sum(star), posting.original)
         });
         let bits = (postings.len() / ALIKE).max(2).ilog2();
         let mut starts = vec![0_u32; (1 << bits) + 1];
@@ -192,22 +192,22 @@ impl Tessellations {
 
     /// What those say that have the shape of one of the suspect's; the others nothing.
     fn said_by_the_same(&self, postings: &[Posting], alike: &[Star]) -> Vec<Said> {
-        let key = |posting: &Posting| posting.star.shape[KEY];
         let mut same: Vec<usize> = Vec::new();
         for star in alike {
-            let [low, high] = [
-                star.shape[KEY].saturating_sub(1),
-                star.shape[KEY].saturating_add(1),
-            ];
-            let start = postings.partition_point(|posting| key(posting) < low);
-            let near = postings[start..]
-                .iter()
-                .take_while(|posting| key(posting) <= high);
-            same.extend(
-                near.enumerate()
-                    .filter(|(_, posting)| is_same(star, &posting.star))
-                    .map(|(i, _)| start + i),
-            );
+            let [first, second] = star.sums();
+            for cell in first.saturating_sub(SAME) / CELL..=(first + SAME) / CELL {
+                let low = (cell, second.saturating_sub(SAME));
+                let high = (cell, second + SAME);
+                let start = postings.partition_point(|posting| cell_and_sum(&posting.star) < low);
+                let near = postings[start..]
+                    .iter()
+                    .take_while(|posting| cell_and_sum(&posting.star) <= high);
+                same.extend(
+                    near.enumerate()
+                        .filter(|(_, posting)| is_same(star, &posting.star))
+                        .map(|(i, _)| start + i),
+                );
+            }
         }
         same.sort_unstable();
         same.dedup();
@@ -242,6 +242,12 @@ impl Tessellations {
 /// [`Star::is_same`], after what most fail and bytes tell at once: of numbers that are the same bytes differ by one at most.
 fn is_same(a: &Star, b: &Star) -> bool {
     difference(&a.shape, &b.shape) <= a.shape.len() as u32 && a.is_same(b)
+}
+
+/// By what stars of a word are sorted.
+fn cell_and_sum(star: &Star) -> (u16, u16) {
+    let [first, second] = star.sums();
+    (first / CELL, second)
 }
 
 /// Words that are kept are small ones; these are spread over all numbers (by an odd factor, so that none is lost).
@@ -304,29 +310,26 @@ mod tests {
         assert!(scores[0] > 0.8 && scores[0] > scores[1], "{scores:?}");
     }
 
-    #[test]
-    fn of_a_word_that_very_many_have_the_same_shapes_are_found() {
-        let count = COMPARED / 2 + 1;
-        // Shapes of which neighbours differ by three steps of a byte in their key and nothing else, and one between them.
-        let shape = |i: usize| {
-            let mut numbers = [0.5; 8];
-            numbers[KEY] = 3.0 / 128.0 * (i % 80) as f64;
-            numbers
-        };
-        let mut originals: Vec<Vec<Star>> = (0..count).map(|i| vec![Star::new(5, shape(i))]).collect();
-        let mut between = shape(7);
-        between[KEY] += 1.5 / 128.0;
-        originals[7] = vec![Star::new(5, between)];
-        let suspect = [Star::new(5, between), Star::new(5, [1.5; 8])];
-        let shared = Tessellations::of(&originals)
-            .shared(&suspect, &Job::default())
-            .unwrap();
-        assert!(
-            shared
-                .iter()
-                .enumerate()
-                .all(|(i, shared)| (shared.same == 1.0) == (i == 7))
-        );
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(16))]
+
+        #[test]
+        fn of_a_word_that_very_many_have_the_same_shapes_are_found(place in 0..COMPARED, steps in prop::array::uniform8(-2..=2_i32), seed in any::<u64>()) {
+            let mut state = seed;
+            // Six values two steps of 12 bits apart, so that some shapes are the same by chance (Knuth's generator).
+            let mut number = || {
+                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                (state >> 33) as f64 % 6.0 / 1024.0 + 0.5
+            };
+            let mut numbers = || std::array::from_fn(|_| number());
+            let shapes: Vec<[f64; 8]> = (0..=COMPARED).map(|_| numbers()).collect();
+            let originals: Vec<Vec<Star>> = shapes.iter().map(|&shape| vec![Star::new(5, shape)]).collect();
+            let suspect = Star::new(5, std::array::from_fn(|i| shapes[place][i] + f64::from(steps[i]) / 2048.0));
+            let shared = Tessellations::of(&originals).shared(&[suspect], &Job::default()).unwrap();
+            for (shared, stars) in shared.iter().zip(&originals) {
+                prop_assert_eq!(shared.words == 1, suspect.is_same(&stars[0]));
+            }
+        }
     }
 
     #[test]

@@ -86,9 +86,15 @@ impl Votes {
         of_blocks.sum::<usize>() + 12 * self.having.len()
     }
 
-    /// What speaks for each original, in its likeliest size and in the likeliest of those that are [`APART`] from it.
-    pub(super) fn of_all(&self, sizes: &[Sought], job: &Job) -> Result<Vec<[Vote; 2]>, JobError> {
-        let asked: Vec<Asked<'_>> = sizes.iter().map(|sought| self.asked(sought)).collect();
+    /// What speaks for each original, in its likeliest size and in the likeliest of those that are [`APART`] from it; so many times fewer postings are visited.
+    pub(super) fn of_all(
+        &self,
+        sizes: &[Sought],
+        fewer: usize,
+        job: &Job,
+    ) -> Result<Vec<[Vote; 2]>, JobError> {
+        let asked = sizes.iter().map(|sought| self.asked(sought, VISITED / fewer));
+        let asked: Vec<Asked<'_>> = asked.collect();
         let scores = job.map(self.blocks.len() * sizes.len(), 1, |i| {
             let (block, size) = (i / sizes.len(), i % sizes.len());
             self.blocks[block].scores(&asked[size])
@@ -122,7 +128,7 @@ impl Votes {
     }
 
     /// The places of a suspect that are looked up, and what the mean of all originals has of them.
-    fn asked<'a>(&self, sought: &'a Sought) -> Asked<'a> {
+    fn asked<'a>(&self, sought: &'a Sought, most: usize) -> Asked<'a> {
         let sum = |words: &[u16], of: &dyn Fn(usize) -> u64| -> u64 {
             words.iter().map(|&word| of(usize::from(word))).sum()
         };
@@ -136,7 +142,7 @@ impl Votes {
         let mut visited = 0;
         let is_asked = |(cost, _): &&(usize, &[u16])| {
             visited += cost;
-            visited <= VISITED || visited == *cost
+            visited <= most || visited == *cost
         };
         let places: Vec<&[u16]> = places
             .iter()
@@ -271,7 +277,7 @@ mod tests {
     }
 
     fn scores(votes: &Votes, words: &[u16]) -> Vec<f32> {
-        let all = votes.of_all(&[sought(words)], &Job::default()).unwrap();
+        let all = votes.of_all(&[sought(words)], 1, &Job::default()).unwrap();
         all.iter().map(|votes| votes[0].score).collect()
     }
 
@@ -279,7 +285,7 @@ mod tests {
     fn who_has_the_suspects_words_wins_in_the_size_in_which_it_has_them() {
         let votes = Votes::of(&[vec![1, 2, 3, 4], vec![5, 6, 7, 8], vec![1, 5, 9, 10]]);
         let sizes = [sought(&[11, 12, 13]), sought(&[5, 6, 7]), sought(&[14, 15, 16])];
-        let most = Votes::most(&votes.of_all(&sizes, &Job::default()).unwrap(), 2);
+        let most = Votes::most(&votes.of_all(&sizes, 1, &Job::default()).unwrap(), 2);
         assert_eq!((most[0].original, most[0].size), (1, 1));
         assert!(most[0].score > most[1].score);
     }
@@ -314,7 +320,7 @@ mod tests {
 
     #[test]
     fn an_empty_library_has_no_votes() {
-        let votes = Votes::default().of_all(&[sought(&[1])], &Job::default());
+        let votes = Votes::default().of_all(&[sought(&[1])], 1, &Job::default());
         assert!(votes.unwrap().is_empty());
     }
 }
