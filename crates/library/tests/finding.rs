@@ -1,7 +1,7 @@
 //! Descriptors: what changes them and what doesn't, and who is first.
 
 use job::Job;
-use library::{AddedAs, Descriptor, Entry, Index, Library, OriginalId, Query};
+use library::{AddedAs, By, Descriptor, Entry, Index, Library, OriginalId, Query};
 use mesh::{Similarity, TriMesh, Vec3, Welded, shapes};
 use proptest::prelude::*;
 
@@ -120,6 +120,31 @@ fn a_model_is_found_in_a_scene_of_others() {
             .search(&library, &query, 3, &Job::default())
             .expect("an answer");
         assert_eq!(found[0].original, id);
+    }
+}
+
+#[test]
+fn a_model_pulled_out_of_shape_is_found_by_how_its_triangles_hang_together() {
+    let models: Vec<TriMesh> = (1..9)
+        .map(|seed| shapes::flipped(&shapes::bumpy_sphere(4, seed), seed))
+        .collect();
+    let (_folder, library, ids) = library(&models);
+    let index = Index::load(&library).expect("an index");
+    for (mesh, &id) in models.iter().zip(&ids) {
+        let pulled = mesh.positions().iter().map(|&[x, y, z]| {
+            let (sine, cosine) = (2.0 * z).sin_cos();
+            [
+                3.0 * (x * cosine - y * sine),
+                x * sine + y * cosine,
+                0.5 * z + x * y,
+            ]
+        });
+        let suspect = mesh.with_positions(pulled.collect()).expect("a mesh");
+        let query = Query::of(&suspect, &Job::default()).expect("a shape");
+        let found = index
+            .search(&library, &query, 1, &Job::default())
+            .expect("an answer");
+        assert_eq!((found[0].original, found[0].by), (id, By::Tessellation));
     }
 }
 

@@ -31,7 +31,7 @@ const SHARING: usize = 8;
 /// Of all these, those on which it is laid: where most samples lie near.
 const LAID: usize = 40;
 /// Where an original's score is so high it is told, and so many times fewer others are tried: they may be in the suspect all the same.
-const TOLD: f64 = 0.4;
+const TOLD: f64 = 0.25;
 const FEWER: usize = 4;
 
 /// So many of the likeliest are worth an alignment whatever they score: of twisted and cropped models some come to nothing by each measure alone, and are the likeliest all the same.

@@ -2,7 +2,8 @@
 //!
 //! Stars of all originals lie sorted by their words. A star of an original whose word a suspect has says as much for it as its shape is the suspect's, and as few others are as near: fully where it is the same and the only one, nothing from [`FAR`] on.
 //!
-//! Two things are told apart. A crop that kept its vertices has the very shapes of those that lie in it, and nothing of the others: a few that are the same are enough. Noise and poses change shapes a little everywhere, and what counts is how like all of them are.
+//! Three things are told apart. A crop that kept its vertices has the very shapes of those that lie in it, and nothing of the others: a few that are the same are enough. Noise and poses change shapes a little everywhere, and what counts is how like all of them are.
+//! Whoever pulls a model out of shape and leaves its triangles alone keeps nothing but words: where nearly all of an original's are there, and few others have them, shapes are not asked.
 
 use job::{Job, JobError};
 
@@ -20,6 +21,12 @@ const ALIKE: usize = 8;
 /// So many stars that are the same, and that nobody else has, make a score of one half: of strangers made of the models of a library of 30 000 none had more than four with one original.
 const HALF: f64 = 4.5;
 
+/// Of originals with fewer stars than this, words alone say little.
+const FEW_STARS: u32 = 32;
+
+/// What words by themselves make of a score at most.
+const BY_WORDS: f64 = 0.6;
+
 /// Words that one thread looks up at a time.
 const AT_A_TIME: usize = 512;
 /// Of words of which there are more pairs of stars, only those with the same shape are looked for: they are found by their [sums](Star::sums), the first in cells.
@@ -33,7 +40,8 @@ pub(super) struct Tessellations {
     starts: Vec<u32>,
     bits: u32,
     postings: Vec<Posting>,
-    count: usize,
+    /// How many stars each original has.
+    stars: Vec<u32>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -55,22 +63,37 @@ pub(super) struct Shared {
     same: f32,
     /// How many are the likest, each shared with all originals that are as like.
     likest: f32,
+    /// How rare words are, whatever their shapes, and how many the original has.
+    rare_words: f32,
+    all: u32,
 }
 
 impl Shared {
-    /// From 0 to 1: the mean rarity times the mean likeness of what they share, or how many stars are the same, whichever says more.
+    /// From 0 to 1: what shapes say, or with that what words say by themselves. Of several models with the same triangles the one with the likest shapes comes first.
     pub(super) fn score(&self) -> f64 {
+        let shapes = self.by_shapes();
+        shapes.max(BY_WORDS * self.by_words() + (1.0 - BY_WORDS) * shapes)
+    }
+
+    /// The mean rarity times the mean likeness of what they share, or how many stars are the same.
+    fn by_shapes(&self) -> f64 {
         let words = f64::from(self.words).max(FEW);
         let by_all = f64::from(self.rare) / words * (f64::from(self.alike) / words);
         let same = f64::from(self.same).powi(2);
         by_all.max(same / (same + HALF * HALF))
     }
 
-    /// By what an original may have the most: a crop by what is the same, a noisy or a posed suspect by what is the likest.
-    pub(super) const BY: [fn(&Self) -> f64; 3] = [
-        Self::score,
+    /// The share of the original's stars whose words the suspect has, times how rare these are.
+    fn by_words(&self) -> f64 {
+        f64::from(self.rare_words) / f64::from(self.all.max(FEW_STARS))
+    }
+
+    /// By what an original may have the most: a crop by what is the same, a noisy or a posed suspect by what is the likest, one that was pulled out of shape by words.
+    pub(super) const BY: [fn(&Self) -> f64; 4] = [
+        Self::by_shapes,
         |shared| shared.same.into(),
         |shared| shared.likest.into(),
+        Self::by_words,
     ];
 }
 
@@ -80,6 +103,7 @@ struct Said {
     alike: f32,
     rare: f32,
     likest: f32,
+    rare_word: f32,
     is_same: bool,
 }
 
@@ -109,12 +133,12 @@ impl Tessellations {
             starts,
             bits,
             postings,
-            count: stars.len(),
+            stars: stars.iter().map(|stars| stars.len() as u32).collect(),
         }
     }
 
     pub(super) fn bytes(&self) -> usize {
-        4 * self.starts.len() + size_of::<Posting>() * self.postings.len()
+        4 * (self.starts.len() + self.stars.len()) + size_of::<Posting>() * self.postings.len()
     }
 
     /// What a suspect's stars, sorted, have in common with each original.
@@ -126,13 +150,18 @@ impl Tessellations {
             words.flat_map(|alike| self.said(alike)).collect::<Vec<Said>>()
         })?;
         job.go_on()?;
-        let mut shared = vec![Shared::default(); self.count];
+        let none = |&all: &u32| Shared {
+            all,
+            ..Shared::default()
+        };
+        let mut shared: Vec<Shared> = self.stars.iter().map(none).collect();
         for said in said.into_iter().flatten() {
             let of_it = &mut shared[said.original as usize];
             of_it.words += 1;
             of_it.alike += said.alike;
             of_it.rare += said.rare;
             of_it.likest += said.likest;
+            of_it.rare_words += said.rare_word;
             of_it.same += if said.is_same { said.rare } else { 0.0 };
         }
         Ok(shared)
@@ -177,6 +206,7 @@ impl Tessellations {
         for distance in 0..FAR as usize {
             nearer[distance + 1] += nearer[distance];
         }
+        let rare_word = self.rarity(postings.len(), postings);
         let said = |(posting, &distance): (&Posting, &u32)| {
             let (as_near, says) = (nearer[distance as usize], distance < FAR);
             Said {
@@ -184,6 +214,7 @@ impl Tessellations {
                 alike: 1.0 - distance as f32 / FAR as f32,
                 rare: if says { self.rarity(as_near, postings) } else { 0.0 },
                 likest: if says { 1.0 / as_near as f32 } else { 0.0 },
+                rare_word,
                 is_same: says && alike.iter().any(|star| is_same(star, &posting.star)),
             }
         };
@@ -216,6 +247,7 @@ impl Tessellations {
             alike: 1.0,
             rare: self.rarity(same.len(), postings),
             likest: 1.0 / same.len() as f32,
+            rare_word: self.rarity(postings.len(), postings),
             is_same: true,
         };
         same.iter().map(said).collect()
@@ -223,7 +255,7 @@ impl Tessellations {
 
     /// How rare it is to be one of so many, of all that have the word, or would have it if every original had one: from 0 to 1, the only one.
     fn rarity(&self, as_near: usize, postings: &[Posting]) -> f32 {
-        let all = postings.len().max(self.count).max(NOMINAL);
+        let all = postings.len().max(self.stars.len()).max(NOMINAL);
         1.0 - (as_near as f32).ln() / (all as f32).ln()
     }
 
@@ -291,8 +323,24 @@ mod tests {
         let of = |shape: u8| (0..20).map(|word| star(word, shape)).collect::<Vec<Star>>();
         let scores = scores(&[of(100), of(104), of(120)], &of(100));
         assert_eq!(scores[0], 1.0);
-        assert!(scores[1] > 0.2 && scores[1] < 0.5);
-        assert_eq!(scores[2], 0.0);
+        assert!(scores[1] < 0.7, "{scores:?}");
+        assert!(scores[2] < 0.9 * scores[1], "{scores:?}");
+    }
+
+    #[test]
+    fn words_that_nobody_else_has_tell_whatever_their_shapes_are() {
+        let of = |words: std::ops::Range<u32>, shape: u8| {
+            words.map(|word| star(word, shape)).collect::<Vec<Star>>()
+        };
+        let (own, suspect) = (of(0..60, 100), of(0..60, 200));
+        assert!(scores(&[own.clone(), of(30..90, 100)], &suspect)[0] > 0.5);
+        assert!(scores(&vec![own.clone(); 300], &suspect)[0] < 0.15);
+        // A third of an original's words are little, and so are a few.
+        assert!(
+            scores(&[own, of(0..10, 100)], &of(0..20, 200))
+                .iter()
+                .all(|&score| score < 0.4)
+        );
     }
 
     #[test]
