@@ -82,7 +82,7 @@ pub(crate) struct LibraryList {
 Example:
   sigmark library search found.obj --library lib.sigmark
 
-The originals that the suspect resembles most are found by descriptors of their shapes: of the whole, of what a plane leaves, of small shapes wherever they lie. The suspect \
+The originals that the suspect resembles most are found by descriptors of their shapes: of the whole, of its surface, of small shapes wherever they lie, and of how the triangles hang together. The suspect \
 is laid onto each, the nearest first, and read with the certificates of that original, until a mark is found. One certificate is judged as `sigmark verify` does; \
 of several the buyer is named as `sigmark trace` does, and his certificate is judged. The library keeps geometry alone: a suspect in another pose is brought back where the original's file is still where it was when it was added, \
 with the joints and morph targets that were signed. The library says what was signed by whom; --public-key says by whom it has to be.
@@ -94,7 +94,7 @@ Exit code 0 if an original was found, with or without a mark, 1 if none; of seve
 
 --json prints: an object a suspect, each in a line, of suspect (file name), outcome (verified, detected, shape or not_found), original (number, name, digest and files of the one that was found), recipient, message, public_key (fingerprint), p_value (all readings counted), \
 evidence (whether that is at most 2^-120), readings (how many were counted), margin (T0), overlap (share of the suspect's surface that lies on the original), coverage (share of the original's on the suspect), registration (what it was recognised by, as `sigmark verify` has it), transform (4 × 4, suspect to \
-original; null where it was bent or posed), candidates (the originals that it resembles most: original, its digest, name, score, from 1, the same, to 0, by, whole, part or local, and verdict, as outcome, another_shape, or null for those that were not read), searched (originals in the library), library (file name), seconds (of each \
+original; null where it was bent or posed), candidates (the originals that it resembles most: original, its digest, name, score, from 1, the same, to 0, by, whole, surface, local or tessellation, and verdict, as outcome, another_shape, or null for those that were not read), searched (originals in the library), library (file name), seconds (of each \
 stage). What can't be said is null. Of one of several suspects that could not be judged: suspect and error alone.")]
 pub(crate) struct LibrarySearch {
     /// The meshes in question, or folders of them

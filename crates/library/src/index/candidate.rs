@@ -46,7 +46,7 @@ pub struct Candidate {
     pub by: By,
     /// How much that is: from 1, the same, to 0, no more than may speak for a stranger's model.
     pub score: f64,
-    /// Whether an alignment is worth its while: of those that score, and of the likeliest few.
+    /// Whether an alignment is worth its while: of those that score, of the likeliest few, and of those on which most of the suspect lies.
     pub is_worth_a_look: bool,
     /// How near it is by each of [`By::ALL`], from 1, the same, to 0.
     pub likeness: [f64; 4],

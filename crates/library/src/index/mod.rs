@@ -260,16 +260,23 @@ fn laid(
 
 /// The candidates that are nearest by one measure.
 fn nearest_by(by: By, scored: &[(f64, Candidate)]) -> Vec<Candidate> {
-    let likeness = |candidate: &Candidate| candidate.likeness[by as usize];
-    let mut near: Vec<Candidate> = scored.iter().map(|(_, candidate)| *candidate).collect();
-    near.retain(|candidate| likeness(candidate) > 0.0);
-    near.sort_by(|a, b| {
-        likeness(b)
-            .total_cmp(&likeness(a))
-            .then(a.original.cmp(&b.original))
-    });
-    near.truncate(BY_ONE);
-    near
+    let likeness = scored
+        .iter()
+        .map(|(_, candidate)| candidate.likeness[by as usize]);
+    let near = greatest(&likeness.collect::<Vec<f64>>(), BY_ONE);
+    near.into_iter().map(|i| scored[i].1).collect()
+}
+
+/// The places of the greatest numbers beyond 0, the greatest first.
+fn greatest(numbers: &[f64], most: usize) -> Vec<usize> {
+    let mut places: Vec<usize> = (0..numbers.len()).filter(|&i| numbers[i] > 0.0).collect();
+    let by = |&a: &usize, &b: &usize| numbers[b].total_cmp(&numbers[a]).then(a.cmp(&b));
+    if most < places.len() {
+        places.select_nth_unstable_by(most, by);
+        places.truncate(most);
+    }
+    places.sort_unstable_by(by);
+    places
 }
 
 /// The places of the least numbers, the least first.

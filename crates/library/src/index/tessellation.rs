@@ -7,6 +7,7 @@
 
 use job::{Job, JobError};
 
+use super::greatest;
 use crate::descriptor::{SAME, Star, difference};
 
 /// Shapes that differ by so much say nothing.
@@ -170,14 +171,7 @@ impl Tessellations {
     /// The originals for which most speaks by one of [`Shared::BY`], the most first.
     pub(super) fn most(shared: &[Shared], by: fn(&Shared) -> f64, most: usize) -> Vec<usize> {
         let numbers: Vec<f64> = shared.iter().map(by).collect();
-        let mut with: Vec<usize> = (0..shared.len()).filter(|&i| numbers[i] > 0.0).collect();
-        let by = |&a: &usize, &b: &usize| numbers[b].total_cmp(&numbers[a]).then(a.cmp(&b));
-        if most < with.len() {
-            with.select_nth_unstable_by(most, by);
-            with.truncate(most);
-        }
-        with.sort_unstable_by(by);
-        with
+        greatest(&numbers, most)
     }
 
     /// What all stars with the word of some of a suspect's say.
