@@ -12,6 +12,7 @@ use mesh::Vec3;
 /// let sum = planes.iter().fold(Quadric::ZERO, |sum, &(normal, offset)| sum + Quadric::of_plane(normal, offset));
 /// assert_eq!(sum.minimum(), Some(Vec3([1.0, 2.0, 3.0])));
 /// assert_eq!(sum.at(Vec3::ZERO), 14.0);
+/// assert_eq!(sum.inverse(), Some([Vec3::X, Vec3::Y, Vec3::Z]));
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Quadric {
@@ -84,6 +85,16 @@ impl Quadric {
         let [xx, xy, xz, yy, yz, zz] = self.a;
         let quadratic = xx * x * x + yy * y * y + zz * z * z + 2.0 * (xy * x * y + xz * x * z + yz * y * z);
         quadratic - 2.0 * self.b.dot(point) + self.c
+    }
+
+    /// A⁻¹, by rows; none where A has none, or it can't be told.
+    pub fn inverse(&self) -> Option<[Vec3; 3]> {
+        let [xx, xy, xz, yy, yz, zz] = self.a;
+        let (p, q, r) = (Vec3([xx, xy, xz]), Vec3([xy, yy, yz]), Vec3([xz, yz, zz]));
+        let determinant = p.dot(q.cross(r));
+        let rows = [q.cross(r), r.cross(p), p.cross(q)].map(|row| row / determinant);
+        let is_finite = rows.iter().all(|row| row.0.iter().all(|x| x.is_finite()));
+        (determinant != 0.0 && is_finite).then_some(rows)
     }
 
     /// Where Q is least, by Cramer's rule; none where no one point is, as for parallel planes, or where it can't be told.

@@ -561,11 +561,10 @@ fn where_collapses_of_edges_put_vertices_is_foretold() {
     for decimator in Decimator::ALL {
         let suspect = decimate(signed.mesh(), mesh.triangle_count() / 5, decimator, &job).unwrap();
         let told = sampled(&mesh, &suspect, &Similarity::IDENTITY);
-        let untold = Registered {
-            quadric_bias: vec![[0.0; 2]; mesh.vertex_count()],
-            misfit: vec![0.0; mesh.vertex_count()],
-            ..told.clone()
-        };
+        let mut untold = Registered::by_vertices(told.positions.clone());
+        untold.along.clone_from(&told.along);
+        untold.tessellation_bias.clone_from(&told.tessellation_bias);
+        untold.suspect_vertices = told.suspect_vertices;
         let [with, without] = [&told, &untold]
             .map(|seen| margin(&bits, &estimator.estimate(seen, &job).unwrap().soft.weights()));
         assert!(with > 1.2 * without, "{decimator:?}: {with} {without}");

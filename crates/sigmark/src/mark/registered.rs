@@ -1,4 +1,6 @@
-use super::MarkError;
+use std::sync::Arc;
+
+use super::{MarkError, Settling};
 
 /// A suspect brought onto an original, and sampled at the original's vertices; everything is in the original's order and frame.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,6 +19,8 @@ pub struct Registered {
     /// By how much the suspect's vertices around are off from there along the surface, in the original's unit: how little that bias is to be trusted (#V).
     /// Zero where it is.
     pub misfit: Vec<f64>,
+    /// How the suspect's vertices follow a displacement of the original, if it was decimated.
+    pub(crate) settling: Option<Arc<Settling>>,
     /// How many vertices the suspect has: no more samples than that are independent.
     pub suspect_vertices: usize,
 }
@@ -29,6 +33,7 @@ impl Registered {
             tessellation_bias: vec![0.0; positions.len()],
             quadric_bias: vec![[0.0; 2]; positions.len()],
             misfit: vec![0.0; positions.len()],
+            settling: None,
             suspect_vertices: positions.len(),
             positions,
         }

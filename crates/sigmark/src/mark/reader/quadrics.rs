@@ -5,20 +5,17 @@
 //! better than from the original's surface alone. Planes weigh alike in some programs and by area in others; both are fields of the joint estimate.
 //!
 //! A vertex whose region is right lies, but for the mark, on the valley of its quadric, in its lowest point. How far off it is along the valley
-//! tells how much its region is to be trusted, and hardly depends on the mark, which moves it across.
+//! tells how much its region is to be trusted, and hardly depends on the mark, which moves it across. What a mark does to the lowest points themselves is [`Settling`].
 
-use std::borrow::Cow;
+use std::{borrow::Cow, sync::Arc};
 
 use decimation::Quadric;
 use job::Job;
 use mesh::{Similarity, TriMesh, Vec3};
 use registration::{PreparedMesh, Resampled};
 
-use super::{
-    regions::{Place, regions},
-    tessellation::barycentric,
-};
-use crate::mark::{MarkError, Registered};
+use super::regions::{Place, regions};
+use crate::mark::{Lowest, MarkError, Registered, Settling, settling::barycentric};
 
 /// Suspects with more triangles than this share of those that the original has there have hardly been decimated.
 const COARSER: f64 = 0.6;
@@ -32,7 +29,7 @@ const WEAK_HOLD: f64 = 1e-4;
 /// In diagonals: the misfit of what has no region.
 const UNKNOWN: f64 = 1.0;
 
-/// Sets [`Registered::quadric_bias`] and [`Registered::misfit`] at vertices that are asked for, if the suspect is clearly coarser than the original. Its tessellation bias is known.
+/// Sets [`Registered::quadric_bias`], [`Registered::misfit`] and [`Registered::settling`] at vertices that are asked for, if the suspect is clearly coarser than the original. Its tessellation bias is known.
 pub(super) fn foretell(
     reference: &PreparedMesh,
     suspect: &PreparedMesh,
@@ -94,7 +91,30 @@ pub(super) fn foretell(
         }
         registered.misfit[v] = misfits[0].min(misfits[1]);
     }
+    registered.settling = Some(Arc::new(settling(&lying, &places, regions, &settled[0])));
     Ok(())
+}
+
+/// How the vertices of a suspect follow the original's, by planes that weigh alike: those that weigh by area tell the same.
+fn settling(
+    lying: &TriMesh,
+    places: &[Option<Place>],
+    regions: Vec<Option<u32>>,
+    settled: &[Option<Settled>],
+) -> Settling {
+    let lowest = |(w, settled): (usize, &Option<Settled>)| {
+        let settled = settled.as_ref()?;
+        Some(Lowest {
+            point: lying.point(w) + settled.way,
+            inverse: settled.inverse?,
+        })
+    };
+    let corners = |&(t, weights): &Place| (lying.triangles()[t as usize], weights);
+    Settling {
+        places: places.iter().map(|place| place.as_ref().map(corners)).collect(),
+        regions,
+        lowest: settled.iter().enumerate().map(lowest).collect(),
+    }
 }
 
 /// Rings of the suspect's triangles around what is asked for, whose regions end where they should only if those beyond are there.
@@ -177,6 +197,8 @@ impl Weights {
 struct Settled {
     /// The way from where it is.
     way: Vec3,
+    /// A⁻¹ of its quadric, held in its place along the surface.
+    inverse: Option<[Vec3; 3]>,
     /// How far it is from the lowest point of its quadric, apart from its way along its normal: the root of what that costs to the quadric's weight.
     misfit: f64,
 }
@@ -187,12 +209,14 @@ impl Settled {
         let weight = quadric.weight();
         let across = Quadric::of_plane(normal, normal.dot(place));
         let held = |share: f64| *quadric + (Quadric::of_point(place, 1.0) + across * -1.0) * (share * weight);
-        let way = held(HOLD).minimum()? - place;
+        let firm = held(HOLD);
+        let way = firm.minimum()? - place;
         let weak = held(WEAK_HOLD);
         let in_valley = place + normal * quadric.way_along(place, normal)?;
         let cost = (quadric.at(in_valley) - weak.at(weak.minimum()?)).max(0.0);
         Some(Self {
             way,
+            inverse: firm.inverse(),
             misfit: (cost / weight).sqrt(),
         })
     }

@@ -319,7 +319,7 @@ mod tests {
     use decimation::{Decimator, decimate};
     use mesh::shapes;
 
-    use super::super::tessellation::barycentric;
+    use crate::mark::settling::barycentric;
 
     fn places_of(original: &TriMesh, suspect: &TriMesh) -> Vec<Option<Place>> {
         let surface = mesh::Surface::new(suspect);

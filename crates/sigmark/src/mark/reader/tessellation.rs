@@ -6,7 +6,7 @@ use job::Job;
 use mesh::{Similarity, TriMesh, Vec3};
 use registration::{PreparedMesh, Resampled};
 
-use crate::mark::{MarkError, Registered};
+use crate::mark::{MarkError, Registered, settling::barycentric};
 
 /// At each vertex that was sampled: the offset, had the suspect's vertices been on the original; zero elsewhere.
 pub(super) fn bias(
@@ -36,15 +36,4 @@ pub(super) fn bias(
 pub(super) fn normal(mesh: &TriMesh, triangle: usize) -> Vec3 {
     let [a, b, c] = mesh.corners(triangle);
     (b - a).cross(c - a)
-}
-
-/// Weights of a triangle's corners, with sum 1, for a point of its plane; a third each where it has no area.
-pub(super) fn barycentric([a, b, c]: [Vec3; 3], p: Vec3) -> [f64; 3] {
-    let normal = (b - a).cross(c - a);
-    let square = normal.squared();
-    if square == 0.0 {
-        return [1.0 / 3.0; 3];
-    }
-    let of = |from: Vec3, to: Vec3| (to - from).cross(p - from).dot(normal) / square;
-    [of(b, c), of(c, a), of(a, b)]
 }

@@ -13,7 +13,9 @@ use super::{
     gains::BANDS,
     observations::Observation,
 };
-use crate::mark::{Chip, MarkLayout, Original, Patch, PatchBasis, PatchRotation};
+use crate::mark::{
+    Chip, MarkLayout, Original, Patch, PatchBasis, PatchRotation, Registered, Settling, SettlingOfPatch,
+};
 
 /// What the rows of all patches have in common.
 pub(super) struct Design<'a> {
@@ -27,6 +29,8 @@ pub(super) struct Design<'a> {
     pub(super) model: JointModel,
     /// Those that each patch is seen in, if it is seen so; all are where one is.
     frames: Option<&'a [Option<LocalFrames>]>,
+    /// How the suspect follows the original, if it was decimated.
+    settling: Option<&'a Settling>,
 }
 
 /// The patch of some observations, and where its chips are. Its unknowns come first, then the fields: where chips are [spread](crate::mark::Rotation) over harmonics the part of the mark
@@ -51,12 +55,21 @@ enum Left {
     All,
     /// What local frames leave of each.
     InFrames(Vec<LeftOfScalar>),
+    /// What each does to the vertices of a decimated suspect.
+    Settled(SettlingOfPatch, Vec<Vec<Option<[Vec3; 3]>>>),
 }
 
 impl Left {
     fn of(frames: &LocalFrames, basis: &PatchBasis, count: usize) -> Self {
         let harmonics = (0..count).map(|k| basis.spectrum().eigenfunction(k));
         Self::InFrames(harmonics.map(|f| frames.left_of_scalar(f)).collect())
+    }
+
+    fn settled(settling: &Settling, patch: &Patch, basis: &PatchBasis, count: usize) -> Self {
+        let settling = settling.of_patch(patch);
+        let harmonics = (0..count).map(|k| basis.spectrum().eigenfunction(k));
+        let moved = harmonics.map(|f| settling.moved_by(f)).collect();
+        Self::Settled(settling, moved)
     }
 }
 
@@ -69,6 +82,7 @@ impl<'a> View<'a> {
         basis: &'a PatchBasis,
     ) -> Self {
         let chips = layout.chips(index);
+        let count = chips.iter().map(|chip| chip.frequency + 1).max().unwrap_or(0);
         let rotation = layout.rotation(index);
         let mut bits: Vec<usize> = chips.iter().map(|chip| chip.bit).collect();
         let columns = match rotation {
@@ -88,27 +102,30 @@ impl<'a> View<'a> {
             rotation,
             patch,
             basis,
-            left: design.frames_of(index).map_or(Left::All, |frames| {
-                let count = chips.iter().map(|chip| chip.frequency + 1).max().unwrap_or(0);
-                Left::of(frames, basis, count)
-            }),
+            left: match (design.frames_of(index), design.settling) {
+                (Some(frames), _) => Left::of(frames, basis, count),
+                (None, Some(settling)) => Left::settled(settling, patch, basis, count),
+                (None, None) => Left::All,
+            },
         }
     }
 
     /// What an observation tells of a harmonic along an axis.
     fn told(&self, k: usize, axis: usize) -> impl Fn(&Observation) -> f64 {
-        let left = match &self.left {
-            Left::All => None,
-            Left::InFrames(left) => Some(&left[k]),
-        };
         let harmonic = self.basis.spectrum().eigenfunction(k);
         move |observation| {
             let Observation { vertex, along, .. } = *observation;
-            match left {
-                None => along[axis] * harmonic[vertex],
-                Some(LeftOfScalar::Alike(left)) => along[axis] * left[vertex],
-                Some(LeftOfScalar::Along(left)) => left[vertex][axis],
-                Some(LeftOfScalar::OfAxes(left)) => along.dot(left[axis][vertex]),
+            let all = along[axis] * harmonic[vertex];
+            match &self.left {
+                Left::All => all,
+                Left::InFrames(left) => match &left[k] {
+                    LeftOfScalar::Alike(left) => along[axis] * left[vertex],
+                    LeftOfScalar::Along(left) => left[vertex][axis],
+                    LeftOfScalar::OfAxes(left) => along.dot(left[axis][vertex]),
+                },
+                Left::Settled(settling, moved) => {
+                    settling.seen_along(&moved[k], vertex, axis, along).unwrap_or(all)
+                }
             }
         }
     }
@@ -149,6 +166,7 @@ impl<'a> Design<'a> {
         original: &'a Original,
         surface: &'a [[Vec3; SURFACE_FIELDS]],
         model: JointModel,
+        suspect: &'a Registered,
         frames: Option<&'a [Option<LocalFrames>]>,
     ) -> Self {
         let bounds = original.mesh().bounding_box();
@@ -159,6 +177,7 @@ impl<'a> Design<'a> {
             to_unit: bounds.to_unit_frame(),
             model,
             frames,
+            settling: suspect.settling.as_deref(),
         }
     }
 

@@ -39,7 +39,8 @@
 //! where the bits are, has a coefficient of its own.
 //!
 //! **Quadric bias.** Where decimation puts vertices follows from which of the original's went into them ([`Registered::quadric_bias`]), as well as that is known:
-//! two more fields, for planes that weigh alike and by area. What a vertex is off from there along the surface, its misfit, says how well it is known.
+//! two more fields, for planes that weigh alike and by area. What a vertex is off from there along the surface, its misfit, says how well it is known. Of a suspect that was decimated X has what the mark does to its vertices in place of what it does to the original's
+//! (`mark/settling.rs`).
 //!
 //! **Robust weights.** w is the area that an observation stands for, times a weight for its residual. A sample of a surface stands
 //! for the mass of its vertex, since errors of samples that are near each other are alike. A vertex that was found again has an error
@@ -302,7 +303,7 @@ impl JointEstimator {
         let original = layout.original();
         suspect.check(original.mesh().vertex_count())?;
         let surface = self.surface(job)?;
-        let design = Design::new(original, surface, self.model, frames);
+        let design = Design::new(original, surface, self.model, suspect, frames);
         let redundancy = suspect.redundancy();
         let of_patch = |index: usize, patch: &Patch, basis: &PatchBasis| {
             let view = View::new(&design, layout, index, patch, basis);

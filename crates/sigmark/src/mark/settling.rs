@@ -1,0 +1,289 @@
+//! What a displacement of the original does to a suspect that was decimated afterwards.
+//!
+//! Collapses of edges put a vertex where the quadric of all planes that went into it is least, Σ (n·x − d)² (Garland and Heckbert 1997). A displacement δ moves those planes: at x, by n·δ(x) along their
+//! normals, where δ is continued from each triangle over its plane by its values at the corners. So the lowest point moves by
+//!
+//! A⁻¹ Σ n (n·δ(x)),  A = Σ n nᵀ,
+//!
+//! to first order where x is near the planes, and what lies on a triangle of the suspect moves as its corners do. Where vertices were taken from a region as wide as a wave of δ, that is neither δ nor its mean there: planes hold
+//! δ's slopes, too.
+
+use mesh::{TriMesh, Vec3};
+
+use super::Patch;
+
+/// From which vertices of an original a decimated suspect's vertices came, and how these follow them. The suspect lies on the original.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Settling {
+    /// For each vertex of the original, the corners of the suspect's triangle in which it was seen, and their weights (#V); none where nothing was seen, or is not asked for.
+    pub(crate) places: Vec<Option<([u32; 3], [f64; 3])>>,
+    /// For each vertex of the original, the suspect's vertex into which it went (#V).
+    pub(crate) regions: Vec<Option<u32>>,
+    /// Of each vertex of the suspect; none where its planes don't tell.
+    pub(crate) lowest: Vec<Option<Lowest>>,
+}
+
+/// The lowest point of a region's quadric.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Lowest {
+    pub(crate) point: Vec3,
+    /// A⁻¹, by rows.
+    pub(crate) inverse: [Vec3; 3],
+}
+
+/// Where a corner of a triangle weighs more at the lowest point, the triangle is a needle: its plane says little, and what a displacement does to it says nothing.
+const MOST_WEIGHT: f64 = 50.0;
+
+impl Settling {
+    /// The same for what is displaced within one patch.
+    pub(crate) fn of_patch(&self, patch: &Patch) -> SettlingOfPatch {
+        let places: Vec<Option<([u32; 3], [f64; 3])>> = patch.gather(&self.places);
+        let mut corners: Vec<u32> = places
+            .iter()
+            .flatten()
+            .flat_map(|&(corners, _)| corners)
+            .collect();
+        corners.sort_unstable();
+        corners.dedup();
+        let number = |w: u32| corners.binary_search(&w).ok();
+        let regions = patch.gather(&self.regions);
+        let regions: Vec<Option<usize>> = regions.into_iter().map(|w| number(w?)).collect();
+        let lowest: Vec<Option<Lowest>> = corners.iter().map(|&w| self.lowest[w as usize]).collect();
+        let planes = planes(patch.mesh(), &regions, &lowest);
+        let in_patch = |(corners, weights): ([u32; 3], [f64; 3])| {
+            let [a, b, c] = corners.map(number);
+            Some(([a?, b?, c?], weights))
+        };
+        SettlingOfPatch {
+            places: places.into_iter().map(|place| in_patch(place?)).collect(),
+            inverses: lowest
+                .iter()
+                .map(|lowest| Some(lowest.as_ref()?.inverse))
+                .collect(),
+            planes,
+        }
+    }
+}
+
+/// How vertices of a suspect follow what is displaced within one patch. They are numbered among those that are corners where the patch was seen.
+pub(crate) struct SettlingOfPatch {
+    /// For each vertex of the patch, the corners around it and their weights.
+    places: Vec<Option<([usize; 3], [f64; 3])>>,
+    /// A⁻¹ of each vertex of the suspect, by rows.
+    inverses: Vec<Option<[Vec3; 3]>>,
+    planes: Vec<Plane>,
+}
+
+/// A plane of a region.
+struct Plane {
+    region: usize,
+    /// The corners of its triangle, among the vertices of the patch, and what each weighs at the region's lowest point; those of a plane that several corners bring are as many times as large.
+    corners: [u32; 3],
+    weights: [f64; 3],
+    normal: Vec3,
+}
+
+/// The planes of all regions: each triangle's goes to the regions of its corners.
+fn planes(mesh: &TriMesh, regions: &[Option<usize>], lowest: &[Option<Lowest>]) -> Vec<Plane> {
+    let mut planes = Vec::new();
+    for (t, corners) in mesh.triangles().iter().enumerate() {
+        let [a, b, c] = mesh.corners(t);
+        let normal = (b - a).cross(c - a);
+        if normal.squared() == 0.0 {
+            continue;
+        }
+        let of_corners = corners.map(|v| regions[v as usize]);
+        for i in 0..3 {
+            let is_first = !of_corners[..i].contains(&of_corners[i]);
+            let Some(region) = of_corners[i].filter(|_| is_first) else {
+                continue;
+            };
+            let Some(Lowest { point, .. }) = lowest[region] else {
+                continue;
+            };
+            let weights = barycentric([a, b, c], point);
+            if weights.iter().all(|weight| weight.abs() <= MOST_WEIGHT) {
+                let times = of_corners.iter().filter(|&&of| of == Some(region)).count() as f64;
+                planes.push(Plane {
+                    region,
+                    corners: *corners,
+                    weights: weights.map(|weight| times * weight),
+                    normal: normal.unit(),
+                });
+            }
+        }
+    }
+    planes
+}
+
+impl SettlingOfPatch {
+    /// How far each vertex of the suspect moves when the vertices of the patch are displaced by a function along each of the three axes; none where that is not known.
+    pub(crate) fn moved_by(&self, function: &[f64]) -> Vec<Option<[Vec3; 3]>> {
+        // Σ n nᵀ f(x), by rows.
+        let mut sums = vec![[Vec3::ZERO; 3]; self.inverses.len()];
+        for plane in &self.planes {
+            let values = plane.corners.iter().zip(plane.weights);
+            let value: f64 = values.map(|(&v, weight)| weight * function[v as usize]).sum();
+            let normal = plane.normal;
+            for (row, n) in sums[plane.region].iter_mut().zip(normal.0) {
+                *row += normal * (n * value);
+            }
+        }
+        let moved = |(inverse, sum): (&Option<[Vec3; 3]>, [Vec3; 3])| {
+            let rows = inverse.as_ref()?;
+            // Sums are symmetric: their rows are their columns.
+            Some(sum.map(|column| Vec3(rows.map(|row| row.dot(column)))))
+        };
+        self.inverses.iter().zip(sums).map(moved).collect()
+    }
+
+    /// How far what is seen at a vertex of the patch moves along a vector where such a function displaces the patch along an axis; none where that is not known.
+    pub(crate) fn seen_along(
+        &self,
+        moved: &[Option<[Vec3; 3]>],
+        vertex: usize,
+        axis: usize,
+        along: Vec3,
+    ) -> Option<f64> {
+        let (corners, weights) = self.places[vertex]?;
+        let mut sum = 0.0;
+        for (corner, weight) in corners.into_iter().zip(weights) {
+            sum += weight * along.dot(moved[corner]?[axis]);
+        }
+        Some(sum)
+    }
+}
+
+/// Weights of a triangle's corners, with sum 1, for a point of its plane; a third each where it has no area.
+pub(crate) fn barycentric([a, b, c]: [Vec3; 3], p: Vec3) -> [f64; 3] {
+    let normal = (b - a).cross(c - a);
+    let square = normal.squared();
+    if square == 0.0 {
+        return [1.0 / 3.0; 3];
+    }
+    let of = |from: Vec3, to: Vec3| (to - from).cross(p - from).dot(normal) / square;
+    [of(b, c), of(c, a), of(a, b)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use decimation::Quadric;
+    use mesh::shapes;
+
+    /// The quadric of each region: every triangle's plane, as often as it has corners there.
+    fn quadrics(mesh: &TriMesh, regions: &[Option<usize>], count: usize) -> Vec<Quadric> {
+        let mut quadrics = vec![Quadric::ZERO; count];
+        for (t, corners) in mesh.triangles().iter().enumerate() {
+            let [a, b, c] = mesh.corners(t);
+            let normal = (b - a).cross(c - a).unit();
+            let plane = Quadric::of_plane(normal, normal.dot(a));
+            for region in corners.iter().filter_map(|&v| regions[v as usize]) {
+                quadrics[region] += plane;
+            }
+        }
+        quadrics
+    }
+
+    #[test]
+    fn lowest_points_move_as_foretold() {
+        let mesh = shapes::bumpy_sphere(4, 3);
+        let seeds: Vec<usize> = (0..mesh.vertex_count()).step_by(40).collect();
+        let nearest = |v: usize| {
+            let apart = |s: &usize| (mesh.point(v) - mesh.point(seeds[*s])).squared();
+            (0..seeds.len()).min_by(|a, b| apart(a).total_cmp(&apart(b)))
+        };
+        let regions: Vec<Option<usize>> = (0..mesh.vertex_count()).map(nearest).collect();
+        let before = quadrics(&mesh, &regions, seeds.len());
+        let lowest: Vec<Option<Lowest>> = before
+            .iter()
+            .map(|quadric| {
+                Some(Lowest {
+                    point: quadric.minimum()?,
+                    inverse: quadric.inverse()?,
+                })
+            })
+            .collect();
+        let settling = SettlingOfPatch {
+            places: Vec::new(),
+            inverses: lowest
+                .iter()
+                .map(|lowest| Some(lowest.as_ref()?.inverse))
+                .collect(),
+            planes: planes(&mesh, &regions, &lowest),
+        };
+        // Waves about as long as regions are wide.
+        let wave: Vec<f64> = mesh
+            .positions()
+            .iter()
+            .map(|[x, y, z]| (9.0 * x + 5.0 * y - 7.0 * z).sin())
+            .collect();
+        let moved = settling.moved_by(&wave);
+        for (axis, way) in [Vec3::X, Vec3::Y, Vec3::Z].into_iter().enumerate() {
+            let height = 1e-6;
+            let displaced =
+                (0..mesh.vertex_count()).map(|v| (mesh.point(v) + way * (height * wave[v])).into());
+            let displaced = mesh.with_positions(displaced.collect()).unwrap();
+            let after = quadrics(&displaced, &regions, seeds.len());
+            let (mut off, mut all, mut off_as_it_is) = (0.0, 0.0, 0.0);
+            for (region, seed) in seeds.iter().enumerate() {
+                let step = (after[region].minimum().unwrap() - lowest[region].unwrap().point) / height;
+                let normal = lowest[region].unwrap().point.unit();
+                off += (step - moved[region].unwrap()[axis]).dot(normal).powi(2);
+                off_as_it_is += (step - way * wave[*seed]).dot(normal).powi(2);
+                all += step.dot(normal).powi(2);
+            }
+            // To first order, but for what planes turn where they don't meet the lowest point.
+            assert!(off < 0.05 * all, "{axis}: {off} of {all}");
+            assert!(off_as_it_is > 5.0 * off, "{axis}: {off_as_it_is}, {off}");
+        }
+    }
+
+    #[test]
+    fn a_shift_moves_all_that_is_seen_by_as_much() {
+        let mesh = shapes::bumpy_sphere(2, 1);
+        let regions: Vec<Option<usize>> = (0..mesh.vertex_count()).map(|v| Some(v % 2)).collect();
+        let lowest: Vec<Option<Lowest>> = quadrics(&mesh, &regions, 2)
+            .iter()
+            .map(|quadric| {
+                Some(Lowest {
+                    point: quadric.minimum()?,
+                    inverse: quadric.inverse()?,
+                })
+            })
+            .collect();
+        let settling = SettlingOfPatch {
+            places: vec![Some(([0, 1, 0], [0.25, 0.5, 0.25])), None],
+            inverses: lowest
+                .iter()
+                .map(|lowest| Some(lowest.as_ref()?.inverse))
+                .collect(),
+            planes: planes(&mesh, &regions, &lowest),
+        };
+        let moved = settling.moved_by(&vec![1.0; mesh.vertex_count()]);
+        let along = Vec3([0.3, -0.4, 0.9]);
+        for axis in 0..3 {
+            let seen = settling.seen_along(&moved, 0, axis, along).unwrap();
+            assert!((seen - along[axis]).abs() < 1e-9, "{seen}");
+        }
+        assert_eq!(settling.seen_along(&moved, 1, 0, along), None);
+    }
+
+    #[test]
+    fn weights_of_corners_give_back_the_point() {
+        let corners = [
+            Vec3([1.0, 0.0, 0.0]),
+            Vec3([0.0, 2.0, 0.5]),
+            Vec3([0.0, -1.0, 3.0]),
+        ];
+        let expected = [0.5, -0.25, 0.75];
+        let point = corners
+            .iter()
+            .zip(expected)
+            .fold(Vec3::ZERO, |sum, (&corner, weight)| sum + corner * weight);
+        for (weight, expected) in barycentric(corners, point).into_iter().zip(expected) {
+            assert!((weight - expected).abs() < 1e-12);
+        }
+        assert_eq!(barycentric([corners[0]; 3], point), [1.0 / 3.0; 3]);
+    }
+}
