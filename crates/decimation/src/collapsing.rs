@@ -11,6 +11,17 @@ pub(crate) struct Collapsing {
     /// The triangles at each vertex, with some that went.
     stars: Vec<Vec<u32>>,
     left: usize,
+    labels: Option<Labels>,
+}
+
+/// To which label vertices belong, where those of different ones must not meet.
+struct Labels {
+    /// Of each vertex that is left.
+    of: Vec<Option<u32>>,
+    /// The vertex that each became part of, or itself.
+    into: Vec<u32>,
+    /// How many vertices are left without a label.
+    without: usize,
 }
 
 /// In place of a triangle that went.
@@ -26,7 +37,53 @@ impl Collapsing {
             triangles: mesh.triangles().to_vec(),
             stars: (0..mesh.vertex_count()).map(|v| stars.of(v).to_vec()).collect(),
             left: mesh.triangle_count(),
+            labels: None,
         }
+    }
+
+    /// The same where vertices have labels (#V).
+    pub(crate) fn labelled(mut self, labels: &[Option<u32>]) -> Self {
+        let of: Vec<Option<u32>> = (0..self.points.len())
+            .map(|v| labels.get(v).copied().flatten())
+            .collect();
+        self.labels = Some(Labels {
+            into: (0..of.len() as u32).collect(),
+            without: of.iter().filter(|label| label.is_none()).count(),
+            of,
+        });
+        self
+    }
+
+    /// Whether two vertices may become one.
+    pub(crate) fn may_meet(&self, v: u32, w: u32) -> bool {
+        self.labels.as_ref().is_none_or(|labels| {
+            let [a, b] = [v, w].map(|v| labels.of[v as usize]);
+            a.is_none() || b.is_none() || a == b
+        })
+    }
+
+    /// Whether every vertex that is left has a label; no where there are none.
+    pub(crate) fn all_have_labels(&self) -> bool {
+        self.labels.as_ref().is_some_and(|labels| labels.without == 0)
+    }
+
+    /// Each vertex's last one, of which it became part, and the label of that (#V); none where there are no labels.
+    pub(crate) fn into_labels(self) -> Vec<(u32, Option<u32>)> {
+        let Some(Labels { of, mut into, .. }) = self.labels else {
+            return Vec::new();
+        };
+        for v in 0..into.len() {
+            // Ways are shortened as they are gone.
+            let mut end = v as u32;
+            while into[end as usize] != end {
+                end = into[end as usize];
+            }
+            let mut here = v as u32;
+            while here != end {
+                here = std::mem::replace(&mut into[here as usize], end);
+            }
+        }
+        into.into_iter().map(|end| (end, of[end as usize])).collect()
     }
 
     /// How many triangles are left.
@@ -77,6 +134,12 @@ impl Collapsing {
 
     /// Makes w part of v, which goes to a point; triangles with both go.
     pub(crate) fn collapse(&mut self, v: u32, w: u32, to: Vec3) {
+        if let Some(labels) = &mut self.labels {
+            let [a, b] = [v, w].map(|v| labels.of[v as usize]);
+            labels.without -= usize::from(a.is_none() || b.is_none());
+            labels.of[v as usize] = a.or(b);
+            labels.into[w as usize] = v;
+        }
         let of_w = std::mem::take(&mut self.stars[w as usize]);
         let mut star = std::mem::take(&mut self.stars[v as usize]);
         let triangles = &mut self.triangles;

@@ -64,3 +64,12 @@ pub fn decimate(mesh: &TriMesh, target: usize, decimator: Decimator, job: &Job) 
         Decimator::Threshold => threshold::decimate(mesh, target, job),
     }
 }
+
+/// What [`Decimator::Threshold`] does where it is known of some vertices what became of them: the label that each vertex comes to (#V), if vertices of different labels never meet, and some have one from the
+/// start (#V). None where no collapse leads to one.
+///
+/// # Errors
+/// [`JobError::Cancelled`].
+pub fn labels(mesh: &TriMesh, known: &[Option<u32>], job: &Job) -> Result<Vec<Option<u32>>, JobError> {
+    threshold::labels(mesh, known, job)
+}

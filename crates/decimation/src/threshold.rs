@@ -32,6 +32,13 @@ pub(crate) fn decimate(mesh: &TriMesh, target: usize, job: &Job) -> Result<TriMe
     Ok(mesh)
 }
 
+pub(crate) fn labels(mesh: &TriMesh, known: &[Option<u32>], job: &Job) -> Result<Vec<Option<u32>>, JobError> {
+    let mut thresholds = Thresholds::of(mesh);
+    thresholds.left = thresholds.left.labelled(known);
+    let told = thresholds.run(0, job)?.into_labels();
+    Ok(told.into_iter().map(|(_, label)| label).collect())
+}
+
 struct Thresholds {
     left: Collapsing,
     quadrics: Vec<Quadric>,
@@ -80,7 +87,7 @@ impl Thresholds {
             job.go_on()?;
             let threshold = LEAST * f64::from(round + 3).powi(SHARPNESS);
             for t in 0..self.costs.len() {
-                if self.left.left() <= target {
+                if self.left.left() <= target || self.left.all_have_labels() {
                     return Ok(self.left);
                 }
                 let Some(corners) = self.left.triangle(t) else {
@@ -100,7 +107,7 @@ impl Thresholds {
 
     /// Collapses an edge if that is allowed.
     fn collapse(&mut self, [v, w]: [u32; 2], round: i32) -> bool {
-        if self.at_border[v as usize] != self.at_border[w as usize] {
+        if self.at_border[v as usize] != self.at_border[w as usize] || !self.left.may_meet(v, w) {
             return false;
         }
         let (_, to) = self.place([v, w]);
@@ -149,5 +156,52 @@ impl Thresholds {
         costs
             .into_iter()
             .fold(costs[0], |best, cost| if cost.0 < best.0 { cost } else { best })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mesh::shapes;
+
+    #[test]
+    fn what_became_of_the_corners_of_what_is_left_tells_what_became_of_the_others() {
+        let (original, job) = (shapes::bumpy_sphere(5, 3), Job::default());
+        // Moved by as much as changes which edges are collapsed.
+        let wave = |&[x, y, z]: &[f64; 3]| 1.0 + 1e-3 * (9.0 * x - 7.0 * y + 5.0 * z).sin();
+        let moved = original.positions().iter().map(|p| p.map(|x| x * wave(p)));
+        let moved = original.with_positions(moved.collect()).unwrap();
+        let mut thresholds = Thresholds::of(&moved);
+        thresholds.left = thresholds.left.labelled(&[]);
+        let left = thresholds.run(original.triangle_count() / 10, &job).unwrap();
+        let truth: Vec<u32> = left.into_labels().into_iter().map(|(end, _)| end).collect();
+
+        let mut known = vec![None; truth.len()];
+        for corners in original.triangles() {
+            let [a, b, c] = corners.map(|v| truth[v as usize]);
+            if a != b && b != c && c != a {
+                corners
+                    .iter()
+                    .for_each(|&v| known[v as usize] = Some(truth[v as usize]));
+            }
+        }
+        let told = labels(&original, &known, &job).unwrap();
+        let unknown = || (0..truth.len()).filter(|&v| known[v].is_none());
+        let right = unknown().filter(|&v| told[v] == Some(truth[v])).count();
+        assert!(unknown().count() > truth.len() / 4);
+        assert!(
+            10 * right > 9 * unknown().count(),
+            "{right} of {}",
+            unknown().count()
+        );
+        assert!((0..truth.len()).all(|v| known[v].is_none() || known[v] == told[v]));
+    }
+
+    #[test]
+    fn who_knows_nothing_or_all_is_told_as_much() {
+        let (mesh, job) = (shapes::bumpy_sphere(2, 1), Job::default());
+        assert_eq!(labels(&mesh, &[], &job).unwrap(), vec![None; mesh.vertex_count()]);
+        let all: Vec<Option<u32>> = (0..mesh.vertex_count() as u32).map(Some).collect();
+        assert_eq!(labels(&mesh, &all, &job).unwrap(), all);
     }
 }

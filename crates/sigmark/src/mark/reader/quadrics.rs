@@ -14,7 +14,7 @@ use job::Job;
 use mesh::{Similarity, TriMesh, Vec3};
 use registration::{PreparedMesh, Resampled};
 
-use super::regions::{Place, regions};
+use super::regions::{Place, Regions, regions};
 use crate::mark::{Lowest, MarkError, Registered, Settling, settling::barycentric};
 
 /// Suspects with more triangles than this share of those that the original has there have hardly been decimated.
@@ -28,6 +28,9 @@ const WEAK_HOLD: f64 = 1e-4;
 
 /// In diagonals: the misfit of what has no region.
 const UNKNOWN: f64 = 1.0;
+
+/// In diagonals: smaller misfits say no more for a region.
+const EXACT: f64 = 1e-6;
 
 /// Sets [`Registered::quadric_bias`], [`Registered::misfit`] and [`Registered::settling`] at vertices that are asked for, if the suspect is clearly coarser than the original. Its tessellation bias is known.
 pub(super) fn foretell(
@@ -57,17 +60,25 @@ pub(super) fn foretell(
     let places: Vec<Option<Place>> = (0..original.vertex_count()).map(place).collect();
     let places = around(&lying, places, is_asked);
     let registered = registered.to_mut();
-    let regions = regions(original, &lying, &places, job)?;
+    let alternatives = regions(original, &lying, &places, job)?;
     let normals = suspect.vertex_normals().iter();
     let normals: Vec<Vec3> = normals
         .map(|&n| Vec3(pose.rotation.map(|row| Vec3(row).dot(Vec3(n)))))
         .collect();
-    let of_weights = |weights: Weights| {
-        let sums = weights.quadrics(original, centre, &regions, lying.vertex_count());
+    let settled_by = |regions: &Regions, weights: Weights| -> Vec<Option<Settled>> {
+        let sums = weights.quadrics(original, centre, regions, lying.vertex_count());
         let at = |w: usize| Settled::of(&sums[w], lying.point(w) - centre, normals[w]);
-        (0..sums.len()).map(at).collect::<Vec<Option<Settled>>>()
+        (0..sums.len()).map(at).collect()
     };
-    let settled = job.map(Weights::ALL.len(), 1, |i| of_weights(Weights::ALL[i]))?;
+    let kinds = Weights::ALL.len();
+    let all = job.map(kinds * alternatives.len(), 1, |i| {
+        settled_by(&alternatives[i / kinds], Weights::ALL[i % kinds])
+    })?;
+    let (regions, settled) = alternatives
+        .into_iter()
+        .zip(all.chunks(kinds))
+        .min_by(|(_, a), (_, b)| off(a, diagonal).total_cmp(&off(b, diagonal)))
+        .ok_or(MarkError::Alignment)?;
     for (v, place) in places.iter().enumerate().filter(|&(v, _)| is_asked[v]) {
         let (Some((t, weights)), Some(along)) = (place, registered.along[v]) else {
             continue;
@@ -93,6 +104,18 @@ pub(super) fn foretell(
     }
     registered.settling = Some(Arc::new(settling(&lying, &places, regions, &settled[0])));
     Ok(())
+}
+
+/// How far a suspect's vertices are off from where regions would have them, by planes of whichever weights suit: the mean logarithm of their misfits.
+fn off(settled: &[Vec<Option<Settled>>], diagonal: f64) -> f64 {
+    let logarithm = |settled: &Option<Settled>| {
+        let misfit = settled.map_or(UNKNOWN, |settled| settled.misfit / diagonal);
+        misfit.max(EXACT).ln()
+    };
+    let mean = |settled: &Vec<Option<Settled>>| {
+        settled.iter().map(logarithm).sum::<f64>() / settled.len().max(1) as f64
+    };
+    settled.iter().map(mean).fold(f64::INFINITY, f64::min)
 }
 
 /// How the vertices of a suspect follow the original's, by planes that weigh alike: those that weigh by area tell the same.

@@ -2,8 +2,10 @@
 //!
 //! A triangle that outlives the collapse of edges is one of the original's, whose corners went into three different vertices. Programs write what is left in
 //! the order in which they read it: the suspect's triangles are a subsequence of the original's, corner by corner. Which one it is, is the
-//! heaviest increasing subsequence of candidates that lie where they should, by dynamic programming. The corners of those are seeds, and a vertex between them
-//! belongs to the nearest. Where the order was changed, a vertex belongs to the corner of the suspect that weighs most at its place.
+//! heaviest increasing subsequence of candidates that lie where they should, by dynamic programming. The corners of those are known; where the order was changed, a vertex belongs to the corner of the suspect that weighs most at its place.
+//!
+//! The vertices between are known from the decimation itself, which is done again: never are vertices joined of which it is known that they went into different ones. What comes of that says more of which triangles are left than their places do, so both are told in turns,
+//! at first from those that are certain alone. Where few are, so that what is done again soon goes its own way, a vertex belongs to the nearest that is known.
 
 use std::{f64::consts::LN_2, mem, num::NonZeroU32};
 
@@ -15,32 +17,129 @@ use crate::mark::MarkError;
 /// Where a vertex of the original was seen: a triangle of the suspect, and the weights of its corners there.
 pub(super) type Place = (u32, [f64; 3]);
 
-/// For each vertex of the original, the suspect's vertex into which it went (#V); none where nothing was seen, or is not asked for. The suspect lies on the original.
+/// For each vertex of the original, the suspect's vertex into which it went (#V); none where nothing was seen, or is not asked for.
+pub(super) type Regions = Vec<Option<u32>>;
+
+/// Regions as they may be, of which at most one is right. The suspect lies on the original.
 pub(super) fn regions(
     original: &TriMesh,
     suspect: &TriMesh,
     places: &[Option<Place>],
     job: &Job,
-) -> Result<Vec<Option<u32>>, MarkError> {
-    let survivors = survivors(original, suspect, places, job)?;
+) -> Result<Vec<Regions>, MarkError> {
+    let candidates = candidates(original, suspect, places, job)?;
+    let survivors = survivors(original, suspect, &candidates, job)?;
     let mut is_seen = vec![false; suspect.triangle_count()];
     places
         .iter()
         .flatten()
         .for_each(|(t, _)| is_seen[*t as usize] = true);
     let seen = is_seen.iter().filter(|is_seen| **is_seen).count();
-    let found = survivors
-        .iter()
-        .zip(&is_seen)
-        .filter(|(survivor, is_seen)| **is_seen && survivor.is_some());
-    if 2 * found.count() < seen {
+    let found = survivors.iter().zip(&is_seen).filter(|(_, is_seen)| **is_seen);
+    let found: Vec<&Survivor> = found.filter_map(|(survivor, _)| survivor.as_ref()).collect();
+    if 2 * found.len() < seen {
         let heaviest = |&(t, weights): &Place| {
             let greater = |i: usize, j: usize| if weights[j] > weights[i] { j } else { i };
             suspect.triangles()[t as usize][greater(greater(0, 1), 2)]
         };
-        return Ok(places.iter().map(|place| place.as_ref().map(heaviest)).collect());
+        return Ok(vec![
+            places.iter().map(|place| place.as_ref().map(heaviest)).collect(),
+        ]);
     }
-    grown(original, suspect, &survivors, places, job)
+    let certain = found.iter().map(|survivor| survivor.certainty).sum::<f64>() / found.len().max(1) as f64;
+    let mut all = vec![grown(original, suspect, &survivors, places, job)?];
+    let of_original = 2 * places.iter().flatten().count();
+    if certain >= CERTAIN && (seen as f64) < MUCH_COARSER * of_original as f64 {
+        all.extend(repeated(original, suspect, &candidates, survivors, places, job)?);
+    }
+    Ok(all)
+}
+
+/// Of a suspect with more triangles than this share of the original's there is enough to read without.
+const MUCH_COARSER: f64 = 0.12;
+
+/// With less certainty in the mean, decimation is not done again.
+const CERTAIN: f64 = 0.4;
+
+/// What a survivor is certain by whose corners are known.
+const SURE: f64 = 0.9;
+
+/// How often survivors and regions are told from each other.
+const TURNS: usize = 2;
+
+/// What a pair of triangles is worth more for each corner that is in the right region, and less for half as many of each that is not.
+const WORTH_OF_A_CORNER: f32 = 2.0;
+
+/// Regions by decimation that is done again; none where nothing was seen as a whole.
+fn repeated(
+    original: &TriMesh,
+    suspect: &TriMesh,
+    candidates: &Candidates,
+    mut survivors: Vec<Option<Survivor>>,
+    places: &[Option<Place>],
+    job: &Job,
+) -> Result<Option<Regions>, MarkError> {
+    let Some((part, vertices)) = seen_part(original, places) else {
+        return Ok(None);
+    };
+    let again = |survivors: &[Option<Survivor>], least: f64| -> Result<Regions, MarkError> {
+        let known = known(original, suspect, survivors, least);
+        let known: Vec<Option<u32>> = vertices.iter().map(|&v| known[v as usize]).collect();
+        let told = decimation::labels(&part, &known, job)?;
+        let mut regions = vec![None; places.len()];
+        vertices
+            .iter()
+            .zip(told)
+            .for_each(|(&v, region)| regions[v as usize] = region);
+        Ok(regions)
+    };
+    for _ in 0..TURNS {
+        let regions = again(&survivors, SURE)?;
+        let mut candidates = candidates.clone();
+        candidates.prefer(original, suspect, &regions);
+        survivors = self::survivors(original, suspect, &candidates, job)?;
+    }
+    again(&survivors, 0.0).map(Some)
+}
+
+/// The triangles of the original with three corners that are asked for, as a mesh, and the numbers of its vertices; none where there is none.
+fn seen_part(original: &TriMesh, places: &[Option<Place>]) -> Option<(TriMesh, Vec<u32>)> {
+    let is_asked = |corners: &&[u32; 3]| corners.iter().all(|&v| places[v as usize].is_some());
+    let mut triangles: Vec<[u32; 3]> = original.triangles().iter().filter(is_asked).copied().collect();
+    let mut vertices: Vec<u32> = triangles.as_flattened().to_vec();
+    vertices.sort_unstable();
+    vertices.dedup();
+    for corner in triangles.as_flattened_mut() {
+        *corner = vertices.partition_point(|v| v < corner) as u32;
+    }
+    let positions = vertices
+        .iter()
+        .map(|&v| original.positions()[v as usize])
+        .collect();
+    Some((TriMesh::new(positions, triangles).ok()?, vertices))
+}
+
+/// For each vertex of the original, the region that is known of it (#V): of corners of survivors that are certain by so much, by the most certain one.
+fn known(
+    original: &TriMesh,
+    suspect: &TriMesh,
+    survivors: &[Option<Survivor>],
+    least: f64,
+) -> Vec<Option<u32>> {
+    let mut known: Vec<Option<(f64, u32)>> = vec![None; original.vertex_count()];
+    for (corners, survivor) in suspect.triangles().iter().zip(survivors) {
+        let Some(Survivor { triangle, certainty }) = survivor.filter(|survivor| survivor.certainty >= least)
+        else {
+            continue;
+        };
+        for (v, &region) in original.triangles()[triangle as usize].into_iter().zip(corners) {
+            let known = &mut known[v as usize];
+            if known.is_none_or(|(before, _)| before < certainty) {
+                *known = Some((certainty, region));
+            }
+        }
+    }
+    known.into_iter().map(|known| Some(known?.1)).collect()
 }
 
 /// Regions from the corners of triangles that survived: each vertex joins the seed that is nearest along the edges, of several as near the one of the smallest number.
@@ -49,7 +148,7 @@ pub(super) fn regions(
 fn grown(
     original: &TriMesh,
     suspect: &TriMesh,
-    survivors: &[Option<u32>],
+    survivors: &[Option<Survivor>],
     places: &[Option<Place>],
     job: &Job,
 ) -> Result<Vec<Option<u32>>, MarkError> {
@@ -60,8 +159,8 @@ fn grown(
     let is_seen = |v: u32| places[v as usize].is_some();
     let mut seeds = Vec::new();
     for (corners, survivor) in suspect.triangles().iter().zip(survivors) {
-        if let Some(t) = survivor {
-            let of_it = original.triangles()[*t as usize].into_iter().zip(*corners);
+        if let Some(Survivor { triangle, .. }) = survivor {
+            let of_it = original.triangles()[*triangle as usize].into_iter().zip(*corners);
             let seen = of_it.filter(|&(v, _)| is_seen(v));
             seeds.extend(seen.map(|(v, region)| (v, (0.0, region))));
         }
@@ -102,44 +201,94 @@ fn grown(
 /// Triangles between two questions to the job.
 const CHUNK: usize = 1024;
 
+/// A triangle of the original that a suspect's was.
+#[derive(Clone, Copy)]
+struct Survivor {
+    triangle: u32,
+    /// From 0 to 1: the likelihood of the best order with it beside those with each of the other candidates.
+    certainty: f64,
+}
+
 /// For each triangle of the suspect, the original's that it was (#F); none where no one fits into the order.
 fn survivors(
     original: &TriMesh,
     suspect: &TriMesh,
-    places: &[Option<Place>],
+    candidates: &Candidates,
     job: &Job,
-) -> Result<Vec<Option<u32>>, MarkError> {
-    let candidates = candidates(original, suspect, places, job)?;
+) -> Result<Vec<Option<Survivor>>, MarkError> {
     let mut lightest = LightestBefore::new(original.triangle_count());
     let mut links: Vec<Link> = Vec::new();
-    let mut costs: Vec<f64> = Vec::new();
+    // What the lightest subsequence up to each candidate costs, with it.
+    let mut up_to: Vec<f64> = Vec::with_capacity(candidates.all.len());
     for s in 0..suspect.triangle_count() {
         if s.is_multiple_of(CHUNK) {
             job.go_on()?;
         }
-        let candidates = candidates.of(s);
-        costs.clear();
-        for &(t, gain) in candidates {
+        let first = links.len();
+        for &(t, gain) in candidates.of(s) {
             let (cost, before) = lightest.before(t);
-            costs.push(cost - f64::from(gain));
+            up_to.push(cost - f64::from(gain));
             links.push(Link {
                 pair: [s as u32, t],
                 before,
             });
         }
-        let first = links.len() - costs.len();
-        for ((&(t, _), &cost), link) in candidates.iter().zip(&costs).zip(first..) {
-            lightest.put(t, cost, link);
+        for (i, &(t, _)) in (first..).zip(candidates.of(s)) {
+            lightest.put(t, up_to[i], i);
         }
     }
     let mut survivors = vec![None; suspect.triangle_count()];
-    let (_, mut last) = lightest.before(original.triangle_count() as u32);
+    let (least, mut last) = lightest.before(original.triangle_count() as u32);
     while let Some(link) = last.map(|link| &links[link.get() as usize - 1]) {
-        let [s, t] = link.pair;
-        survivors[s as usize] = Some(t);
+        let [s, triangle] = link.pair;
+        survivors[s as usize] = Some(Survivor {
+            triangle,
+            certainty: 0.0,
+        });
         last = link.before;
     }
+    drop(links);
+    weigh(&mut survivors, original, candidates, &up_to, least, job)?;
     Ok(survivors)
+}
+
+/// Sets how certain survivors are, given what the lightest subsequence costs up to each candidate, and at least.
+fn weigh(
+    survivors: &mut [Option<Survivor>],
+    original: &TriMesh,
+    candidates: &Candidates,
+    up_to: &[f64],
+    least: f64,
+    job: &Job,
+) -> Result<(), MarkError> {
+    let count = original.triangle_count();
+    let mut lightest = LightestBefore::new(count);
+    let mut from: Vec<f64> = Vec::new();
+    for (s, survivor) in survivors.iter_mut().enumerate().rev() {
+        if s.is_multiple_of(CHUNK) {
+            job.go_on()?;
+        }
+        let range = candidates.offsets[s]..candidates.offsets[s + 1];
+        let mirrored = |t: u32| (count - 1) as u32 - t;
+        from.clear();
+        from.extend(
+            candidates
+                .of(s)
+                .iter()
+                .map(|&(t, _)| lightest.before(mirrored(t)).0),
+        );
+        if let Some(survivor) = survivor {
+            let likelihoods = up_to[range]
+                .iter()
+                .zip(&from)
+                .map(|(up_to, from)| (least - up_to - from).exp());
+            survivor.certainty = 1.0 / likelihoods.sum::<f64>().max(1.0);
+        }
+        for (&(t, gain), from) in candidates.of(s).iter().zip(&from) {
+            lightest.put(mirrored(t), from - f64::from(gain), 0);
+        }
+    }
+    Ok(())
 }
 
 /// A pair of triangles at the end of a subsequence.
@@ -150,6 +299,7 @@ struct Link {
 }
 
 /// For each triangle of the suspect, those of the original that are seen at it or at one that it touches and fit there, ascending, and how well each fits.
+#[derive(Clone)]
 struct Candidates {
     /// Where those of each triangle begin, and where the last end.
     offsets: Vec<usize>,
@@ -159,6 +309,17 @@ struct Candidates {
 impl Candidates {
     fn of(&self, triangle: usize) -> &[(u32, f32)] {
         &self.all[self.offsets[triangle]..self.offsets[triangle + 1]]
+    }
+
+    /// Makes pairs worth more whose corners are in the right regions.
+    fn prefer(&mut self, original: &TriMesh, suspect: &TriMesh, regions: &[Option<u32>]) {
+        for (s, corners) in suspect.triangles().iter().enumerate() {
+            for (t, likeness) in &mut self.all[self.offsets[s]..self.offsets[s + 1]] {
+                let of_it = original.triangles()[*t as usize].into_iter().zip(corners);
+                let right = of_it.filter(|&(v, &region)| regions[v as usize] == Some(region));
+                *likeness += WORTH_OF_A_CORNER * (right.count() as f32 - 1.5);
+            }
+        }
     }
 }
 
@@ -315,6 +476,8 @@ impl LightestBefore {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::HashSet;
+
     use super::*;
     use decimation::{Decimator, decimate};
     use mesh::shapes;
@@ -331,21 +494,29 @@ mod tests {
         original.positions().iter().map(nearest).collect()
     }
 
+    fn survivors_of(
+        original: &TriMesh,
+        suspect: &TriMesh,
+        places: &[Option<Place>],
+    ) -> Vec<Option<Survivor>> {
+        let job = Job::default();
+        let candidates = candidates(original, suspect, places, &job).unwrap();
+        survivors(original, suspect, &candidates, &job).unwrap()
+    }
+
     #[test]
     fn what_two_decimators_leave_is_found_in_the_order_of_the_original() {
         let original = shapes::bumpy_sphere(5, 3);
         for decimator in Decimator::ALL {
             let job = Job::default();
             let suspect = decimate(&original, 4000, decimator, &job).unwrap();
-            let places = places_of(&original, &suspect);
-            let found = survivors(&original, &suspect, &places, &job).unwrap();
-            let ascending: Vec<u32> = found.iter().copied().flatten().collect();
+            let found = survivors_of(&original, &suspect, &places_of(&original, &suspect));
+            let ascending: Vec<u32> = found.iter().flatten().map(|survivor| survivor.triangle).collect();
             assert!(ascending.is_sorted());
             assert!(ascending.len() * 10 > 9 * found.len(), "{}", ascending.len());
 
             let shuffled = shapes::shuffled(&suspect, 1);
-            let places = places_of(&original, &shuffled);
-            let lost = survivors(&original, &shuffled, &places, &job).unwrap();
+            let lost = survivors_of(&original, &shuffled, &places_of(&original, &shuffled));
             assert!(2 * lost.iter().flatten().count() < lost.len());
         }
     }
@@ -356,12 +527,14 @@ mod tests {
         let suspect = decimate(&original, 300, Decimator::ALL[0], &Job::default()).unwrap();
         let mut places = places_of(&original, &suspect);
         (0..places.len()).step_by(7).for_each(|v| places[v] = None);
-        let survivors = survivors(&original, &suspect, &places, &Job::default()).unwrap();
+        let survivors = survivors_of(&original, &suspect, &places);
         let seeds: Vec<(u32, u32)> = suspect
             .triangles()
             .iter()
             .zip(&survivors)
-            .filter_map(|(corners, survivor)| Some((*corners, original.triangles()[(*survivor)? as usize])))
+            .filter_map(|(corners, survivor)| {
+                Some((*corners, original.triangles()[(*survivor)?.triangle as usize]))
+            })
             .flat_map(|(corners, was)| was.into_iter().zip(corners))
             .collect();
         // Dijkstra's way, one vertex after the other.
@@ -404,11 +577,51 @@ mod tests {
     }
 
     #[test]
+    fn decimation_that_is_done_again_tells_more_of_regions_than_the_nearest_seed() {
+        let (original, job) = (shapes::bumpy_sphere(5, 3), Job::default());
+        // What a mark does to it.
+        let wave = |&[x, y, z]: &[f64; 3]| 1.0 + 1e-3 * (9.0 * x - 7.0 * y + 5.0 * z).sin();
+        let displaced = original.positions().iter().map(|p| p.map(|x| x * wave(p)));
+        let signed = original.with_positions(displaced.collect()).unwrap();
+        let suspect = decimate(
+            &signed,
+            original.triangle_count() / 10,
+            Decimator::Threshold,
+            &job,
+        )
+        .unwrap();
+        let places = places_of(&original, &suspect);
+        let all = regions(&original, &suspect, &places, &job).unwrap();
+        assert_eq!(all.len(), 2);
+
+        // With the right regions every triangle that has three is one of the suspect's.
+        let own: HashSet<[u32; 3]> = suspect.triangles().iter().copied().collect();
+        let is_torn = |regions: &Regions, corners: &[u32; 3]| match corners.map(|v| regions[v as usize]) {
+            [Some(a), Some(b), Some(c)] => a != b && b != c && c != a && !own.contains(&[a, b, c]),
+            _ => false,
+        };
+        let torn = |regions: &Regions| {
+            original
+                .triangles()
+                .iter()
+                .filter(|t| is_torn(regions, t))
+                .count()
+        };
+        let [nearest, again] = [&all[0], &all[1]].map(torn);
+        assert!(5 * again < 4 * nearest, "{again}, {nearest}");
+
+        let none: Vec<Option<Place>> = vec![None; places.len()];
+        assert!(seen_part(&original, &none).is_none());
+    }
+
+    #[test]
     fn a_vertex_belongs_to_its_nearest_seed() {
         let original = shapes::rectangle(8, 8, 1.0, 1.0);
         let suspect = shapes::rectangle(1, 1, 1.0, 1.0);
         let places = places_of(&original, &suspect);
-        let regions = regions(&original, &suspect, &places, &Job::default()).unwrap();
+        let regions = regions(&original, &suspect, &places, &Job::default())
+            .unwrap()
+            .swap_remove(0);
         assert!(regions.iter().all(Option::is_some));
         for (corner, w) in [(0, 0), (8, 1), (72, 2), (80, 3)] {
             assert_eq!(regions[corner], Some(w));
