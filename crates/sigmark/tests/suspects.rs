@@ -558,6 +558,7 @@ fn where_collapses_of_edges_put_vertices_is_foretold() {
     let mesh = shapes::bumped(&shapes::jittered(&shapes::icosphere(4), 0.3, 4), 0.3, 4);
     let (signed, job) = (sign(&mesh, 1), Job::default());
     let (bits, estimator) = (signed.certificate().bits(), detectors(&signed).1);
+    let stranger = sign(&mesh, 2);
     for decimator in Decimator::ALL {
         let suspect = decimate(signed.mesh(), mesh.triangle_count() / 5, decimator, &job).unwrap();
         let told = sampled(&mesh, &suspect, &Similarity::IDENTITY);
@@ -568,6 +569,10 @@ fn where_collapses_of_edges_put_vertices_is_foretold() {
         let [with, without] = [&told, &untold]
             .map(|seen| margin(&bits, &estimator.estimate(seen, &job).unwrap().soft.weights()));
         assert!(with > 1.2 * without, "{decimator:?}: {with} {without}");
+        // What is foretold says nothing of bits that are not there.
+        let soft = estimator.estimate(&told, &job).unwrap().soft;
+        let chance = margin(&stranger.certificate().bits(), &soft.weights());
+        assert!(chance.abs() < 4.0, "{decimator:?}: {chance}");
     }
     // What is as fine as the original was not decimated.
     let seen = sampled(&mesh, signed.mesh(), &Similarity::IDENTITY);

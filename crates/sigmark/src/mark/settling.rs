@@ -23,7 +23,7 @@ pub(crate) struct Settling {
     pub(crate) lowest: Vec<Option<Lowest>>,
 }
 
-/// The lowest point of a region's quadric.
+/// The lowest point of a region's quadric, which is held in its place along the surface, where planes tell little.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Lowest {
     pub(crate) point: Vec3,
@@ -185,6 +185,16 @@ mod tests {
         quadrics
     }
 
+    fn lowest(quadrics: &[Quadric]) -> Vec<Option<Lowest>> {
+        let of = |quadric: &Quadric| {
+            Some(Lowest {
+                point: quadric.minimum()?,
+                inverse: quadric.inverse()?,
+            })
+        };
+        quadrics.iter().map(of).collect()
+    }
+
     #[test]
     fn lowest_points_move_as_foretold() {
         let mesh = shapes::bumpy_sphere(4, 3);
@@ -195,15 +205,7 @@ mod tests {
         };
         let regions: Vec<Option<usize>> = (0..mesh.vertex_count()).map(nearest).collect();
         let before = quadrics(&mesh, &regions, seeds.len());
-        let lowest: Vec<Option<Lowest>> = before
-            .iter()
-            .map(|quadric| {
-                Some(Lowest {
-                    point: quadric.minimum()?,
-                    inverse: quadric.inverse()?,
-                })
-            })
-            .collect();
+        let lowest = lowest(&before);
         let settling = SettlingOfPatch {
             places: Vec::new(),
             inverses: lowest
@@ -243,15 +245,7 @@ mod tests {
     fn a_shift_moves_all_that_is_seen_by_as_much() {
         let mesh = shapes::bumpy_sphere(2, 1);
         let regions: Vec<Option<usize>> = (0..mesh.vertex_count()).map(|v| Some(v % 2)).collect();
-        let lowest: Vec<Option<Lowest>> = quadrics(&mesh, &regions, 2)
-            .iter()
-            .map(|quadric| {
-                Some(Lowest {
-                    point: quadric.minimum()?,
-                    inverse: quadric.inverse()?,
-                })
-            })
-            .collect();
+        let lowest = lowest(&quadrics(&mesh, &regions, 2));
         let settling = SettlingOfPatch {
             places: vec![Some(([0, 1, 0], [0.25, 0.5, 0.25])), None],
             inverses: lowest
