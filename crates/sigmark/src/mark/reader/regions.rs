@@ -7,7 +7,7 @@
 //! The vertices between are known from the decimation itself, which is done again: never are vertices joined of which it is known that they went into different ones. What comes of that says more of which triangles are left than their places do, so both are told in turns,
 //! at first from those that are certain alone. Where few are, so that what is done again soon goes its own way, a vertex belongs to the nearest that is known.
 
-use std::{f64::consts::LN_2, mem, num::NonZeroU32};
+use std::{f64::consts::LN_2, mem, num::NonZeroU32, ops::Range};
 
 use job::Job;
 use mesh::{TriMesh, Vec3};
@@ -27,14 +27,16 @@ pub(super) fn regions(
     places: &[Option<Place>],
     job: &Job,
 ) -> Result<Vec<Regions>, MarkError> {
-    let candidates = candidates(original, suspect, places, job)?;
-    let survivors = survivors(original, suspect, &candidates, job)?;
     let mut is_seen = vec![false; suspect.triangle_count()];
     places
         .iter()
         .flatten()
         .for_each(|(t, _)| is_seen[*t as usize] = true);
     let seen = is_seen.iter().filter(|is_seen| **is_seen).count();
+    let of_original = 2 * places.iter().flatten().count();
+    let may_repeat = COARSER.contains(&(seen as f64 / of_original as f64));
+    let candidates = candidates(original, suspect, places, job)?;
+    let survivors = survivors(original, suspect, &candidates, may_repeat, job)?;
     let found = survivors.iter().zip(&is_seen).filter(|(_, is_seen)| **is_seen);
     let found: Vec<&Survivor> = found.filter_map(|(survivor, _)| survivor.as_ref()).collect();
     if 2 * found.len() < seen {
@@ -48,15 +50,14 @@ pub(super) fn regions(
     }
     let certain = found.iter().map(|survivor| survivor.certainty).sum::<f64>() / found.len().max(1) as f64;
     let mut all = vec![grown(original, suspect, &survivors, places, job)?];
-    let of_original = 2 * places.iter().flatten().count();
-    if certain >= CERTAIN && (seen as f64) < MUCH_COARSER * of_original as f64 {
+    if may_repeat && certain >= CERTAIN {
         all.extend(repeated(original, suspect, &candidates, survivors, places, job)?);
     }
     Ok(all)
 }
 
-/// Of a suspect with more triangles than this share of the original's there is enough to read without.
-const MUCH_COARSER: f64 = 0.12;
+/// The suspect's share of the original's triangles for which decimation is done again. Where more are left there is enough to read without; where fewer are, too few of what is done again are as they were.
+const COARSER: Range<f64> = 0.025..0.12;
 
 /// With less certainty in the mean, decimation is not done again.
 const CERTAIN: f64 = 0.4;
@@ -97,7 +98,7 @@ fn repeated(
         let regions = again(&survivors, SURE)?;
         let mut candidates = candidates.clone();
         candidates.prefer(original, suspect, &regions);
-        survivors = self::survivors(original, suspect, &candidates, job)?;
+        survivors = self::survivors(original, suspect, &candidates, true, job)?;
     }
     again(&survivors, 0.0).map(Some)
 }
@@ -205,7 +206,7 @@ const CHUNK: usize = 1024;
 #[derive(Clone, Copy)]
 struct Survivor {
     triangle: u32,
-    /// From 0 to 1: the likelihood of the best order with it beside those with each of the other candidates.
+    /// From 0 to 1: the likelihood of the best order with it beside those with each of the other candidates; 0 where it was not asked for.
     certainty: f64,
 }
 
@@ -214,6 +215,7 @@ fn survivors(
     original: &TriMesh,
     suspect: &TriMesh,
     candidates: &Candidates,
+    how_certain: bool,
     job: &Job,
 ) -> Result<Vec<Option<Survivor>>, MarkError> {
     let mut lightest = LightestBefore::new(original.triangle_count());
@@ -248,7 +250,9 @@ fn survivors(
         last = link.before;
     }
     drop(links);
-    weigh(&mut survivors, original, candidates, &up_to, least, job)?;
+    if how_certain {
+        weigh(&mut survivors, original, candidates, &up_to, least, job)?;
+    }
     Ok(survivors)
 }
 
@@ -501,7 +505,7 @@ mod tests {
     ) -> Vec<Option<Survivor>> {
         let job = Job::default();
         let candidates = candidates(original, suspect, places, &job).unwrap();
-        survivors(original, suspect, &candidates, &job).unwrap()
+        survivors(original, suspect, &candidates, false, &job).unwrap()
     }
 
     #[test]
