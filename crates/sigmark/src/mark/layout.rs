@@ -1,7 +1,8 @@
 use std::sync::Arc;
 
 use job::Job;
-use mesh::Vec3;
+use mesh::{TriMesh, Vec3};
+use sha2::{Digest, Sha256};
 
 use super::{
     Chip, ChipPlan, MarkError, Original, Patch, PatchBasis, PatchRotation, Rotation, Strength,
@@ -269,6 +270,45 @@ impl MarkLayout {
         self.read.iter().copied().filter(is_seen).collect()
     }
 
+    /// Whether all patches are read.
+    pub(crate) fn reads_all(&self) -> bool {
+        self.read.len() == self.alphas.len()
+    }
+
+    /// The original with each of so many marks of random bits, in the patches that are read and of which something was seen: what whoever decimated a copy may have had. None where bases are too
+    /// large to be [kept](Original::keeps).
+    pub(crate) fn likenesses<S>(
+        &self,
+        count: usize,
+        seen: &[Option<S>],
+        job: &Job,
+    ) -> Result<Vec<TriMesh>, MarkError> {
+        let (mesh, patches) = (self.original.mesh(), self.original.patches());
+        let seen = self.patches_seen(seen);
+        if !self.original.keeps(&seen) {
+            return Ok(Vec::new());
+        }
+        let marks: Vec<Vec<bool>> = (0..count).map(|i| random_bits(i, self.bits())).collect();
+        let of_patch = |index: usize, _: &Patch, basis: &PatchBasis| -> Vec<_> {
+            let marks = marks.iter().map(|bits| self.modulation(index, bits));
+            marks.map(|added| basis.inverse_transform(&added)).collect()
+        };
+        let mut marked = vec![mesh.positions().to_vec(); count];
+        let added = self.original.map_bases_of(&seen, of_patch, job)?;
+        for (&patch, added) in seen.iter().zip(added) {
+            for (marked, added) in marked.iter_mut().zip(added) {
+                for (&v, added) in patches[patch].vertices().iter().zip(added) {
+                    let marked = &mut marked[v as usize];
+                    *marked = (Vec3(*marked) + Vec3(added)).into();
+                }
+            }
+        }
+        let meshes = marked
+            .into_iter()
+            .map(|positions| Ok(mesh.with_positions(positions)?));
+        meshes.collect()
+    }
+
     /// Writes bits (eq. 26).
     ///
     /// # Errors
@@ -312,6 +352,18 @@ impl MarkLayout {
         }
         Ok((written, made))
     }
+}
+
+/// So many bits, the same wherever they are drawn.
+fn random_bits(draw: usize, count: usize) -> Vec<bool> {
+    let hash = |i: usize| {
+        let hash = Sha256::new_with_prefix(b"sigmark likeness\0");
+        let hash = hash.chain_update((draw as u64).to_le_bytes());
+        hash.chain_update((i as u64).to_le_bytes()).finalize()
+    };
+    let bytes = (0..count.div_ceil(256)).flat_map(hash);
+    let bits = bytes.flat_map(|byte| (0..8).map(move |i| byte >> i & 1 == 1));
+    bits.take(count).collect()
 }
 
 /// The mean product of two fields over a patch, along each axis, a vertex standing for a third of the triangles around it.
@@ -379,5 +431,47 @@ impl Written {
         pairs
             .map(|(p, d)| std::array::from_fn(|axis| p[axis] + d[axis]))
             .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mark::Pool;
+    use mesh::shapes;
+
+    #[test]
+    fn likenesses_have_as_large_a_mark_each_its_own() {
+        let (mesh, bits, job) = (shapes::bumpy_sphere(4, 3), 64, Job::default());
+        let original = Original::pooled(mesh, bits, Pool::default(), &job).unwrap();
+        let plan = ChipPlan::pooled(bits, [1; 32]);
+        let layout = MarkLayout::with_strength(original.into(), plan, Strength::default()).unwrap();
+        let (original, seen) = (
+            layout.original(),
+            vec![Some(()); layout.original().mesh().vertex_count()],
+        );
+        assert!(layout.likenesses(2, &seen, &job).unwrap().is_empty());
+
+        original.keep_a_gigabyte();
+        let marked = layout.likenesses(2, &seen, &job).unwrap();
+        let written: Vec<Written> = (0..2)
+            .map(|draw| layout.write(&random_bits(draw, bits), &job).unwrap())
+            .collect();
+        assert_ne!(written[0].displacement, written[1].displacement);
+        for (marked, written) in marked.iter().zip(&written) {
+            assert_eq!(marked.positions(), written.positions(original));
+        }
+        let unseen = vec![None::<()>; seen.len()];
+        let unmarked = layout.likenesses(1, &unseen, &job).unwrap().remove(0);
+        assert_eq!(unmarked.positions(), original.mesh().positions());
+    }
+
+    #[test]
+    fn random_bits_are_as_often_one_as_zero() {
+        for draw in 0..4 {
+            let bits = random_bits(draw, 2000);
+            let ones = bits.iter().filter(|&&bit| bit).count();
+            assert!(bits.len() == 2000 && ones.abs_diff(1000) < 112, "{ones}");
+        }
     }
 }

@@ -220,6 +220,15 @@ impl Original {
         self.kept.room.fetch_max(room, Ordering::Relaxed);
     }
 
+    /// Whether the bases of some patches are kept, or will be once they are computed.
+    pub(crate) fn keeps(&self, patches: &[usize]) -> bool {
+        let missing = patches
+            .iter()
+            .filter(|&&i| self.kept.of_patches[i].get().is_none());
+        let bytes: usize = missing.map(|&i| self.bytes_of_basis(i)).sum();
+        bytes <= self.kept.room.load(Ordering::Relaxed)
+    }
+
     /// What `f` makes of the number of each patch, the patch and its basis, in the order of the patches.
     ///
     /// Patches are worked on side by side, so memory is that of as many bases as there are threads, besides those that are kept.

@@ -17,8 +17,9 @@ use super::Patch;
 pub(crate) struct Settling {
     /// For each vertex of the original, the corners of the suspect's triangle in which it was seen, and their weights (#V); none where nothing was seen, or is not asked for.
     pub(crate) places: Vec<Option<([u32; 3], [f64; 3])>>,
-    /// For each vertex of the original, the suspect's vertex into which it went (#V).
-    pub(crate) regions: Vec<Option<u32>>,
+    /// For each vertex of the original, the suspect's vertex into which it went (#V). Where regions were told in several ways, those that one of them tells of its own vertices of the suspect, then the next: they
+    /// may overlap.
+    pub(crate) regions: Vec<Vec<Option<u32>>>,
     /// Of each vertex of the suspect; none where its planes don't tell.
     pub(crate) lowest: Vec<Option<Lowest>>,
 }
@@ -46,10 +47,13 @@ impl Settling {
         corners.sort_unstable();
         corners.dedup();
         let number = |w: u32| corners.binary_search(&w).ok();
-        let regions = patch.gather(&self.regions);
-        let regions: Vec<Option<usize>> = regions.into_iter().map(|w| number(w?)).collect();
         let lowest: Vec<Option<Lowest>> = corners.iter().map(|&w| self.lowest[w as usize]).collect();
-        let planes = planes(patch.mesh(), &regions, &lowest);
+        let of_way = |regions: &Vec<Option<u32>>| {
+            let regions = patch.gather(regions);
+            let regions: Vec<Option<usize>> = regions.into_iter().map(|w| number(w?)).collect();
+            planes(patch.mesh(), &regions, &lowest)
+        };
+        let planes = self.regions.iter().flat_map(of_way).collect();
         let in_patch = |(corners, weights): ([u32; 3], [f64; 3])| {
             let [a, b, c] = corners.map(number);
             Some(([a?, b?, c?], weights))

@@ -5,9 +5,9 @@
 //! better than from the original's surface alone. Planes weigh alike in some programs and by area in others; both are fields of the joint estimate.
 //!
 //! A vertex whose region is right lies, but for the mark, on the valley of its quadric, in its lowest point. How far off it is along the valley
-//! tells how much its region is to be trusted, and hardly depends on the mark, which moves it across. What a mark does to the lowest points themselves is [`Settling`].
+//! tells how much its region is to be trusted, and which of several it has, and hardly depends on the mark, which moves it across. What a mark does to the lowest points themselves is [`Settling`].
 
-use std::{borrow::Cow, sync::Arc};
+use std::{borrow::Cow, ops::Range, sync::Arc};
 
 use decimation::Quadric;
 use job::Job;
@@ -15,7 +15,7 @@ use mesh::{Similarity, TriMesh, Vec3};
 use registration::{PreparedMesh, Resampled};
 
 use super::regions::{Place, Regions, regions};
-use crate::mark::{Lowest, MarkError, Registered, Settling, settling::barycentric};
+use crate::mark::{Lowest, MarkError, MarkLayout, Registered, Settling, settling::barycentric};
 
 /// Suspects with more triangles than this share of those that the original has there have hardly been decimated.
 const COARSER: f64 = 0.6;
@@ -32,6 +32,15 @@ const UNKNOWN: f64 = 1.0;
 /// In diagonals: smaller misfits say no more for a region.
 const EXACT: f64 = 1e-6;
 
+/// What is asked of a suspect.
+#[derive(Clone, Copy)]
+pub(super) struct Asked<'a> {
+    /// At which vertices of the reference (#V).
+    pub(super) vertices: &'a [bool],
+    /// Where its mark would be, if it is worth a while to tell regions by it.
+    pub(super) layout: Option<&'a MarkLayout>,
+}
+
 /// Sets [`Registered::quadric_bias`], [`Registered::misfit`] and [`Registered::settling`] at vertices that are asked for, if the suspect is clearly coarser than the original. Its tessellation bias is known.
 pub(super) fn foretell(
     reference: &PreparedMesh,
@@ -39,9 +48,10 @@ pub(super) fn foretell(
     pose: &Similarity,
     sampled: &Resampled,
     registered: &mut Cow<'_, Registered>,
-    is_asked: &[bool],
+    asked: Asked<'_>,
     job: &Job,
 ) -> Result<(), MarkError> {
+    let is_asked = asked.vertices;
     let original = reference.mesh();
     if !is_coarser(original, suspect.mesh(), registered) {
         return Ok(());
@@ -60,7 +70,7 @@ pub(super) fn foretell(
     let places: Vec<Option<Place>> = (0..original.vertex_count()).map(place).collect();
     let places = around(&lying, places, is_asked);
     let registered = registered.to_mut();
-    let alternatives = regions(original, &lying, &places, job)?;
+    let alternatives = regions(original, asked.layout, &lying, &places, job)?;
     let normals = suspect.vertex_normals().iter();
     let normals: Vec<Vec3> = normals
         .map(|&n| Vec3(pose.rotation.map(|row| Vec3(row).dot(Vec3(n)))))
@@ -70,15 +80,20 @@ pub(super) fn foretell(
         let at = |w: usize| Settled::of(&sums[w], lying.point(w) - centre, normals[w]);
         (0..sums.len()).map(at).collect()
     };
-    let kinds = Weights::ALL.len();
-    let all = job.map(kinds * alternatives.len(), 1, |i| {
-        settled_by(&alternatives[i / kinds], Weights::ALL[i % kinds])
-    })?;
-    let (regions, settled) = alternatives
-        .into_iter()
-        .zip(all.chunks(kinds))
-        .min_by(|(_, a), (_, b)| off(a, diagonal).total_cmp(&off(b, diagonal)))
-        .ok_or(MarkError::Alignment)?;
+    let of = |i: usize| settled_by(&alternatives[i / KINDS], Weights::ALL[i % KINDS]);
+    let all = job.map(KINDS * alternatives.len(), 1, of)?;
+    let all: [Vec<Vec<Option<Settled>>>; KINDS] =
+        std::array::from_fn(|kind| all.iter().skip(kind).step_by(KINDS).cloned().collect());
+    let taken = taken(&all, diagonal);
+    let settled = all.map(|of_kind| -> Vec<Option<Settled>> {
+        let own = taken.iter().enumerate().map(|(w, &i)| of_kind[i][w]);
+        own.collect()
+    });
+    let own = |(i, regions): (usize, Regions)| -> Regions {
+        let is_taken = |&w: &u32| taken[w as usize] == i;
+        regions.into_iter().map(|w| w.filter(is_taken)).collect()
+    };
+    let regions = alternatives.into_iter().enumerate().map(own).collect();
     for (v, place) in places.iter().enumerate().filter(|&(v, _)| is_asked[v]) {
         let (Some((t, weights)), Some(along)) = (place, registered.along[v]) else {
             continue;
@@ -106,23 +121,35 @@ pub(super) fn foretell(
     Ok(())
 }
 
-/// How far a suspect's vertices are off from where regions would have them, by planes of whichever weights suit: the mean logarithm of their misfits.
-fn off(settled: &[Vec<Option<Settled>>], diagonal: f64) -> f64 {
-    let logarithm = |settled: &Option<Settled>| {
+/// Which of the alternatives each vertex of the suspect takes: all the first, or each that of the others from which it is least off along the surface. What is least off in the mean logarithm counts, by planes of
+/// whichever weights suit.
+fn taken(all: &[Vec<Vec<Option<Settled>>>; KINDS], diagonal: f64) -> Vec<usize> {
+    let misfit = |settled: &Option<Settled>| {
         let misfit = settled.map_or(UNKNOWN, |settled| settled.misfit / diagonal);
-        misfit.max(EXACT).ln()
+        misfit.max(EXACT)
     };
-    let mean = |settled: &Vec<Option<Settled>>| {
-        settled.iter().map(logarithm).sum::<f64>() / settled.len().max(1) as f64
+    let least_of = |of_kind: &[Vec<Option<Settled>>], from: Range<usize>| -> Option<(f64, Vec<usize>)> {
+        let of_vertex = |w: usize| -> Option<(usize, f64)> {
+            let misfits = from.clone().map(|i| (i, misfit(&of_kind[i][w])));
+            misfits.min_by(|(_, a), (_, b)| a.total_cmp(b))
+        };
+        let taken = (0..of_kind[0].len()).map(of_vertex).collect::<Option<Vec<_>>>()?;
+        let off = taken.iter().map(|(_, misfit)| misfit.ln()).sum();
+        Some((off, taken.into_iter().map(|(i, _)| i).collect()))
     };
-    settled.iter().map(mean).fold(f64::INFINITY, f64::min)
+    let ways = all.iter().flat_map(|of_kind| {
+        let ranges = [0..1, 1..of_kind.len()];
+        ranges.into_iter().filter_map(|from| least_of(of_kind, from))
+    });
+    let least = ways.min_by(|(a, _), (b, _)| a.total_cmp(b));
+    least.map_or_else(Vec::new, |(_, taken)| taken)
 }
 
 /// How the vertices of a suspect follow the original's, by planes that weigh alike: those that weigh by area tell the same.
 fn settling(
     lying: &TriMesh,
     places: &[Option<Place>],
-    regions: Vec<Option<u32>>,
+    regions: Vec<Regions>,
     settled: &[Option<Settled>],
 ) -> Settling {
     let lowest = |(w, settled): (usize, &Option<Settled>)| {
@@ -190,8 +217,10 @@ enum Weights {
     ByArea,
 }
 
+const KINDS: usize = 2;
+
 impl Weights {
-    const ALL: [Self; 2] = [Self::Alike, Self::ByArea];
+    const ALL: [Self; KINDS] = [Self::Alike, Self::ByArea];
 
     /// Of each of so many regions of a mesh: those of the planes of the triangles around its vertices.
     fn quadrics(self, mesh: &TriMesh, centre: Vec3, regions: &[Option<u32>], count: usize) -> Vec<Quadric> {
@@ -242,5 +271,37 @@ impl Settled {
             inverse: firm.inverse(),
             misfit: (cost / weight).sqrt(),
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn off_by(misfits: [f64; 3]) -> Vec<Option<Settled>> {
+        let settled = misfits.map(|misfit| Settled {
+            way: Vec3::ZERO,
+            inverse: None,
+            misfit,
+        });
+        settled.map(Some).to_vec()
+    }
+
+    #[test]
+    fn vertices_take_all_the_first_or_each_the_best_of_the_others() {
+        let again = [off_by([1e-3, 2e-3, 5e-3]), off_by([4e-3, 1e-4, 1e-3])];
+        let far = vec![off_by([0.1; 3]); 3];
+        let with = |first: [f64; 3]| vec![off_by(first), again[0].clone(), again[1].clone()];
+        // The first is the best for one vertex, but not for all.
+        assert_eq!(taken(&[with([5e-4, 0.1, 0.1]), far.clone()], 1.0), [1, 2, 2]);
+        assert_eq!(taken(&[with([5e-4; 3]), far.clone()], 1.0), [1, 2, 2]);
+        assert_eq!(taken(&[with([4e-4; 3]), far.clone()], 1.0), [0; 3]);
+        // By whichever weights vertices are less off.
+        assert_eq!(taken(&[far, with([0.1; 3])], 1.0), [1, 2, 2]);
+        let mut lost = with([0.1; 3]);
+        lost[1][0] = None;
+        assert_eq!(taken(&[lost.clone(), lost], 1.0), [2, 2, 2]);
+        let alone = vec![off_by([1e-3; 3])];
+        assert_eq!(taken(&[alone.clone(), alone], 1.0), [0; 3]);
     }
 }

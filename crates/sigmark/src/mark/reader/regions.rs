@@ -5,14 +5,15 @@
 //! heaviest increasing subsequence of candidates that lie where they should, by dynamic programming. The corners of those are known; where the order was changed, a vertex belongs to the corner of the suspect that weighs most at its place.
 //!
 //! The vertices between are known from the decimation itself, which is done again: never are vertices joined of which it is known that they went into different ones. What comes of that says more of which triangles are left than their places do, so both are told in turns,
-//! at first from those that are certain alone. Where few are, so that what is done again soon goes its own way, a vertex belongs to the nearest that is known.
+//! at first from those that are certain alone. A mark that nobody knows yet changed which edges were the cheapest, so the original is decimated with marks of random bits, too: where a region does not
+//! depend on them it comes out alike, and of those that differ a vertex of the suspect [tells](super::quadrics) which it has. Where few are known, so that what is done again soon goes its own way, a vertex belongs to the nearest that is known.
 
-use std::{f64::consts::LN_2, mem, num::NonZeroU32, ops::Range};
+use std::{borrow::Cow, f64::consts::LN_2, mem, num::NonZeroU32, ops::Range};
 
 use job::Job;
 use mesh::{TriMesh, Vec3};
 
-use crate::mark::MarkError;
+use crate::mark::{MarkError, MarkLayout, MarkStage};
 
 /// Where a vertex of the original was seen: a triangle of the suspect, and the weights of its corners there.
 pub(super) type Place = (u32, [f64; 3]);
@@ -20,9 +21,11 @@ pub(super) type Place = (u32, [f64; 3]);
 /// For each vertex of the original, the suspect's vertex into which it went (#V); none where nothing was seen, or is not asked for.
 pub(super) type Regions = Vec<Option<u32>>;
 
-/// Regions as they may be, of which at most one is right. The suspect lies on the original.
+/// Regions as they may be, at least once; each vertex of the suspect has at most one of them. The suspect lies on the original. More are told if it is known which layout the mark has that
+/// may have been in what was decimated.
 pub(super) fn regions(
     original: &TriMesh,
+    layout: Option<&MarkLayout>,
     suspect: &TriMesh,
     places: &[Option<Place>],
     job: &Job,
@@ -48,10 +51,29 @@ pub(super) fn regions(
             places.iter().map(|place| place.as_ref().map(heaviest)).collect(),
         ]);
     }
-    let certain = found.iter().map(|survivor| survivor.certainty).sum::<f64>() / found.len().max(1) as f64;
     let mut all = vec![grown(original, suspect, &survivors, places, job)?];
-    if may_repeat && certain >= CERTAIN {
-        all.extend(repeated(original, suspect, &candidates, survivors, places, job)?);
+    if may_repeat {
+        let likenesses = match layout {
+            Some(layout) => layout.likenesses(LIKENESSES, places, job)?,
+            None => Vec::new(),
+        };
+        job.begin(MarkStage::Resampling)?;
+        let alone = job.alone().quiet();
+        let of = |i: usize| {
+            let decimated = i.checked_sub(1).map_or(original, |i| &likenesses[i]);
+            repeated(
+                original,
+                decimated,
+                suspect,
+                &candidates,
+                &survivors,
+                places,
+                &alone,
+            )
+        };
+        for regions in job.map(1 + likenesses.len(), 1, of)? {
+            all.extend(regions?);
+        }
     }
     Ok(all)
 }
@@ -59,8 +81,8 @@ pub(super) fn regions(
 /// The suspect's share of the original's triangles for which decimation is done again. Where more are left there is enough to read without; where fewer are, too few of what is done again are as they were.
 const COARSER: Range<f64> = 0.025..0.12;
 
-/// With less certainty in the mean, decimation is not done again.
-const CERTAIN: f64 = 0.4;
+/// How many marks of random bits the original is decimated with; eight tell hardly more.
+const LIKENESSES: usize = 3;
 
 /// What a survivor is certain by whose corners are known.
 const SURE: f64 = 0.9;
@@ -71,16 +93,17 @@ const TURNS: usize = 2;
 /// What a pair of triangles is worth more for each corner that is in the right region, and less for half as many of each that is not.
 const WORTH_OF_A_CORNER: f32 = 2.0;
 
-/// Regions by decimation that is done again; none where nothing was seen as a whole.
+/// Regions by decimation that is done again, of the original or of what has its connectivity; none where nothing was seen as a whole.
 fn repeated(
     original: &TriMesh,
+    decimated: &TriMesh,
     suspect: &TriMesh,
     candidates: &Candidates,
-    mut survivors: Vec<Option<Survivor>>,
+    survivors: &[Option<Survivor>],
     places: &[Option<Place>],
     job: &Job,
 ) -> Result<Option<Regions>, MarkError> {
-    let Some((part, vertices)) = seen_part(original, places) else {
+    let Some((part, vertices)) = seen_part(decimated, places) else {
         return Ok(None);
     };
     let again = |survivors: &[Option<Survivor>], least: f64| -> Result<Regions, MarkError> {
@@ -94,11 +117,12 @@ fn repeated(
             .for_each(|(&v, region)| regions[v as usize] = region);
         Ok(regions)
     };
+    let mut survivors = Cow::Borrowed(survivors);
     for _ in 0..TURNS {
         let regions = again(&survivors, SURE)?;
         let mut candidates = candidates.clone();
         candidates.prefer(original, suspect, &regions);
-        survivors = self::survivors(original, suspect, &candidates, true, job)?;
+        survivors = self::survivors(original, suspect, &candidates, true, job)?.into();
     }
     again(&survivors, 0.0).map(Some)
 }
@@ -595,7 +619,7 @@ mod tests {
         )
         .unwrap();
         let places = places_of(&original, &suspect);
-        let all = regions(&original, &suspect, &places, &job).unwrap();
+        let all = regions(&original, None, &suspect, &places, &job).unwrap();
         assert_eq!(all.len(), 2);
 
         // With the right regions every triangle that has three is one of the suspect's.
@@ -623,7 +647,7 @@ mod tests {
         let original = shapes::rectangle(8, 8, 1.0, 1.0);
         let suspect = shapes::rectangle(1, 1, 1.0, 1.0);
         let places = places_of(&original, &suspect);
-        let regions = regions(&original, &suspect, &places, &Job::default())
+        let regions = regions(&original, None, &suspect, &places, &Job::default())
             .unwrap()
             .swap_remove(0);
         assert!(regions.iter().all(Option::is_some));

@@ -4,7 +4,11 @@ use job::Job;
 use mesh::{BoundingBox, Similarity, Vec3};
 use registration::{Correspondence, PreparedMesh, ResampleOptions, Resampled, resample};
 
-use super::{Reading, ReadingMethod, quadrics, tessellation};
+use super::{
+    Reading, ReadingMethod,
+    quadrics::{self, Asked},
+    tessellation,
+};
 use crate::mark::{Bending, MarkError, MarkStage, Registered};
 
 /// A suspect, looked at from the vertices of a reference in any pose (section 4.4.1).
@@ -67,8 +71,12 @@ impl Suspect {
     /// [`MarkError::Job`].
     pub fn sample(&self, pose: &Similarity, job: &Job) -> Result<Registered, MarkError> {
         let everywhere = vec![true; self.reference.mesh().vertex_count()];
+        let asked = Asked {
+            vertices: &everywhere,
+            layout: None,
+        };
         let sampled = self.sampled(pose, job)?;
-        Ok(self.foretold(&sampled, &everywhere, job)?.into_owned())
+        Ok(self.foretold(&sampled, asked, job)?.into_owned())
     }
 
     /// The suspect under a pose, but for where decimation puts a vertex.
@@ -87,21 +95,13 @@ impl Suspect {
     fn foretold<'s>(
         &self,
         sampled: &'s Sampled,
-        is_asked: &[bool],
+        asked: Asked<'_>,
         job: &Job,
     ) -> Result<Cow<'s, Registered>, MarkError> {
         let mut registered = Cow::Borrowed(&sampled.registered);
         if let Some(surface) = &sampled.surface {
             let (pose, mesh) = (&sampled.pose, &self.mesh);
-            quadrics::foretell(
-                &self.reference,
-                mesh,
-                pose,
-                surface,
-                &mut registered,
-                is_asked,
-                job,
-            )?;
+            quadrics::foretell(&self.reference, mesh, pose, surface, &mut registered, asked, job)?;
         }
         Ok(registered)
     }
@@ -127,8 +127,13 @@ impl Suspect {
         job: &Job,
     ) -> Result<Reading, MarkError> {
         job.begin(MarkStage::Resampling)?;
-        let is_read = method.layout().is_read();
-        let first = self.foretold(sampled, &is_read, job)?;
+        let layout = method.layout();
+        let asked = Asked {
+            vertices: &layout.is_read(),
+            // Before the last look, more patches are the quicker way to more bits.
+            layout: (method.detector().is_none() && layout.reads_all()).then_some(layout),
+        };
+        let first = self.foretold(sampled, asked, job)?;
         job.begin(MarkStage::Detection)?;
         // Where space is bent, lines along normals meet the suspect elsewhere than they should, and a first look tells the coarsest of it.
         let coarsest = 0..=Bending::OF_DEGREE_2;
@@ -136,9 +141,9 @@ impl Suspect {
         let mut pose = sampled.pose;
         let mut better = pose.then(&estimate.misalignment.inverse());
         if let Some(detector) = method.detector() {
-            let registered = self.sample_again(&better, &is_read, job)?;
+            let registered = self.sample_again(&better, asked, job)?;
             let soft = detector.detect(&registered, job)?;
-            return Ok(Reading::of(method.layout(), &registered, better, &estimate).with_soft(soft));
+            return Ok(Reading::of(layout, &registered, better, &estimate).with_soft(soft));
         }
         let mut again = None;
         let mut unbent: Option<Self> = None;
@@ -158,14 +163,14 @@ impl Suspect {
                 unbent = Some(unbent.as_ref().unwrap_or(self).unbent(bending, &pose)?);
             }
             let seen = unbent.as_ref().unwrap_or(self);
-            let registered = again.insert(seen.sample_again(&pose, &is_read, job)?);
+            let registered = again.insert(seen.sample_again(&pose, asked, job)?);
             let estimator = method.estimator();
             let bending = estimate.bending.as_ref().map_or(0, Bending::fields);
             estimate = estimator.estimate_with(registered, &(bending..=Bending::MOST), job)?;
             better = pose.then(&estimate.misalignment.inverse());
         }
         let registered = again.as_ref().unwrap_or(&first);
-        Ok(Reading::of(method.layout(), registered, better, &estimate))
+        Ok(Reading::of(layout, registered, better, &estimate))
     }
 
     /// The suspect before space was bent, that lies on the reference in a pose.
@@ -180,10 +185,10 @@ impl Suspect {
         })
     }
 
-    fn sample_again(&self, pose: &Similarity, is_asked: &[bool], job: &Job) -> Result<Registered, MarkError> {
+    fn sample_again(&self, pose: &Similarity, asked: Asked<'_>, job: &Job) -> Result<Registered, MarkError> {
         job.begin(MarkStage::Resampling)?;
         let sampled = self.sampled(pose, job)?;
-        let registered = self.foretold(&sampled, is_asked, job)?.into_owned();
+        let registered = self.foretold(&sampled, asked, job)?.into_owned();
         job.begin(MarkStage::Detection)?;
         Ok(registered)
     }
