@@ -51,8 +51,9 @@ pub(super) fn regions(
             places.iter().map(|place| place.as_ref().map(heaviest)).collect(),
         ]);
     }
+    let certain = found.iter().map(|survivor| survivor.certainty).sum::<f64>() / found.len().max(1) as f64;
     let mut all = vec![grown(original, suspect, &survivors, places, job)?];
-    if may_repeat {
+    if may_repeat && (layout.is_some() || certain >= CERTAIN) {
         let likenesses = match layout {
             Some(layout) => layout.likenesses(LIKENESSES, places, job)?,
             None => Vec::new(),
@@ -80,6 +81,9 @@ pub(super) fn regions(
 
 /// The suspect's share of the original's triangles for which decimation is done again. Where more are left there is enough to read without; where fewer are, too few of what is done again are as they were.
 const COARSER: Range<f64> = 0.025..0.12;
+
+/// With less certainty in the mean, the original alone hardly tells more, and is not decimated again.
+const CERTAIN: f64 = 0.4;
 
 /// How many marks of random bits the original is decimated with; eight tell hardly more.
 const LIKENESSES: usize = 3;
