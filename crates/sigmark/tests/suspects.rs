@@ -579,6 +579,22 @@ fn where_collapses_of_edges_put_vertices_is_foretold() {
     assert!(seen.quadric_bias.iter().all(|bias| *bias == [0.0; 2]));
 }
 
+/// What tells regions are marks of random bits, which say nothing of bits that are not there.
+#[test]
+fn a_copy_of_few_triangles_is_another_keys_by_chance_alone() {
+    let mesh = shapes::bumped(&shapes::jittered(&shapes::icosphere(5), 0.3, 4), 0.3, 4);
+    let (signed, job) = (sign(&mesh, 1), Job::default());
+    let few = mesh.triangle_count() / 15;
+    let suspect = decimate(signed.mesh(), few, Decimator::Threshold, &job).unwrap();
+    let own = judge(&mesh, &signed, &suspect);
+    assert!(own.outcome.is_found() && own.margin.unwrap() > 10.0, "{own:?}");
+    for seed in 2..6 {
+        let stranger = judge(&mesh, &sign(&mesh, seed), &suspect);
+        assert!(!stranger.outcome.is_found(), "{stranger:?}");
+        assert!(stranger.margin.unwrap().abs() < 4.0, "{stranger:?}");
+    }
+}
+
 #[test]
 fn tessellation_bias_is_what_flat_triangles_alone_do() {
     let original = shapes::icosphere(5);

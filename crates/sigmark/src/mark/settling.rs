@@ -17,8 +17,8 @@ use super::Patch;
 pub(crate) struct Settling {
     /// For each vertex of the original, the corners of the suspect's triangle in which it was seen, and their weights (#V); none where nothing was seen, or is not asked for.
     pub(crate) places: Vec<Option<([u32; 3], [f64; 3])>>,
-    /// For each vertex of the original, the suspect's vertex into which it went (#V). Where regions were told in several ways, those that one of them tells of its own vertices of the suspect, then the next: they
-    /// may overlap.
+    /// For each vertex of the original, the suspect's vertex into which it went (#V). Each vertex of the suspect has its region from one of the ways in which regions
+    /// were told; as those of different ways may overlap, each way stands for itself.
     pub(crate) regions: Vec<Vec<Option<u32>>>,
     /// Of each vertex of the suspect; none where its planes don't tell.
     pub(crate) lowest: Vec<Option<Lowest>>,

@@ -80,15 +80,15 @@ pub(super) fn foretell(
         let at = |w: usize| Settled::of(&sums[w], lying.point(w) - centre, normals[w]);
         (0..sums.len()).map(at).collect()
     };
-    let of = |i: usize| settled_by(&alternatives[i / KINDS], Weights::ALL[i % KINDS]);
-    let all = job.map(KINDS * alternatives.len(), 1, of)?;
-    let all: [Vec<Vec<Option<Settled>>>; KINDS] =
-        std::array::from_fn(|kind| all.iter().skip(kind).step_by(KINDS).cloned().collect());
-    let taken = taken(&all, diagonal);
-    let settled = all.map(|of_kind| -> Vec<Option<Settled>> {
+    let count = alternatives.len();
+    let of = |i: usize| settled_by(&alternatives[i % count], Weights::ALL[i / count]);
+    let all = job.map(Weights::ALL.len() * count, 1, of)?;
+    let taken = taken(&all, count, diagonal);
+    let of_kind = |of_kind: &[Vec<Option<Settled>>]| -> Vec<Option<Settled>> {
         let own = taken.iter().enumerate().map(|(w, &i)| of_kind[i][w]);
         own.collect()
-    });
+    };
+    let settled: Vec<Vec<Option<Settled>>> = all.chunks(count).map(of_kind).collect();
     let own = |(i, regions): (usize, Regions)| -> Regions {
         let is_taken = |&w: &u32| taken[w as usize] == i;
         regions.into_iter().map(|w| w.filter(is_taken)).collect()
@@ -121,9 +121,9 @@ pub(super) fn foretell(
     Ok(())
 }
 
-/// Which of the alternatives each vertex of the suspect takes: all the first, or each that of the others from which it is least off along the surface. What is least off in the mean logarithm counts, by planes of
-/// whichever weights suit.
-fn taken(all: &[Vec<Vec<Option<Settled>>>; KINDS], diagonal: f64) -> Vec<usize> {
+/// Which of some alternatives each vertex of the suspect takes: all the first, or each the one of the others from which it is least off along the surface. Whichever of the two is less off
+/// in the mean logarithm counts, by planes of whichever weights suit. All alternatives by the first weights come first, then all by the next.
+fn taken(settled: &[Vec<Option<Settled>>], alternatives: usize, diagonal: f64) -> Vec<usize> {
     let misfit = |settled: &Option<Settled>| {
         let misfit = settled.map_or(UNKNOWN, |settled| settled.misfit / diagonal);
         misfit.max(EXACT)
@@ -137,8 +137,8 @@ fn taken(all: &[Vec<Vec<Option<Settled>>>; KINDS], diagonal: f64) -> Vec<usize> 
         let off = taken.iter().map(|(_, misfit)| misfit.ln()).sum();
         Some((off, taken.into_iter().map(|(i, _)| i).collect()))
     };
-    let ways = all.iter().flat_map(|of_kind| {
-        let ranges = [0..1, 1..of_kind.len()];
+    let ways = settled.chunks(alternatives).flat_map(|of_kind| {
+        let ranges = [0..1, 1..alternatives];
         ranges.into_iter().filter_map(|from| least_of(of_kind, from))
     });
     let least = ways.min_by(|(a, _), (b, _)| a.total_cmp(b));
@@ -217,10 +217,8 @@ enum Weights {
     ByArea,
 }
 
-const KINDS: usize = 2;
-
 impl Weights {
-    const ALL: [Self; KINDS] = [Self::Alike, Self::ByArea];
+    const ALL: [Self; 2] = [Self::Alike, Self::ByArea];
 
     /// Of each of so many regions of a mesh: those of the planes of the triangles around its vertices.
     fn quadrics(self, mesh: &TriMesh, centre: Vec3, regions: &[Option<u32>], count: usize) -> Vec<Quadric> {
@@ -292,16 +290,18 @@ mod tests {
         let again = [off_by([1e-3, 2e-3, 5e-3]), off_by([4e-3, 1e-4, 1e-3])];
         let far = vec![off_by([0.1; 3]); 3];
         let with = |first: [f64; 3]| vec![off_by(first), again[0].clone(), again[1].clone()];
+        let of_two =
+            |a: &[Vec<Option<Settled>>], b: &[Vec<Option<Settled>>]| taken(&[a, b].concat(), a.len(), 1.0);
         // The first is the best for one vertex, but not for all.
-        assert_eq!(taken(&[with([5e-4, 0.1, 0.1]), far.clone()], 1.0), [1, 2, 2]);
-        assert_eq!(taken(&[with([5e-4; 3]), far.clone()], 1.0), [1, 2, 2]);
-        assert_eq!(taken(&[with([4e-4; 3]), far.clone()], 1.0), [0; 3]);
+        assert_eq!(of_two(&with([5e-4, 0.1, 0.1]), &far), [1, 2, 2]);
+        assert_eq!(of_two(&with([5e-4; 3]), &far), [1, 2, 2]);
+        assert_eq!(of_two(&with([4e-4; 3]), &far), [0; 3]);
         // By whichever weights vertices are less off.
-        assert_eq!(taken(&[far, with([0.1; 3])], 1.0), [1, 2, 2]);
+        assert_eq!(of_two(&far, &with([0.1; 3])), [1, 2, 2]);
         let mut lost = with([0.1; 3]);
         lost[1][0] = None;
-        assert_eq!(taken(&[lost.clone(), lost], 1.0), [2, 2, 2]);
-        let alone = vec![off_by([1e-3; 3])];
-        assert_eq!(taken(&[alone.clone(), alone], 1.0), [0; 3]);
+        assert_eq!(of_two(&lost, &lost), [2, 2, 2]);
+        let alone = [off_by([1e-3; 3])];
+        assert_eq!(of_two(&alone, &alone), [0; 3]);
     }
 }
