@@ -85,7 +85,7 @@ impl Found {
     /// best with the bits that are `expected`.
     pub(crate) fn read(&self, prepared: &dyn Prepared, alpha: f64, expected: &[bool]) -> Result<Read> {
         let (begun, job) = (Instant::now(), Job::default());
-        let registered = self.suspect.sample(&self.alignment.transform, &job)?;
+        let registered = self.suspect.sample_positions(&self.alignment.transform, &job)?;
         let mut readings = vec![Reading {
             detector: DetectorId::PAPER,
             soft: prepared.extract(&registered, alpha, &job)?,
@@ -106,19 +106,15 @@ impl Found {
         })
     }
 
-    /// The bits of the same readings in a known pose, which the methods better all the same.
+    /// The bits of the algorithm's rule in a known pose.
     pub(crate) fn read_in(
         &self,
         pose: &Similarity,
         prepared: &dyn Prepared,
         alpha: f64,
-    ) -> Result<Vec<Vec<bool>>> {
+    ) -> Result<Vec<bool>> {
         let job = Job::default();
-        let registered = self.suspect.sample(pose, &job)?;
-        let mut bits = vec![prepared.extract(&registered, alpha, &job)?.hard()];
-        for (_, method) in prepared.methods(alpha)? {
-            bits.push(self.suspect.read(&method, pose, &job)?.soft.hard());
-        }
-        Ok(bits)
+        let registered = self.suspect.sample_positions(pose, &job)?;
+        Ok(prepared.extract(&registered, alpha, &job)?.hard())
     }
 }

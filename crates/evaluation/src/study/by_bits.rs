@@ -110,16 +110,17 @@ impl Judge for JudgeOfBits<'_> {
         let found = self.finder.find(&suspect.mesh)?;
         let expected = self.signed.signature.bits();
         let read = found.read(self.prepared, self.alpha, &expected)?;
-        // The true pose explains what was lost.
+        // The true pose explains what the algorithm's rule lost; its other methods better the pose themselves.
         let all = read.readings[0].soft.hard() == expected;
         let in_true_pose = suspect.true_pose.filter(|_| !all);
         let in_true_pose = in_true_pose
             .map(|pose| found.read_in(&pose, self.prepared, self.alpha))
             .transpose()?;
-        let rated = read.readings.iter().enumerate().map(|(i, reading)| {
-            let in_true_pose = in_true_pose.as_ref().map(|bits| bits[i].as_slice());
-            self.rated(reading, in_true_pose)
-        });
+        let rated = read
+            .readings
+            .iter()
+            .enumerate()
+            .map(|(i, reading)| self.rated(reading, in_true_pose.as_deref().filter(|_| i == 0)));
         Ok(Cell {
             readings: rated.collect::<Result<_>>()?,
             steps: Vec::new(),

@@ -85,7 +85,7 @@ pub(super) fn read(mark: &sigmark::Signed, original: &PreparedMesh, suspect: &Tr
 
 fn by_papers_rule(mark: &sigmark::Signed, suspect: &Suspect, pose: &Similarity) -> Result<SoftBits> {
     let job = Job::default();
-    let sampled = suspect.sample(pose, &job)?;
+    let sampled = suspect.sample_positions(pose, &job)?;
     Ok(CoefficientDetector::new(mark.layout()).detect(&sampled, &job)?)
 }
 

@@ -54,16 +54,14 @@ impl Settling {
             planes(patch.mesh(), &regions, &lowest)
         };
         let planes = self.regions.iter().flat_map(of_way).collect();
+        let known = |w: u32| number(w).filter(|&w| lowest[w].is_some());
         let in_patch = |(corners, weights): ([u32; 3], [f64; 3])| {
-            let [a, b, c] = corners.map(number);
+            let [a, b, c] = corners.map(known);
             Some(([a?, b?, c?], weights))
         };
         SettlingOfPatch {
             places: places.into_iter().map(|place| in_patch(place?)).collect(),
-            inverses: lowest
-                .iter()
-                .map(|lowest| Some(lowest.as_ref()?.inverse))
-                .collect(),
+            inverses: inverses(&lowest),
             planes,
         }
     }
@@ -71,10 +69,10 @@ impl Settling {
 
 /// How vertices of a suspect follow what is displaced within one patch. They are numbered among those that are corners where the patch was seen.
 pub(crate) struct SettlingOfPatch {
-    /// For each vertex of the patch, the corners around it and their weights.
+    /// For each vertex of the patch, the corners around it and their weights; none where it is not known how all three follow.
     places: Vec<Option<([usize; 3], [f64; 3])>>,
-    /// A⁻¹ of each vertex of the suspect, by rows.
-    inverses: Vec<Option<[Vec3; 3]>>,
+    /// A⁻¹ of each vertex of the suspect, by rows; 0 where it is not known.
+    inverses: Vec<[Vec3; 3]>,
     planes: Vec<Plane>,
 }
 
@@ -85,6 +83,11 @@ struct Plane {
     corners: [u32; 3],
     weights: [f64; 3],
     normal: Vec3,
+}
+
+fn inverses(lowest: &[Option<Lowest>]) -> Vec<[Vec3; 3]> {
+    let inverse = |lowest: &Option<Lowest>| lowest.map_or([Vec3::ZERO; 3], |lowest| lowest.inverse);
+    lowest.iter().map(inverse).collect()
 }
 
 /// The planes of all regions: each triangle's goes to the regions of its corners.
@@ -121,8 +124,8 @@ fn planes(mesh: &TriMesh, regions: &[Option<usize>], lowest: &[Option<Lowest>]) 
 }
 
 impl SettlingOfPatch {
-    /// How far each vertex of the suspect moves when the vertices of the patch are displaced by a function along each of the three axes; none where that is not known.
-    pub(crate) fn moved_by(&self, function: &[f64]) -> Vec<Option<[Vec3; 3]>> {
+    /// How far each vertex of the suspect moves when the vertices of the patch are displaced by a function along each of the three axes; 0 where that is not known.
+    pub(crate) fn moved_by(&self, function: &[f64]) -> Vec<[Vec3; 3]> {
         // Σ n nᵀ f(x), by rows.
         let mut sums = vec![[Vec3::ZERO; 3]; self.inverses.len()];
         for plane in &self.planes {
@@ -133,28 +136,27 @@ impl SettlingOfPatch {
                 *row += normal * (n * value);
             }
         }
-        let moved = |(inverse, sum): (&Option<[Vec3; 3]>, [Vec3; 3])| {
-            let rows = inverse.as_ref()?;
-            // Sums are symmetric: their rows are their columns.
-            Some(sum.map(|column| Vec3(rows.map(|row| row.dot(column)))))
-        };
+        // Sums are symmetric: their rows are their columns.
+        let moved =
+            |(rows, sum): (&[Vec3; 3], [Vec3; 3])| sum.map(|column| Vec3(rows.map(|row| row.dot(column))));
         self.inverses.iter().zip(sums).map(moved).collect()
     }
 
     /// How far what is seen at a vertex of the patch moves along a vector where such a function displaces the patch along an axis; none where that is not known.
     pub(crate) fn seen_along(
         &self,
-        moved: &[Option<[Vec3; 3]>],
+        moved: &[[Vec3; 3]],
         vertex: usize,
         axis: usize,
         along: Vec3,
     ) -> Option<f64> {
         let (corners, weights) = self.places[vertex]?;
-        let mut sum = 0.0;
-        for (corner, weight) in corners.into_iter().zip(weights) {
-            sum += weight * along.dot(moved[corner]?[axis]);
-        }
-        Some(sum)
+        let parts = corners.into_iter().zip(weights);
+        Some(
+            parts
+                .map(|(corner, weight)| weight * along.dot(moved[corner][axis]))
+                .sum(),
+        )
     }
 }
 
@@ -212,10 +214,7 @@ mod tests {
         let lowest = lowest(&before);
         let settling = SettlingOfPatch {
             places: Vec::new(),
-            inverses: lowest
-                .iter()
-                .map(|lowest| Some(lowest.as_ref()?.inverse))
-                .collect(),
+            inverses: inverses(&lowest),
             planes: planes(&mesh, &regions, &lowest),
         };
         // Waves about as long as regions are wide.
@@ -235,7 +234,7 @@ mod tests {
             for (region, seed) in seeds.iter().enumerate() {
                 let step = (after[region].minimum().unwrap() - lowest[region].unwrap().point) / height;
                 let normal = lowest[region].unwrap().point.unit();
-                off += (step - moved[region].unwrap()[axis]).dot(normal).powi(2);
+                off += (step - moved[region][axis]).dot(normal).powi(2);
                 off_as_it_is += (step - way * wave[*seed]).dot(normal).powi(2);
                 all += step.dot(normal).powi(2);
             }
@@ -252,10 +251,7 @@ mod tests {
         let lowest = lowest(&quadrics(&mesh, &regions, 2));
         let settling = SettlingOfPatch {
             places: vec![Some(([0, 1, 0], [0.25, 0.5, 0.25])), None],
-            inverses: lowest
-                .iter()
-                .map(|lowest| Some(lowest.as_ref()?.inverse))
-                .collect(),
+            inverses: inverses(&lowest),
             planes: planes(&mesh, &regions, &lowest),
         };
         let moved = settling.moved_by(&vec![1.0; mesh.vertex_count()]);

@@ -1,11 +1,14 @@
 //! The design matrix: a row an observation, a column an unknown.
 
+use std::sync::Arc;
+
 use faer::Mat;
 use mesh::{Similarity, Vec3};
 use registration::{LeftOfScalar, LocalFrames};
 
 use super::{
     Bending, JointModel,
+    equations::BLOCK,
     fields::{
         BENDING_FIELDS, FIELDS, RIGID_FIELDS, SIMILARITY_FIELDS, SURFACE_FIELDS, bending_fields,
         similarity_fields,
@@ -16,6 +19,9 @@ use super::{
 use crate::mark::{
     Chip, MarkLayout, Original, Patch, PatchBasis, PatchRotation, Registered, Settling, SettlingOfPatch,
 };
+
+/// Rows whose fields are computed at a time: columns lie far apart in memory, and this many entries of one side by side.
+const FEW: usize = 8;
 
 /// What the rows of all patches have in common.
 pub(super) struct Design<'a> {
@@ -36,7 +42,7 @@ pub(super) struct Design<'a> {
 /// The patch of some observations, and where its chips are. Its unknowns come first, then the fields: where chips are [spread](crate::mark::Rotation) over harmonics the part of the mark
 /// in each coefficient, else the bits.
 pub(super) struct View<'a> {
-    /// α φ.
+    /// α φ, in diagonals where the harmonic is 1.
     amplitude: [f64; 3],
     chips: &'a [Chip],
     /// The bit of each unknown, or, where chips are spread, of the chip in its place.
@@ -46,36 +52,88 @@ pub(super) struct View<'a> {
     rotation: Option<PatchRotation>,
     pub(super) patch: &'a Patch,
     pub(super) basis: &'a PatchBasis,
-    left: Left,
+    sight: Sight<'a>,
+    /// What is seen of each harmonic, by their numbers from 0.
+    seen: Vec<Seen<'a>>,
 }
 
-/// What is seen of the harmonics of a patch, by their numbers from 0.
-enum Left {
-    /// All.
+/// How functions that displace a patch along axes are seen.
+enum Sight<'a> {
+    /// As they are.
     All,
-    /// What local frames leave of each.
-    InFrames(Vec<LeftOfScalar>),
-    /// What each does to the vertices of a decimated suspect.
-    Settled(SettlingOfPatch, Vec<Vec<Option<[Vec3; 3]>>>),
+    /// What local frames leave of them.
+    InFrames(&'a LocalFrames),
+    /// What they do to the vertices of a decimated suspect.
+    Settled(Arc<SettlingOfPatch>),
 }
 
-impl Left {
-    fn of(frames: &LocalFrames, basis: &PatchBasis, count: usize) -> Self {
-        let harmonics = (0..count).map(|k| basis.spectrum().eigenfunction(k));
-        Self::InFrames(harmonics.map(|f| frames.left_of_scalar(f)).collect())
-    }
+/// What is seen of one of them.
+enum Seen<'f> {
+    All(&'f [f64]),
+    InFrames(LeftOfScalar),
+    /// How far it moves the suspect's vertices.
+    Settled(&'f [f64], Arc<SettlingOfPatch>, Vec<[Vec3; 3]>),
+}
 
-    fn settled(settling: &Settling, patch: &Patch, basis: &PatchBasis, count: usize) -> Self {
-        let settling = settling.of_patch(patch);
-        let harmonics = (0..count).map(|k| basis.spectrum().eigenfunction(k));
-        let moved = harmonics.map(|f| settling.moved_by(f)).collect();
-        Self::Settled(settling, moved)
+impl Sight<'_> {
+    fn of<'f>(&self, function: &'f [f64]) -> Seen<'f> {
+        match self {
+            Self::All => Seen::All(function),
+            Self::InFrames(frames) => Seen::InFrames(frames.left_of_scalar(function)),
+            Self::Settled(settling) => {
+                Seen::Settled(function, Arc::clone(settling), settling.moved_by(function))
+            }
+        }
+    }
+}
+
+impl Seen<'_> {
+    /// Adds to an entry for each observation what that tells of the function, so many times as large, along an axis.
+    fn add(&self, axis: usize, times: f64, block: &Block<'_>, to: &mut [f64]) {
+        let along = |values: &[f64], to: &mut [f64]| {
+            for ((entry, &v), along) in to.iter_mut().zip(&block.vertices).zip(&block.along[axis]) {
+                *entry += times * along * values[v];
+            }
+        };
+        let entries = to.iter_mut().zip(block.observations);
+        match self {
+            Self::All(values) => along(values, to),
+            Self::InFrames(LeftOfScalar::Alike(left)) => along(left, to),
+            Self::InFrames(LeftOfScalar::Along(left)) => {
+                entries.for_each(|(entry, o)| *entry += times * left[o.vertex][axis]);
+            }
+            Self::InFrames(LeftOfScalar::OfAxes(left)) => {
+                entries.for_each(|(entry, o)| *entry += times * o.along.dot(left[axis][o.vertex]));
+            }
+            Self::Settled(values, settling, moved) => entries.for_each(|(entry, o)| {
+                let seen = settling.seen_along(moved, o.vertex, axis, o.along);
+                *entry += times * seen.unwrap_or_else(|| o.along[axis] * values[o.vertex]);
+            }),
+        }
+    }
+}
+
+/// Observations whose rows are made at a time, and what all columns need of them.
+struct Block<'o> {
+    observations: &'o [Observation],
+    vertices: Vec<usize>,
+    /// u, by components.
+    along: [Vec<f64>; 3],
+}
+
+impl<'o> Block<'o> {
+    fn of(observations: &'o [Observation]) -> Self {
+        Self {
+            observations,
+            vertices: observations.iter().map(|o| o.vertex).collect(),
+            along: std::array::from_fn(|axis| observations.iter().map(|o| o.along[axis]).collect()),
+        }
     }
 }
 
 impl<'a> View<'a> {
     pub(super) fn new(
-        design: &Design<'_>,
+        design: &Design<'a>,
         layout: &'a MarkLayout,
         index: usize,
         patch: &'a Patch,
@@ -94,40 +152,36 @@ impl<'a> View<'a> {
                 chips.iter().map(column).collect()
             }
         };
+        let sight = match (design.frames_of(index), design.settling) {
+            (Some(frames), _) => Sight::InFrames(frames),
+            (None, Some(settling)) => Sight::Settled(settling.of_patch(patch).into()),
+            (None, None) => Sight::All,
+        };
+        let harmonics = (0..count).map(|k| basis.spectrum().eigenfunction(k));
+        let scale = basis.area().sqrt() / design.diagonal;
         Self {
-            amplitude: layout.amplitude(index),
+            amplitude: layout.amplitude(index).map(|amplitude| scale * amplitude),
             chips,
             bits,
             columns,
             rotation,
             patch,
             basis,
-            left: match (design.frames_of(index), design.settling) {
-                (Some(frames), _) => Left::of(frames, basis, count),
-                (None, Some(settling)) => Left::settled(settling, patch, basis, count),
-                (None, None) => Left::All,
-            },
+            seen: harmonics.map(|harmonic| sight.of(harmonic)).collect(),
+            sight,
         }
     }
 
-    /// What an observation tells of a harmonic along an axis.
-    fn told(&self, k: usize, axis: usize) -> impl Fn(&Observation) -> f64 {
-        let harmonic = self.basis.spectrum().eigenfunction(k);
-        move |observation| {
-            let Observation { vertex, along, .. } = *observation;
-            let all = along[axis] * harmonic[vertex];
-            match &self.left {
-                Left::All => all,
-                Left::InFrames(left) => match &left[k] {
-                    LeftOfScalar::Alike(left) => along[axis] * left[vertex],
-                    LeftOfScalar::Along(left) => left[vertex][axis],
-                    LeftOfScalar::OfAxes(left) => along.dot(left[axis][vertex]),
-                },
-                Left::Settled(settling, moved) => {
-                    settling.seen_along(&moved[k], vertex, axis, along).unwrap_or(all)
-                }
-            }
+    /// How far the unknowns, if they are these, displace each vertex of the patch along each axis, in diagonals.
+    fn displaced(&self, unknowns: &[f64]) -> [Vec<f64>; 3] {
+        let mut displaced = [(); 3].map(|()| vec![0.0; self.patch.vertices().len()]);
+        for (chip, &column) in self.chips.iter().zip(&self.columns) {
+            let times = self.amplitude[chip.axis] * unknowns[column];
+            let harmonic = self.basis.spectrum().eigenfunction(chip.frequency);
+            let sums = displaced[chip.axis].iter_mut().zip(harmonic);
+            sums.for_each(|(sum, value)| *sum += times * value);
         }
+        displaced
     }
 
     pub(super) fn bits(&self) -> &[usize] {
@@ -181,40 +235,69 @@ impl<'a> Design<'a> {
         }
     }
 
-    pub(super) fn frames_of(&self, patch: usize) -> Option<&LocalFrames> {
+    pub(super) fn frames_of(&self, patch: usize) -> Option<&'a LocalFrames> {
         self.frames?.get(patch)?.as_ref()
     }
 
     /// X, G and u·d, one row an observation, without weights.
-    pub(super) fn rows(&self, view: &View<'_>, block: &[Observation]) -> Mat<f64> {
-        let View { basis, patch, .. } = view;
-        let scale = basis.area().sqrt() / self.diagonal;
-        let amplitude = view.amplitude.map(|amplitude| scale * amplitude);
+    pub(super) fn rows(&self, view: &View<'_>, observations: &[Observation]) -> Mat<f64> {
         let bits = view.bits.len();
-        let mut rows = Mat::<f64>::zeros(block.len(), view.columns());
+        let mut rows = Mat::<f64>::zeros(observations.len(), view.columns());
+        let block = Block::of(observations);
         for (chip, &column) in view.chips.iter().zip(&view.columns) {
-            let told = view.told(chip.frequency, chip.axis);
-            let column = rows.col_as_slice_mut(column).iter_mut();
-            for (entry, observation) in column.zip(block) {
-                *entry += amplitude[chip.axis] * told(observation);
+            let (axis, column) = (chip.axis, rows.col_as_slice_mut(column));
+            view.seen[chip.frequency].add(axis, view.amplitude[axis], &block, column);
+        }
+        for (i, few) in observations.chunks(FEW).enumerate() {
+            let fields: Vec<[f64; FIELDS]> = few.iter().map(|o| self.fields(view.patch, o)).collect();
+            for j in 0..FIELDS {
+                let column = rows.col_as_slice_mut(bits + j)[i * FEW..].iter_mut();
+                column.zip(&fields).for_each(|(entry, fields)| *entry = fields[j]);
             }
         }
-        for (i, observation) in block.iter().enumerate() {
-            let place = (patch.mesh().point(observation.vertex) - self.centre) / self.diagonal;
-            let [normal, smoothing @ ..] = self.surface[patch.vertices()[observation.vertex] as usize];
-            let fields = similarity_fields(place, observation.along).into_iter();
-            let fields = fields.chain(smoothing.map(|field| observation.along.dot(field)));
-            // A column of zeros is no unknown.
-            let has_interference = self.model.has_interference() && self.frames.is_none();
-            let fields = fields.map(|value| if has_interference { value } else { 0.0 });
-            let fields = fields.chain(observation.tessellation_bias);
-            let fields = fields.chain([observation.along.dot(normal)]);
-            let fields = fields.chain(bending_fields(place, observation.along));
-            for (j, value) in fields.chain([observation.displacement]).enumerate() {
-                rows[(i, bits + j)] = value;
-            }
-        }
+        let displacements = rows.col_as_slice_mut(bits + FIELDS).iter_mut().zip(observations);
+        displacements.for_each(|(entry, o)| *entry = o.displacement);
         rows
+    }
+
+    /// G of an observation.
+    fn fields(&self, patch: &Patch, observation: &Observation) -> [f64; FIELDS] {
+        let Observation { vertex, along, .. } = *observation;
+        let place = (patch.mesh().point(vertex) - self.centre) / self.diagonal;
+        let [normal, smoothing @ ..] = self.surface[patch.vertices()[vertex] as usize];
+        let interference = similarity_fields(place, along).into_iter();
+        let interference = interference.chain(smoothing.map(|field| along.dot(field)));
+        // A column of zeros is no unknown.
+        let has_interference = self.model.has_interference() && self.frames.is_none();
+        let interference = interference.map(|value| if has_interference { value } else { 0.0 });
+        let fields = interference.chain(observation.tessellation_bias);
+        let fields = fields.chain([along.dot(normal)]);
+        let mut fields = fields.chain(bending_fields(place, along));
+        std::array::from_fn(|_| fields.next().unwrap_or(0.0))
+    }
+
+    /// What values of the unknowns of a patch leave of each observation, u·d − X b − G θ. [`rows`](Self::rows) would say the same; here harmonics are summed first, so that each observation costs as little as its fields.
+    pub(super) fn residuals(
+        &self,
+        view: &View<'_>,
+        observations: &[Observation],
+        solution: &Mat<f64>,
+    ) -> Vec<f64> {
+        let (own, theta) = solution.col_as_slice(0).split_at(view.bits.len());
+        let without_fields = |o: &Observation| {
+            let fields = self.fields(view.patch, o).into_iter().zip(theta);
+            o.displacement - fields.map(|(field, theta)| field * theta).sum::<f64>()
+        };
+        let mut residuals: Vec<f64> = observations.iter().map(without_fields).collect();
+        let displaced = view.displaced(own);
+        let seen = displaced.each_ref().map(|function| view.sight.of(function));
+        for (observations, residuals) in observations.chunks(BLOCK).zip(residuals.chunks_mut(BLOCK)) {
+            let block = Block::of(observations);
+            for (axis, seen) in seen.iter().enumerate() {
+                seen.add(axis, -1.0, &block, residuals);
+            }
+        }
+        residuals
     }
 
     /// The bending with these coefficients.
@@ -234,5 +317,84 @@ impl<'a> Design<'a> {
             ..Similarity::from_quaternion([1.0, a / 2.0, b / 2.0, c / 2.0])
         };
         self.to_unit.then(&turn).then(&self.to_unit.inverse())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use decimation::{Decimator, decimate};
+    use job::Job;
+    use mesh::{TriMesh, shapes};
+    use registration::{Degree, FrameOptions};
+
+    use super::*;
+    use crate::mark::{
+        ChipLayout, ChipPlan, Reader, Strength,
+        detect::joint::{fields::surface_fields, observations::observations},
+    };
+
+    /// Residuals of values of the unknowns without rule, and the same as rows leave them, in all patches, with the largest of them.
+    fn off(layout: &MarkLayout, suspect: &Registered, frames: Option<FrameOptions>) -> [f64; 2] {
+        let (original, job) = (layout.original(), Job::default());
+        let of_patch = |index: usize| {
+            let patch = &original.patches()[index];
+            let seen = patch.gather(&suspect.positions);
+            frames.map(|options| LocalFrames::fit(patch.mesh(), &seen, &options))
+        };
+        let frames: Vec<Option<LocalFrames>> = (0..original.patches().len()).map(of_patch).collect();
+        let frames = frames[0].is_some().then_some(frames.as_slice());
+        let surface = surface_fields(original.mesh(), &job).unwrap();
+        let design = Design::new(original, &surface, JointModel::default(), suspect, frames);
+        let of_patch = |index: usize, patch: &Patch, basis: &PatchBasis| {
+            let view = View::new(&design, layout, index, patch, basis);
+            let seen = observations(patch, basis, suspect, design.diagonal);
+            let unknowns = view.columns() - 1;
+            let solution = Mat::from_fn(unknowns, 1, |i, _| (1.0 + 7.0 * i as f64).sin());
+            let rows = design.rows(&view, &seen);
+            let fitted = rows.get(.., ..unknowns) * &solution;
+            let residuals = design.residuals(&view, &seen, &solution).into_iter().enumerate();
+            residuals.fold([0.0_f64; 2], |[off, most], (i, residual)| {
+                let left = rows[(i, unknowns)] - fitted[(i, 0)];
+                [off.max((residual - left).abs()), most.max(left.abs())]
+            })
+        };
+        let all = layout.map_seen(&suspect.positions, of_patch, &job).unwrap();
+        all.into_iter()
+            .fold([0.0; 2], |[a, b], [off, most]| [a.max(off), b.max(most)])
+    }
+
+    #[test]
+    fn residuals_are_what_rows_leave_however_functions_are_seen() {
+        let (mesh, job) = (shapes::bumpy_sphere(4, 3), Job::default());
+        let coarse = decimate(&mesh, 600, Decimator::Threshold, &job).unwrap();
+        let sampled = |suspect: &TriMesh| {
+            let suspect = Reader::new(&mesh).unwrap().surface(suspect);
+            suspect.sample(&Similarity::IDENTITY, &job).unwrap()
+        };
+        let decimated = sampled(&coarse);
+        assert!(decimated.settling.is_some());
+        let found_again = Registered::by_vertices(mesh.positions().iter().copied().map(Some).collect());
+        let options = FrameOptions {
+            reach: 0.35,
+            noise: 2e-3,
+            degree: Degree::Quadratic,
+        };
+        let bits = 64;
+        let pooled = Original::pooled(mesh.clone(), bits, Default::default(), &job).unwrap();
+        let pooled = (pooled, ChipPlan::pooled(bits, [1; 32]));
+        let chips = ChipLayout::new(bits, 3).unwrap();
+        let repeated = Original::cut(mesh.clone(), chips.functions(), Default::default(), &job).unwrap();
+        let repeated = (repeated, ChipPlan::EveryPatch(chips));
+        for (original, plan) in [pooled, repeated] {
+            let layout = MarkLayout::with_strength(original.into(), plan, Strength::default()).unwrap();
+            for (suspect, frames) in [
+                (&decimated, None),
+                (&found_again, None),
+                (&found_again, Some(options)),
+            ] {
+                let [off, most] = off(&layout, suspect, frames);
+                assert!(most > 0.1 && off < 1e-12 * most, "{off} of {most}");
+            }
+        }
     }
 }

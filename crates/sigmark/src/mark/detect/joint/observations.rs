@@ -105,6 +105,9 @@ pub(super) fn observations(
 
 /// The part of a scalar field over a patch that its harmonics span.
 fn held_by_harmonics(basis: &PatchBasis, field: &[f64]) -> Vec<f64> {
+    if field.iter().all(|&value| value == 0.0) {
+        return field.to_vec();
+    }
     let field: Vec<[f64; 3]> = field.iter().map(|&value| [value, 0.0, 0.0]).collect();
     let held = basis.inverse_transform(&basis.transform(&field));
     held.into_iter().map(|[value, ..]| value).collect()

@@ -4,7 +4,7 @@ use faer::{Mat, Side, linalg::solvers::Solve};
 
 use super::{
     design::{Design, View},
-    equations::{BLOCK, NormalEquations, OBSERVATIONS_AN_UNKNOWN, REWEIGHTINGS, RIDGE, Solved},
+    equations::{NormalEquations, OBSERVATIONS_AN_UNKNOWN, REWEIGHTINGS, RIDGE, Solved},
     fields::{FIELDS, RIGID_FIELDS},
     gains::Gains,
     observations::Observation,
@@ -68,7 +68,7 @@ impl PatchEquations {
             let part: Vec<Observation> = observations.iter().step_by(stride).copied().collect();
             let equations = NormalEquations::weighted(design, view, &part, redundancy);
             let (solved, _) = equations.with_optional(0).solved(None)?;
-            let residuals = residuals(design, view, &observations, &solved.solution);
+            let residuals = design.residuals(view, &observations, &solved.solution);
             reweight(&mut observations, &residuals);
         }
         Ok(of(&observations))
@@ -201,7 +201,7 @@ impl PatchEquations {
         let Some(mut observations) = self.observations.clone() else {
             return same();
         };
-        let residuals = residuals(design, view, &observations, own);
+        let residuals = design.residuals(view, &observations, own);
         reweight(&mut observations, &residuals);
         Self {
             equations: NormalEquations::weighted(design, view, &observations, redundancy),
@@ -234,21 +234,4 @@ fn turn(rotation: &PatchRotation, unknowns: usize, gram: &mut Mat<f64>) {
             gram[(i, j)] = turned[i];
         }
     }
-}
-
-/// What a solution leaves of each observation.
-fn residuals(
-    design: &Design<'_>,
-    view: &View<'_>,
-    observations: &[Observation],
-    solution: &Mat<f64>,
-) -> Vec<f64> {
-    let last = solution.nrows();
-    let mut residuals = Vec::with_capacity(observations.len());
-    for block in observations.chunks(BLOCK) {
-        let rows = design.rows(view, block);
-        let fitted = rows.get(.., ..last) * solution;
-        residuals.extend((0..block.len()).map(|i| rows[(i, last)] - fitted[(i, 0)]));
-    }
-    residuals
 }
