@@ -247,21 +247,18 @@ fn survivors(
     job: &Job,
 ) -> Result<Vec<Option<Survivor>>, MarkError> {
     let mut lightest = LightestBefore::new(original.triangle_count());
-    let mut links: Vec<Link> = Vec::new();
-    // What the lightest subsequence up to each candidate costs, with it.
+    // Of each candidate: one more than the number of the one before it in the lightest subsequence that ends with it, and what that costs.
+    let mut before: Vec<Option<NonZeroU32>> = Vec::with_capacity(candidates.all.len());
     let mut up_to: Vec<f64> = Vec::with_capacity(candidates.all.len());
     for s in 0..suspect.triangle_count() {
         if s.is_multiple_of(CHUNK) {
             job.go_on()?;
         }
-        let first = links.len();
+        let first = before.len();
         for &(t, gain) in candidates.of(s) {
-            let (cost, before) = lightest.before(t);
+            let (cost, link) = lightest.before(t);
             up_to.push(cost - f64::from(gain));
-            links.push(Link {
-                pair: [s as u32, t],
-                before,
-            });
+            before.push(link);
         }
         for (i, &(t, _)) in (first..).zip(candidates.of(s)) {
             lightest.put(t, up_to[i], i);
@@ -269,15 +266,14 @@ fn survivors(
     }
     let mut survivors = vec![None; suspect.triangle_count()];
     let (least, mut last) = lightest.before(original.triangle_count() as u32);
-    while let Some(link) = last.map(|link| &links[link.get() as usize - 1]) {
-        let [s, triangle] = link.pair;
-        survivors[s as usize] = Some(Survivor {
-            triangle,
+    while let Some(link) = last.map(|link| link.get() as usize - 1) {
+        survivors[candidates.place(link)] = Some(Survivor {
+            triangle: candidates.all[link].0,
             certainty: 0.0,
         });
-        last = link.before;
+        last = before[link];
     }
-    drop(links);
+    drop(before);
     if how_certain {
         weigh(&mut survivors, original, candidates, &up_to, least, job)?;
     }
@@ -323,13 +319,6 @@ fn weigh(
     Ok(())
 }
 
-/// A pair of triangles at the end of a subsequence.
-struct Link {
-    /// The suspect's and the original's.
-    pair: [u32; 2],
-    before: Option<NonZeroU32>,
-}
-
 /// For each triangle of the suspect, those of the original that are seen at it or at one that it touches and fit there, ascending, and how well each fits.
 #[derive(Clone)]
 struct Candidates {
@@ -341,6 +330,11 @@ struct Candidates {
 impl Candidates {
     fn of(&self, triangle: usize) -> &[(u32, f32)] {
         &self.all[self.offsets[triangle]..self.offsets[triangle + 1]]
+    }
+
+    /// The triangle of the suspect that a candidate is one of.
+    fn place(&self, candidate: usize) -> usize {
+        self.offsets.partition_point(|&offset| offset <= candidate) - 1
     }
 
     /// Makes pairs worth more whose corners are in the right regions.

@@ -10,8 +10,8 @@ use super::{
     Bending, JointModel,
     equations::BLOCK,
     fields::{
-        BENDING_FIELDS, FIELDS, RIGID_FIELDS, SIMILARITY_FIELDS, SURFACE_FIELDS, bending_fields,
-        similarity_fields,
+        BENDING_FIELDS, FIELDS, OriginalSurface, RIGID_FIELDS, SIMILARITY_FIELDS, SURFACE_FIELDS,
+        bending_fields, similarity_fields,
     },
     gains::BANDS,
     observations::Observation,
@@ -25,8 +25,7 @@ const FEW: usize = 8;
 
 /// What the rows of all patches have in common.
 pub(super) struct Design<'a> {
-    /// See [`surface_fields`](super::fields::surface_fields).
-    surface: &'a [[Vec3; SURFACE_FIELDS]],
+    surface: &'a OriginalSurface,
     centre: Vec3,
     pub(super) diagonal: f64,
     /// To the frame in which the centre is 0 and the diagonal 1.
@@ -52,6 +51,8 @@ pub(super) struct View<'a> {
     rotation: Option<PatchRotation>,
     pub(super) patch: &'a Patch,
     pub(super) basis: &'a PatchBasis,
+    /// The fields of the original's surface, of each vertex of the patch.
+    surface: Vec<[Vec3; SURFACE_FIELDS]>,
     sight: Sight<'a>,
     /// What is seen of each harmonic, by their numbers from 0.
     seen: Vec<Seen<'a>>,
@@ -165,6 +166,7 @@ impl<'a> View<'a> {
             bits,
             columns,
             rotation,
+            surface: design.surface.fields(patch.vertices()),
             patch,
             basis,
             seen: harmonics.map(|harmonic| sight.of(harmonic)).collect(),
@@ -218,7 +220,7 @@ impl<'a> View<'a> {
 impl<'a> Design<'a> {
     pub(super) fn new(
         original: &'a Original,
-        surface: &'a [[Vec3; SURFACE_FIELDS]],
+        surface: &'a OriginalSurface,
         model: JointModel,
         suspect: &'a Registered,
         frames: Option<&'a [Option<LocalFrames>]>,
@@ -249,7 +251,7 @@ impl<'a> Design<'a> {
             view.seen[chip.frequency].add(axis, view.amplitude[axis], &block, column);
         }
         for (i, few) in observations.chunks(FEW).enumerate() {
-            let fields: Vec<[f64; FIELDS]> = few.iter().map(|o| self.fields(view.patch, o)).collect();
+            let fields: Vec<[f64; FIELDS]> = few.iter().map(|o| self.fields(view, o)).collect();
             for j in 0..FIELDS {
                 let column = rows.col_as_slice_mut(bits + j)[i * FEW..].iter_mut();
                 column.zip(&fields).for_each(|(entry, fields)| *entry = fields[j]);
@@ -261,10 +263,10 @@ impl<'a> Design<'a> {
     }
 
     /// G of an observation.
-    fn fields(&self, patch: &Patch, observation: &Observation) -> [f64; FIELDS] {
+    fn fields(&self, view: &View<'_>, observation: &Observation) -> [f64; FIELDS] {
         let Observation { vertex, along, .. } = *observation;
-        let place = (patch.mesh().point(vertex) - self.centre) / self.diagonal;
-        let [normal, smoothing @ ..] = self.surface[patch.vertices()[vertex] as usize];
+        let place = (view.patch.mesh().point(vertex) - self.centre) / self.diagonal;
+        let [normal, smoothing @ ..] = view.surface[vertex];
         let interference = similarity_fields(place, along).into_iter();
         let interference = interference.chain(smoothing.map(|field| along.dot(field)));
         // A column of zeros is no unknown.
@@ -285,7 +287,7 @@ impl<'a> Design<'a> {
     ) -> Vec<f64> {
         let (own, theta) = solution.col_as_slice(0).split_at(view.bits.len());
         let without_fields = |o: &Observation| {
-            let fields = self.fields(view.patch, o).into_iter().zip(theta);
+            let fields = self.fields(view, o).into_iter().zip(theta);
             o.displacement - fields.map(|(field, theta)| field * theta).sum::<f64>()
         };
         let mut residuals: Vec<f64> = observations.iter().map(without_fields).collect();
@@ -328,10 +330,7 @@ mod tests {
     use registration::{Degree, FrameOptions};
 
     use super::*;
-    use crate::mark::{
-        ChipLayout, ChipPlan, Reader, Strength,
-        detect::joint::{fields::surface_fields, observations::observations},
-    };
+    use crate::mark::{ChipLayout, ChipPlan, Reader, Strength, detect::joint::observations::observations};
 
     /// Residuals of values of the unknowns without rule, and the same as rows leave them, in all patches, with the largest of them.
     fn off(layout: &MarkLayout, suspect: &Registered, frames: Option<FrameOptions>) -> [f64; 2] {
@@ -343,7 +342,7 @@ mod tests {
         };
         let frames: Vec<Option<LocalFrames>> = (0..original.patches().len()).map(of_patch).collect();
         let frames = frames[0].is_some().then_some(frames.as_slice());
-        let surface = surface_fields(original.mesh(), &job).unwrap();
+        let surface = OriginalSurface::of(original.mesh());
         let design = Design::new(original, &surface, JointModel::default(), suspect, frames);
         let of_patch = |index: usize, patch: &Patch, basis: &PatchBasis| {
             let view = View::new(&design, layout, index, patch, basis);

@@ -1,6 +1,7 @@
 //! The fields G of the equations: what moves a surface besides the mark, known from the original but for a factor each.
 
-use job::{Job, JobError};
+use std::{collections::HashMap, sync::Arc};
+
 use mesh::{TriMesh, Vec3, VertexStars};
 
 /// Scale, three of rotation, three of translation.
@@ -79,53 +80,133 @@ pub(super) fn bending_fields(p: Vec3, u: Vec3) -> [f64; BENDING_FIELDS] {
     fields
 }
 
-/// The normal, of length 1, and L x, L² x, … in diagonals, at each vertex: #V by [`SURFACE_FIELDS`].
-pub(super) fn surface_fields(mesh: &TriMesh, job: &Job) -> Result<Vec<[Vec3; SURFACE_FIELDS]>, JobError> {
-    let diagonal = mesh.bounding_box().diagonal();
-    let vertices = 0..mesh.vertex_count();
-    let mut field: Vec<Vec3> = vertices.map(|v| mesh.point(v) * (1.0 / diagonal)).collect();
-    let normals = mesh.vertex_normals();
-    let with_normal = |normal| {
-        let mut fields = [Vec3::ZERO; SURFACE_FIELDS];
-        fields[0] = Vec3(normal);
-        fields
-    };
-    let mut all: Vec<[Vec3; SURFACE_FIELDS]> = normals.into_iter().map(with_normal).collect();
-    let stars = mesh.vertex_triangles();
-    for k in OFFSET_FIELDS..SURFACE_FIELDS {
-        job.go_on()?;
-        field = to_neighbours(mesh, &stars, &field, job)?;
-        job.for_chunks(&mut all, CHUNK, |i, all| {
-            for (fields, &value) in all.iter_mut().zip(&field[i * CHUNK..]) {
-                fields[k] = value;
-            }
-        })?;
-    }
-    Ok(all)
+/// The surface of an original. Its fields are computed for each patch when they are asked for: those of all vertices would be most of what reading holds in memory.
+#[derive(Debug)]
+pub(super) struct OriginalSurface {
+    mesh: Arc<TriMesh>,
+    diagonal: f64,
+    normals: Vec<[f64; 3]>,
+    stars: VertexStars,
 }
 
-/// Vertices that a thread takes at a time.
-const CHUNK: usize = 4096;
+impl OriginalSurface {
+    pub(super) fn of(mesh: &Arc<TriMesh>) -> Self {
+        Self {
+            mesh: Arc::clone(mesh),
+            diagonal: mesh.bounding_box().diagonal(),
+            normals: mesh.vertex_normals(),
+            stars: mesh.vertex_triangles(),
+        }
+    }
 
-/// L applied to a field: from its value at each vertex to the mean of those at the neighbours; neighbours across two triangles, as
-/// most are, count twice.
-fn to_neighbours(
-    mesh: &TriMesh,
-    stars: &VertexStars,
-    field: &[Vec3],
-    job: &Job,
-) -> Result<Vec<Vec3>, JobError> {
-    job.map(field.len(), CHUNK, |v| {
-        let (mut sum, mut count) = (Vec3::ZERO, 0.0_f64);
-        for &t in stars.of(v) {
-            let corners = mesh.triangles()[t as usize];
-            // Around the triangle from here: how a suspect without noise is read hangs on how these sums are rounded.
-            let here = corners.iter().position(|&w| w as usize == v).unwrap_or(0);
-            for w in [corners[(here + 1) % 3], corners[(here + 2) % 3]] {
-                sum += field[w as usize] - field[v];
-                count += 1.0;
+    /// The normal, of length 1, and L x, L² x, …, in diagonals, at each of some vertices, no two of which are the same: #V by [`SURFACE_FIELDS`].
+    pub(super) fn fields(&self, vertices: &[u32]) -> Vec<[Vec3; SURFACE_FIELDS]> {
+        let with_normal = |&v: &u32| {
+            let mut fields = [Vec3::ZERO; SURFACE_FIELDS];
+            fields[0] = Vec3(self.normals[v as usize]);
+            fields
+        };
+        let mut all: Vec<[Vec3; SURFACE_FIELDS]> = vertices.iter().map(with_normal).collect();
+        let around = self.around(vertices);
+        let place = |&v: &u32| self.mesh.point(v as usize) * (1.0 / self.diagonal);
+        let mut field: Vec<Vec3> = around.vertices.iter().map(place).collect();
+        for k in 0..SMOOTHING_FIELDS {
+            field = around.to_neighbours(&field, SMOOTHING_FIELDS - 1 - k);
+            for (fields, &value) in all.iter_mut().zip(&field) {
+                fields[OFFSET_FIELDS + k] = value;
             }
         }
-        sum * (1.0 / count.max(1.0))
-    })
+        all
+    }
+
+    /// Some vertices and those around them, as far as the last of the powers of L reaches.
+    fn around(&self, vertices: &[u32]) -> Around {
+        let mut around = Around {
+            vertices: vertices.to_vec(),
+            within: vec![vertices.len()],
+            offsets: vec![0],
+            neighbours: Vec::new(),
+        };
+        let mut numbers: HashMap<u32, u32> = vertices.iter().copied().zip(0..).collect();
+        let mut first = 0;
+        for _ in 0..SMOOTHING_FIELDS {
+            let last = around.vertices.len();
+            for i in first..last {
+                let v = around.vertices[i];
+                for &t in self.stars.of(v as usize) {
+                    let corners = self.mesh.triangles()[t as usize];
+                    // Around the triangle from here: how a suspect without noise is read hangs on how sums are rounded.
+                    let here = corners.iter().position(|&w| w == v).unwrap_or(0);
+                    for w in [corners[(here + 1) % 3], corners[(here + 2) % 3]] {
+                        let number = *numbers.entry(w).or_insert(around.vertices.len() as u32);
+                        if number as usize == around.vertices.len() {
+                            around.vertices.push(w);
+                        }
+                        around.neighbours.push(number);
+                    }
+                }
+                around.offsets.push(around.neighbours.len());
+            }
+            around.within.push(around.vertices.len());
+            first = last;
+        }
+        around
+    }
+}
+
+/// Some vertices and those around them, ring after ring.
+struct Around {
+    vertices: Vec<u32>,
+    /// How many lie within each number of rings, from 0.
+    within: Vec<usize>,
+    /// Where the neighbours of each vertex begin that lies within all rings but the last, and where the last end.
+    offsets: Vec<usize>,
+    /// By their places among the vertices; those across two triangles, as most are, twice.
+    neighbours: Vec<u32>,
+}
+
+impl Around {
+    /// L applied to a field, within so many rings: from its value at each vertex to the mean of those at the neighbours.
+    fn to_neighbours(&self, field: &[Vec3], rings: usize) -> Vec<Vec3> {
+        let of = |v: usize| {
+            let neighbours = &self.neighbours[self.offsets[v]..self.offsets[v + 1]];
+            let steps = neighbours.iter().map(|&w| field[w as usize] - field[v]);
+            steps.sum::<Vec3>() * (1.0 / neighbours.len().max(1) as f64)
+        };
+        (0..self.within[rings]).map(of).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mesh::shapes;
+
+    #[test]
+    fn fields_are_the_same_whichever_vertices_are_asked_for() {
+        let mesh = Arc::new(shapes::bumpy_torus(60, 40, 1));
+        let surface = OriginalSurface::of(&mesh);
+        let all: Vec<u32> = (0..mesh.vertex_count() as u32).collect();
+        let everywhere = surface.fields(&all);
+        let some: Vec<u32> = all.iter().copied().filter(|v| v % 97 < 5).rev().collect();
+        for (&v, fields) in some.iter().zip(surface.fields(&some)) {
+            assert_eq!(fields, everywhere[v as usize]);
+        }
+        assert!(surface.fields(&[]).is_empty());
+    }
+
+    #[test]
+    fn the_first_power_is_the_way_to_the_mean_of_the_neighbours_in_diagonals() {
+        let mesh = Arc::new(shapes::bumpy_sphere(3, 1));
+        let neighbours = mesh.neighbours();
+        let diagonal = mesh.bounding_box().diagonal();
+        let all: Vec<u32> = (0..mesh.vertex_count() as u32).collect();
+        for (v, fields) in OriginalSurface::of(&mesh).fields(&all).into_iter().enumerate() {
+            let around = neighbours.of(v);
+            let sum: Vec3 = around.iter().map(|&w| mesh.point(w as usize)).sum();
+            let way = (sum * (1.0 / around.len() as f64) - mesh.point(v)) / diagonal;
+            assert!((fields[OFFSET_FIELDS] - way).norm() < 1e-15);
+            assert!((fields[0].norm() - 1.0).abs() < 1e-15);
+        }
+    }
 }

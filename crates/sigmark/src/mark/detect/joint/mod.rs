@@ -85,8 +85,8 @@ pub use model::JointModel;
 use design::{Design, View};
 use equations::NormalEquations;
 use fields::{
-    BENDING_FIELDS, OFFSET_FIELDS, OPTIONAL_FIELDS, OPTIONAL_LEVELS, SURFACE_FIELDS, bending_fields,
-    surface_fields,
+    BENDING_FIELDS, OFFSET_FIELDS, OPTIONAL_FIELDS, OPTIONAL_LEVELS, OriginalSurface, SURFACE_FIELDS,
+    bending_fields,
 };
 use observations::{Observation, observations};
 use patch::PatchEquations;
@@ -104,7 +104,7 @@ pub struct JointEstimator {
     unknowns: Unknowns,
     model: JointModel,
     /// Built when it is first needed.
-    surface: Arc<OnceLock<Vec<[Vec3; SURFACE_FIELDS]>>>,
+    surface: Arc<OnceLock<OriginalSurface>>,
 }
 
 /// What is estimated of a mark.
@@ -254,19 +254,30 @@ impl JointEstimator {
         self.estimated(suspect, None, optional, job)
     }
 
-    /// A suspect in the pose of its estimate, where it would be seen if nobody had smoothed it, or made it grow along its normals, to first order.
+    /// A suspect in the pose of its estimate, where it would be seen in patches if nobody had smoothed it, or made it grow along its normals, to first order.
     pub(crate) fn unsmoothed(
         &self,
         mut suspect: Registered,
         estimate: &JointEstimate,
         job: &Job,
     ) -> Result<Registered, MarkError> {
-        let diagonal = self.layout.original().mesh().bounding_box().diagonal();
-        let surface = self.surface(job)?;
-        for (place, fields) in suspect.positions.iter_mut().zip(surface) {
-            let terms = fields.iter().zip(estimate.of_surface);
-            let moved: Vec3 = terms.map(|(&field, coefficient)| field * coefficient).sum();
-            *place = place.map(|p| (Vec3(p) - moved * diagonal).into());
+        let original = self.layout.original();
+        let (surface, patches) = (self.surface(), original.patches());
+        let of_vertex = |fields: [Vec3; SURFACE_FIELDS]| -> Vec3 {
+            let terms = fields.into_iter().zip(estimate.of_surface);
+            terms.map(|(field, coefficient)| field * coefficient).sum()
+        };
+        let of_patch = |i: usize| -> Vec<Vec3> {
+            let fields = surface.fields(patches[i].vertices()).into_iter();
+            fields.map(of_vertex).collect()
+        };
+        let diagonal = original.mesh().bounding_box().diagonal();
+        let seen = suspect.positions.clone();
+        for (patch, moved) in patches.iter().zip(job.map(patches.len(), 1, of_patch)?) {
+            for (&v, moved) in patch.vertices().iter().zip(moved) {
+                let before = seen[v as usize].map(|p| (Vec3(p) - moved * diagonal).into());
+                suspect.positions[v as usize] = before;
+            }
         }
         Ok(suspect)
     }
@@ -282,14 +293,9 @@ impl JointEstimator {
         self.estimated(suspect, Some(frames), &(0..=0), job)
     }
 
-    /// The fields of the original's surface.
-    fn surface(&self, job: &Job) -> Result<&[[Vec3; SURFACE_FIELDS]], MarkError> {
-        if let Some(surface) = self.surface.get() {
-            return Ok(surface);
-        }
-        // Outside of the lock, which a thread must not hold while it shares its work with others.
-        let surface = surface_fields(self.layout.original().mesh(), job)?;
-        Ok(self.surface.get_or_init(|| surface))
+    fn surface(&self) -> &OriginalSurface {
+        let of = || OriginalSurface::of(self.layout.original().mesh());
+        self.surface.get_or_init(of)
     }
 
     fn estimated(
@@ -302,8 +308,7 @@ impl JointEstimator {
         let layout = &*self.layout;
         let original = layout.original();
         suspect.check(original.mesh().vertex_count())?;
-        let surface = self.surface(job)?;
-        let design = Design::new(original, surface, self.model, suspect, frames);
+        let design = Design::new(original, self.surface(), self.model, suspect, frames);
         let redundancy = suspect.redundancy();
         let of_patch = |index: usize, patch: &Patch, basis: &PatchBasis| {
             let view = View::new(&design, layout, index, patch, basis);

@@ -182,11 +182,11 @@ impl PatchEquations {
     }
 
     /// The same patch, if it waits for weights, with those for what is left of its observations by what a solution of all says of its unknowns.
-    pub(super) fn weighed_by(
+    pub(super) fn weighed_by<'v>(
         &self,
-        design: &Design<'_>,
-        view: &View<'_>,
-        own: &Mat<f64>,
+        design: &Design<'v>,
+        view: impl FnOnce() -> View<'v>,
+        own: impl FnOnce() -> Mat<f64>,
         redundancy: f64,
     ) -> Self {
         let same = || Self {
@@ -201,10 +201,11 @@ impl PatchEquations {
         let Some(mut observations) = self.observations.clone() else {
             return same();
         };
-        let residuals = design.residuals(view, &observations, own);
+        let view = view();
+        let residuals = design.residuals(&view, &observations, &own());
         reweight(&mut observations, &residuals);
         Self {
-            equations: NormalEquations::weighted(design, view, &observations, redundancy),
+            equations: NormalEquations::weighted(design, &view, &observations, redundancy),
             observations: Some(observations),
             ..same()
         }

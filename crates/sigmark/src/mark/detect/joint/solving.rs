@@ -69,10 +69,10 @@ impl Solving<'_> {
                 let (solution, left) = system.solved(noise)?;
                 noise = Some(left);
                 let of_patch = |index: usize, patch: &Patch, basis: &PatchBasis| {
-                    let view = View::new(self.design, self.layout, index, patch, basis);
-                    let own = system.own(index, &patches[&index], &solution);
-                    let weighed = patches[&index].weighed_by(self.design, &view, &own, redundancy);
-                    (index, weighed)
+                    let equations = &patches[&index];
+                    let own = || system.own(index, equations, &solution);
+                    let view = || View::new(self.design, self.layout, index, patch, basis);
+                    (index, equations.weighed_by(self.design, view, own, redundancy))
                 };
                 let seen = &self.suspect.positions;
                 patches = self.layout.map_seen(seen, of_patch, job)?.into_iter().collect();
