@@ -254,7 +254,7 @@ impl JointEstimator {
         self.estimated(suspect, None, optional, job)
     }
 
-    /// A suspect in the pose of its estimate, where it would be seen in patches if nobody had smoothed it, or made it grow along its normals, to first order.
+    /// A suspect in the pose of its estimate, where it would be seen if nobody had smoothed it, or made it grow along its normals, to first order.
     pub(crate) fn unsmoothed(
         &self,
         mut suspect: Registered,
@@ -262,22 +262,36 @@ impl JointEstimator {
         job: &Job,
     ) -> Result<Registered, MarkError> {
         let original = self.layout.original();
-        let (surface, patches) = (self.surface(), original.patches());
+        let patches = original.patches().iter().map(Patch::vertices);
+        let mut is_in_patch = vec![false; original.mesh().vertex_count()];
+        patches
+            .clone()
+            .flatten()
+            .for_each(|&v| is_in_patch[v as usize] = true);
+        let others: Vec<u32> = (0..)
+            .zip(is_in_patch)
+            .filter_map(|(v, is)| (!is).then_some(v))
+            .collect();
+        let parts: Vec<&[u32]> = patches.chain([others.as_slice()]).collect();
         let of_vertex = |fields: [Vec3; SURFACE_FIELDS]| -> Vec3 {
             let terms = fields.into_iter().zip(estimate.of_surface);
             terms.map(|(field, coefficient)| field * coefficient).sum()
         };
-        let of_patch = |i: usize| -> Vec<Vec3> {
-            let fields = surface.fields(patches[i].vertices()).into_iter();
+        let surface = self.surface();
+        let of_part = |i: usize| -> Vec<Vec3> {
+            let fields = surface.fields(parts[i]).into_iter();
             fields.map(of_vertex).collect()
         };
+        let moved = job.map(parts.len(), 1, of_part)?;
         let diagonal = original.mesh().bounding_box().diagonal();
         let seen = suspect.positions.clone();
-        for (patch, moved) in patches.iter().zip(job.map(patches.len(), 1, of_patch)?) {
-            for (&v, moved) in patch.vertices().iter().zip(moved) {
-                let before = seen[v as usize].map(|p| (Vec3(p) - moved * diagonal).into());
-                suspect.positions[v as usize] = before;
-            }
+        for (&v, moved) in parts
+            .iter()
+            .zip(moved)
+            .flat_map(|(part, moved)| part.iter().zip(moved))
+        {
+            let before = seen[v as usize].map(|p| (Vec3(p) - moved * diagonal).into());
+            suspect.positions[v as usize] = before;
         }
         Ok(suspect)
     }
