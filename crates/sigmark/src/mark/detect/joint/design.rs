@@ -176,14 +176,13 @@ impl<'a> View<'a> {
 
     /// How far the unknowns, if they are these, displace each vertex of the patch along each axis, in diagonals.
     fn displaced(&self, unknowns: &[f64]) -> [Vec<f64>; 3] {
-        let mut displaced = [(); 3].map(|()| vec![0.0; self.patch.vertices().len()]);
+        let mut coefficients = vec![[0.0; 3]; self.seen.len()];
         for (chip, &column) in self.chips.iter().zip(&self.columns) {
-            let times = self.amplitude[chip.axis] * unknowns[column];
-            let harmonic = self.basis.spectrum().eigenfunction(chip.frequency);
-            let sums = displaced[chip.axis].iter_mut().zip(harmonic);
-            sums.for_each(|(sum, value)| *sum += times * value);
+            coefficients[chip.frequency][chip.axis] += self.amplitude[chip.axis] * unknowns[column];
         }
-        displaced
+        // A loop would round more, and rounding is all that is left of a suspect without noise.
+        let displaced = self.basis.spectrum().inverse_transform_positions(&coefficients);
+        std::array::from_fn(|axis| displaced.iter().map(|d| d[axis]).collect())
     }
 
     pub(super) fn bits(&self) -> &[usize] {
