@@ -14,7 +14,7 @@ use job::Job;
 use mesh::{Similarity, TriMesh, Vec3};
 use registration::{PreparedMesh, Resampled};
 
-use super::regions::{Place, Regions, regions};
+use super::regions::{Overlay, Place, Regions, regions};
 use crate::mark::{Lowest, MarkError, MarkLayout, Registered, Settling, settling::barycentric};
 
 /// Suspects with more triangles than this share of those that the original has there have hardly been decimated.
@@ -51,14 +51,10 @@ pub(super) fn foretell(
     asked: Asked<'_>,
     job: &Job,
 ) -> Result<(), MarkError> {
-    let is_asked = asked.vertices;
     let original = reference.mesh();
     if !is_coarser(original, suspect.mesh(), registered) {
         return Ok(());
     }
-    // In a frame around the original squares are exact to more digits.
-    let diagonal = original.bounding_box().diagonal();
-    let centre = Vec3(original.bounding_box().centre());
     let lying = suspect
         .mesh()
         .with_positions(pose.apply_all(suspect.mesh().positions()))?;
@@ -67,68 +63,94 @@ pub(super) fn foretell(
         let (t, seen) = (sampled.triangles[v]?, Vec3(registered.positions[v]?));
         Some((t, barycentric(lying.corners(t as usize), seen)))
     };
-    let places: Vec<Option<Place>> = (0..original.vertex_count()).map(place).collect();
-    let places = around(&lying, places, is_asked);
-    let registered = registered.to_mut();
-    let alternatives = regions(original, asked.layout, &lying, &places, job)?;
+    let places = (0..original.vertex_count()).map(place).collect();
+    let places = around(&lying, places, asked.vertices);
+    let overlay = Overlay {
+        original,
+        suspect: &lying,
+        places: &places,
+    };
     let normals = suspect.vertex_normals().iter();
     let normals: Vec<Vec3> = normals
         .map(|&n| Vec3(pose.rotation.map(|row| Vec3(row).dot(Vec3(n)))))
         .collect();
-    let settled_by = |regions: &Regions, weights: Weights| -> Vec<Option<Settled>> {
-        let sums = weights.quadrics(original, centre, regions, lying.vertex_count());
-        let at = |w: usize| Settled::of(&sums[w], lying.point(w) - centre, normals[w]);
+    let alternatives = regions(overlay, asked.layout, job)?;
+    let (settled, regions) = settle(overlay, &normals, alternatives, job)?;
+    let unknown = UNKNOWN * diagonal(original);
+    let registered = registered.to_mut();
+    for v in (0..places.len()).filter(|&v| asked.vertices[v]) {
+        if let (Some(place), Some(along)) = (&places[v], registered.along[v]) {
+            let offset = sampled.offsets[v].unwrap_or(0.0);
+            let told = settled.each_ref().map(|settled| seen(&lying, place, settled));
+            registered.quadric_bias[v] = told.map(|told| {
+                told.map_or(registered.tessellation_bias[v], |(way, _)| {
+                    offset + Vec3(along).dot(way)
+                })
+            });
+            let misfits = told.iter().flatten().map(|&(_, misfit)| misfit);
+            registered.misfit[v] = misfits.fold(unknown, f64::min);
+        }
+    }
+    registered.settling = Some(Arc::new(settling(overlay, regions, &settled[0])));
+    Ok(())
+}
+
+/// Of each vertex of the suspect (#V); none where it has no region, or the quadric of that doesn't tell.
+type AllSettled = Vec<Option<Settled>>;
+
+fn diagonal(mesh: &TriMesh) -> f64 {
+    mesh.bounding_box().diagonal()
+}
+
+/// What the three vertices around a place tell of it: its mean way to the original, and how far they are off; none where one of them has no region.
+fn seen(lying: &TriMesh, (t, weights): &Place, settled: &[Option<Settled>]) -> Option<(Vec3, f64)> {
+    let [a, b, c] = lying.triangles()[*t as usize].map(|w| settled[w as usize]);
+    let corners = [a?, b?, c?];
+    let [x, y, z] = std::array::from_fn(|k| corners[k].way * weights[k]);
+    let squares = (0..3).map(|k| weights[k].clamp(0.0, 1.0) * corners[k].misfit.powi(2));
+    Some((x + y + z, squares.sum::<f64>().sqrt()))
+}
+
+/// Of some alternatives, each vertex of the suspect takes its own: where it would be on the original, by planes that weigh alike and by area, and what is left of each alternative.
+fn settle(
+    overlay: Overlay<'_>,
+    normals: &[Vec3],
+    alternatives: Vec<Regions>,
+    job: &Job,
+) -> Result<([AllSettled; Weights::ALL.len()], Vec<Regions>), MarkError> {
+    let Overlay {
+        original, suspect, ..
+    } = overlay;
+    // In a frame around the original squares are exact to more digits.
+    let centre = Vec3(original.bounding_box().centre());
+    let count = alternatives.len();
+    let of = |i: usize| -> AllSettled {
+        let (weights, regions) = (Weights::ALL[i / count], &alternatives[i % count]);
+        let sums = weights.quadrics(original, centre, regions, suspect.vertex_count());
+        let at = |w: usize| Settled::of(&sums[w], suspect.point(w) - centre, normals[w]);
         (0..sums.len()).map(at).collect()
     };
-    let count = alternatives.len();
-    let of = |i: usize| settled_by(&alternatives[i % count], Weights::ALL[i / count]);
     let all = job.map(Weights::ALL.len() * count, 1, of)?;
-    let taken = taken(&all, count, diagonal);
-    let of_kind = |of_kind: &[Vec<Option<Settled>>]| -> Vec<Option<Settled>> {
-        let own = taken.iter().enumerate().map(|(w, &i)| of_kind[i][w]);
+    let taken = taken(&all, count, diagonal(original));
+    let settled = std::array::from_fn(|kind| {
+        let own = taken.iter().enumerate().map(|(w, &i)| all[kind * count + i][w]);
         own.collect()
-    };
-    let settled: Vec<Vec<Option<Settled>>> = all.chunks(count).map(of_kind).collect();
+    });
     let own = |(i, regions): (usize, Regions)| -> Regions {
         let is_taken = |&w: &u32| taken[w as usize] == i;
         regions.into_iter().map(|w| w.filter(is_taken)).collect()
     };
-    let regions = alternatives.into_iter().enumerate().map(own).collect();
-    for (v, place) in places.iter().enumerate().filter(|&(v, _)| is_asked[v]) {
-        let (Some((t, weights)), Some(along)) = (place, registered.along[v]) else {
-            continue;
-        };
-        let offset = sampled.offsets[v].unwrap_or(0.0);
-        let corners = lying.triangles()[*t as usize];
-        let mut misfits = [UNKNOWN * diagonal; 2];
-        for (i, settled) in settled.iter().enumerate() {
-            registered.quadric_bias[v][i] = registered.tessellation_bias[v];
-            let corners = corners.map(|w| settled[w as usize]);
-            if let [Some(a), Some(b), Some(c)] = corners {
-                let mean = |f: &dyn Fn(&Settled) -> Vec3| {
-                    let [x, y, z] = *weights;
-                    f(&a) * x + f(&b) * y + f(&c) * z
-                };
-                registered.quadric_bias[v][i] = offset + Vec3(along).dot(mean(&|corner| corner.way));
-                let squares = [a, b, c].map(|corner| corner.misfit.powi(2));
-                let square: f64 = (0..3).map(|k| weights[k].clamp(0.0, 1.0) * squares[k]).sum();
-                misfits[i] = square.sqrt();
-            }
-        }
-        registered.misfit[v] = misfits[0].min(misfits[1]);
-    }
-    registered.settling = Some(Arc::new(settling(&lying, &places, regions, &settled[0])));
-    Ok(())
+    Ok((settled, alternatives.into_iter().enumerate().map(own).collect()))
 }
 
 /// Which of some alternatives each vertex of the suspect takes: all the first, or each the one of the others from which it is least off along the surface. Whichever of the two is less off
 /// in the mean logarithm counts, by planes of whichever weights suit. All alternatives by the first weights come first, then all by the next.
-fn taken(settled: &[Vec<Option<Settled>>], alternatives: usize, diagonal: f64) -> Vec<usize> {
+fn taken(settled: &[AllSettled], alternatives: usize, diagonal: f64) -> Vec<usize> {
     let misfit = |settled: &Option<Settled>| {
         let misfit = settled.map_or(UNKNOWN, |settled| settled.misfit / diagonal);
         misfit.max(EXACT)
     };
-    let least_of = |of_kind: &[Vec<Option<Settled>>], from: Range<usize>| -> Option<(f64, Vec<usize>)> {
+    let least_of = |of_kind: &[AllSettled], from: Range<usize>| -> Option<(f64, Vec<usize>)> {
         let of_vertex = |w: usize| -> Option<(usize, f64)> {
             let misfits = from.clone().map(|i| (i, misfit(&of_kind[i][w])));
             misfits.min_by(|(_, a), (_, b)| a.total_cmp(b))
@@ -146,20 +168,16 @@ fn taken(settled: &[Vec<Option<Settled>>], alternatives: usize, diagonal: f64) -
 }
 
 /// How the vertices of a suspect follow the original's, by planes that weigh alike: those that weigh by area tell the same.
-fn settling(
-    lying: &TriMesh,
-    places: &[Option<Place>],
-    regions: Vec<Regions>,
-    settled: &[Option<Settled>],
-) -> Settling {
+fn settling(overlay: Overlay<'_>, regions: Vec<Regions>, settled: &[Option<Settled>]) -> Settling {
+    let Overlay { suspect, places, .. } = overlay;
     let lowest = |(w, settled): (usize, &Option<Settled>)| {
         let settled = settled.as_ref()?;
         Some(Lowest {
-            point: lying.point(w) + settled.way,
+            point: suspect.point(w) + settled.way,
             inverse: settled.inverse?,
         })
     };
-    let corners = |&(t, weights): &Place| (lying.triangles()[t as usize], weights);
+    let corners = |&(t, weights): &Place| (suspect.triangles()[t as usize], weights);
     Settling {
         places: places.iter().map(|place| place.as_ref().map(corners)).collect(),
         regions,
@@ -276,7 +294,7 @@ impl Settled {
 mod tests {
     use super::*;
 
-    fn off_by(misfits: [f64; 3]) -> Vec<Option<Settled>> {
+    fn off_by(misfits: [f64; 3]) -> AllSettled {
         let settled = misfits.map(|misfit| Settled {
             way: Vec3::ZERO,
             inverse: None,
@@ -290,8 +308,7 @@ mod tests {
         let again = [off_by([1e-3, 2e-3, 5e-3]), off_by([4e-3, 1e-4, 1e-3])];
         let far = vec![off_by([0.1; 3]); 3];
         let with = |first: [f64; 3]| vec![off_by(first), again[0].clone(), again[1].clone()];
-        let of_two =
-            |a: &[Vec<Option<Settled>>], b: &[Vec<Option<Settled>>]| taken(&[a, b].concat(), a.len(), 1.0);
+        let of_two = |a: &[AllSettled], b: &[AllSettled]| taken(&[a, b].concat(), a.len(), 1.0);
         // The first is the best for one vertex, but not for all.
         assert_eq!(of_two(&with([5e-4, 0.1, 0.1]), &far), [1, 2, 2]);
         assert_eq!(of_two(&with([5e-4; 3]), &far), [1, 2, 2]);
