@@ -16,6 +16,9 @@ const SHARPNESS: i32 = 7;
 /// After so many rounds what is left is taken as a mesh of its own.
 const ROUNDS: i32 = 100;
 
+/// Triangles between two questions to the job: where a vertex has thousands of them, each takes long.
+const CHUNK: usize = 1024;
+
 /// Cosine of the largest turn of a triangle.
 const TURN: f64 = 0.2;
 
@@ -84,9 +87,11 @@ impl Thresholds {
 
     fn run(mut self, target: usize, job: &Job) -> Result<Collapsing, JobError> {
         for round in 0..ROUNDS {
-            job.go_on()?;
             let threshold = LEAST * f64::from(round + 3).powi(SHARPNESS);
             for t in 0..self.costs.len() {
+                if t.is_multiple_of(CHUNK) {
+                    job.go_on()?;
+                }
                 if self.left.left() <= target || self.left.all_have_labels() {
                     return Ok(self.left);
                 }

@@ -24,6 +24,12 @@ const TURN: f64 = 3.0;
 /// What a pair of triangles is worth more for each corner that is in the right region, and less for half as many of each that is not.
 const WORTH_OF_A_CORNER: f32 = 2.0;
 
+/// Suspects' triangles of which one of the original's may be any: the best. Of what decimation leaves hardly a dozen fit; strangers' triangles may lie on each other by thousands.
+const MOST: usize = 32;
+
+/// Triangles around a vertex that are tried. Where there are more, which decimation does not leave, what is seen at one of them is tried there alone.
+const MOST_AROUND: usize = 128;
+
 /// For each triangle of the suspect, those of the original that are seen at it or at one that it touches and fit there, ascending, and how well each fits.
 #[derive(Clone)]
 pub(super) struct Candidates {
@@ -112,14 +118,17 @@ fn pairs(overlay: Overlay<'_>, job: &Job) -> Result<Vec<Vec<Pair>>, MarkError> {
             if seen_at != last {
                 last = seen_at;
                 near.clear();
-                let seen_at = seen_at.iter().flatten();
-                for &w in seen_at.flat_map(|&s| &suspect.triangles()[s as usize]) {
-                    near.extend(stars.of(w as usize));
+                for &s in seen_at.iter().flatten() {
+                    near.push(s);
+                    let around = suspect.triangles()[s as usize].map(|w| stars.of(w as usize));
+                    let tried = around.into_iter().filter(|star| star.len() <= MOST_AROUND);
+                    tried.for_each(|star| near.extend(star));
                 }
                 near.sort_unstable();
                 near.dedup();
             }
             let own = Facet::of(original.corners(t));
+            let first = pairs.len();
             pairs.extend(near.iter().filter_map(|&s| {
                 let likeness = facets[s as usize].likeness(&own)?;
                 Some(Pair {
@@ -128,10 +137,23 @@ fn pairs(overlay: Overlay<'_>, job: &Job) -> Result<Vec<Vec<Pair>>, MarkError> {
                     likeness: likeness as f32,
                 })
             }));
+            keep_best(&mut pairs, first);
         }
         pairs
     };
     Ok(job.quiet().map_chunks(original.triangle_count(), CHUNK, of)?)
+}
+
+/// Leaves no more than [`MOST`] from `first` on, those that fit best; of as good ones those with smaller numbers.
+fn keep_best(pairs: &mut Vec<Pair>, first: usize) {
+    let own = &mut pairs[first..];
+    if own.len() > MOST {
+        own.select_nth_unstable_by(MOST, |a, b| {
+            let better = b.likeness.total_cmp(&a.likeness);
+            better.then(a.of_suspect.cmp(&b.of_suspect))
+        });
+        pairs.truncate(first + MOST);
+    }
 }
 
 /// A triangle, as it is compared with others.
@@ -181,6 +203,34 @@ fn log2_at_least(x: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use decimation::{Decimator, decimate};
+    use mesh::{TriMesh, shapes};
+
+    use crate::mark::reader::regions::tests::places_of;
+
+    #[test]
+    fn strange_suspects_have_no_more_candidates_than_decimated_ones_might() {
+        let (original, job) = (shapes::bumpy_sphere(4, 3), Job::default());
+        let decimated = decimate(&original, 100, Decimator::Threshold, &job).unwrap();
+        let repeated = |times| {
+            let triangles = decimated.triangles().repeat(times);
+            TriMesh::new(decimated.positions().to_vec(), triangles).unwrap()
+        };
+        for (suspect, most) in [(repeated(1), MOST / 2), (repeated(20), MOST), (repeated(100), 3)] {
+            let places = places_of(&original, &suspect);
+            let overlay = Overlay {
+                original: &original,
+                suspect: &suspect,
+                places: &places,
+            };
+            let mut of_original = vec![0; original.triangle_count()];
+            for pair in pairs(overlay, &job).unwrap().iter().flatten() {
+                of_original[pair.of_original as usize] += 1;
+            }
+            let greatest = of_original.into_iter().max().unwrap_or(0);
+            assert!((1..=most).contains(&greatest), "{greatest}");
+        }
+    }
 
     #[test]
     fn the_bound_of_a_logarithm_is_near_and_never_above() {

@@ -140,7 +140,7 @@ mod tests {
 
     use crate::mark::settling::barycentric;
 
-    fn places_of(original: &TriMesh, suspect: &TriMesh) -> Vec<Option<Place>> {
+    pub(super) fn places_of(original: &TriMesh, suspect: &TriMesh) -> Vec<Option<Place>> {
         let surface = mesh::Surface::new(suspect);
         let nearest = |&p: &[f64; 3]| {
             let t = surface.nearest(p).triangle;
