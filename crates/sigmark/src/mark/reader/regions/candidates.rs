@@ -98,7 +98,7 @@ struct Pair {
     likeness: f32,
 }
 
-/// All that fit, by the original's triangles, in parts.
+/// What fits, for each of the original's triangles in turn, in parts.
 fn pairs(overlay: Overlay<'_>, job: &Job) -> Result<Vec<Vec<Pair>>, MarkError> {
     let Overlay {
         original,
