@@ -395,8 +395,8 @@ fn least_squares_reads_what_misalignment_hides_from_the_paper_rule() {
     let method = ReadingMethod::joint(Arc::new(detectors(signed).1));
     let suspect = Reader::new(original()).unwrap().surface(&suspect);
     let better = suspect.read(&method, &off, &Job::default()).unwrap().transform;
-    // A hundredth of how far it was off. The mark is noise to the pose, and hides about half of that; how much, differs between processors.
-    assert!((better.scale - 1.0).abs() < 2e-5, "{better:?}");
+    // A hundredth of how far it was off. The mark is noise to the pose, and what it hides differs between processors: on one of them 1.09e-5.
+    assert!((better.scale - 1.0).abs() < 1e-5, "{better:?}");
     assert!(better.translation.iter().all(|t| t.abs() < 2e-5), "{better:?}");
 }
 

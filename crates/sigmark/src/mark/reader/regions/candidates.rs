@@ -24,10 +24,10 @@ const TURN: f64 = 3.0;
 /// What a pair of triangles is worth more for each corner that is in the right region, and less for half as many of each that is not.
 const WORTH_OF_A_CORNER: f32 = 2.0;
 
-/// Suspects' triangles of which one of the original's may be any: the best. Of what decimation leaves hardly a dozen fit; strangers' triangles may lie on each other by thousands.
+/// How many of the suspect's triangles one of the original's may be: those that fit best. A decimated sphere has half as many at most; strangers' triangles may lie on each other by thousands.
 const MOST: usize = 32;
 
-/// Triangles around a vertex that are tried. Where there are more, which decimation does not leave, what is seen at one of them is tried there alone.
+/// How many triangles around a vertex are tried. Where there are more, which decimation hardly leaves, what is seen at one of them is tried there alone.
 const MOST_AROUND: usize = 128;
 
 /// For each triangle of the suspect, those of the original that are seen at it or at one that it touches and fit there, ascending, and how well each fits.

@@ -61,7 +61,7 @@ pub(super) fn survivors(
     Ok(survivors)
 }
 
-/// Sets how certain survivors are of a number of triangles, given what the lightest subsequence costs up to each candidate, and at least.
+/// Sets how certain survivors are, given how many triangles the original has, and what the lightest subsequence costs up to each candidate and in all.
 fn weigh(
     survivors: &mut [Option<Survivor>],
     count: usize,
