@@ -35,7 +35,7 @@ fn read(outcome: &Outcome, column: &Column, trial: &Trial, rated: &Rated) -> [St
     let number = |value: Option<f64>| value.map_or(String::new(), |value| value.to_string());
     [
         rated.rate.to_string(),
-        margin(rated.margin),
+        number(rated.margin),
         number(printed),
         number(rated.rate_in_true_pose),
         rated.verified.to_string(),
@@ -48,12 +48,8 @@ fn read(outcome: &Outcome, column: &Column, trial: &Trial, rated: &Rated) -> [St
 fn read_by_step(step: &Step) -> [String; 7] {
     let mut fields: [String; 7] = Default::default();
     fields[0] = step.rate.to_string();
-    fields[1] = margin(Some(step.margin));
+    fields[1] = step.margin.to_string();
     fields
-}
-
-fn margin(margin: Option<f64>) -> String {
-    margin.map_or(String::new(), |margin| format!("{margin:.2}"))
 }
 
 fn line(
