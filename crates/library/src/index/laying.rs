@@ -94,9 +94,9 @@ struct Pair {
 fn pairs(sought: &Sought, surface: &Surface) -> Vec<Pair> {
     let mut pairs = Vec::new();
     for (suspect, original) in sought.places.iter().zip(&surface.places) {
-        let codes = Codes::of(original);
+        let mut codes = Codes::of(original);
         let likest = suspect.iter().enumerate().filter_map(|(i, place)| {
-            let (ratio, best) = codes.likest(&place.code, original)?;
+            let (ratio, best) = codes.likest(&place.code)?;
             Some((ratio, i, best))
         });
         let mut likest: Vec<(f64, usize, usize)> = likest.collect();
@@ -111,52 +111,69 @@ fn pairs(sought: &Sought, surface: &Surface) -> Vec<Pair> {
 
 /// Places whose codes are compared at once.
 const AT_ONCE: usize = 32;
-/// Bytes of places that are not there: the likest to nothing, and their differences fit into 16 bits.
-const NOWHERE: i16 = 4000;
 
 /// The codes of an original's places, [`AT_ONCE`] of them axis by axis.
-struct Codes(Vec<[[i16; AT_ONCE]; CODE]>);
+struct Codes<'a> {
+    places: &'a [Place],
+    chunks: Vec<[[u8; AT_ONCE]; CODE]>,
+    /// Of each chunk, how much its places differ from the code that is sought, and the least of that.
+    differences: Vec<[u8; AT_ONCE]>,
+    least: Vec<u8>,
+}
 
-impl Codes {
-    fn of(places: &[Place]) -> Self {
+impl<'a> Codes<'a> {
+    fn of(places: &'a [Place]) -> Self {
         let chunk = |places: &[Place]| {
-            let byte = |axis: usize, k: usize| places.get(k).map_or(NOWHERE, |place| place.code[axis].into());
-            std::array::from_fn(|axis| std::array::from_fn(|k| byte(axis, k)))
+            let mut chunk = [[0; AT_ONCE]; CODE];
+            for (k, place) in places.iter().enumerate() {
+                (0..CODE).for_each(|axis| chunk[axis][k] = place.code[axis]);
+            }
+            chunk
         };
-        Self(places.chunks(AT_ONCE).map(chunk).collect())
+        let chunks: Vec<_> = places.chunks(AT_ONCE).map(chunk).collect();
+        Self {
+            places,
+            differences: vec![[0; AT_ONCE]; chunks.len()],
+            least: vec![0; chunks.len()],
+            chunks,
+        }
     }
 
     /// The place whose code is the likest, and how much nearer it is than any that lies [elsewhere](ELSEWHERE): from 0, where it stands out, to 1.
-    fn likest(&self, code: &[u8; CODE], places: &[Place]) -> Option<(f64, usize)> {
-        let differences: Vec<[i16; AT_ONCE]> = self.0.iter().map(|chunk| differences(chunk, code)).collect();
-        let least_of = |chunk: &[i16; AT_ONCE]| chunk.iter().fold(i16::MAX, |least, &x| least.min(x));
-        let least_of_each: Vec<i16> = differences.iter().map(least_of).collect();
-        let &least = least_of_each.iter().min()?;
-        let chunk = least_of_each.iter().position(|&x| x == least)?;
-        let best = chunk * AT_ONCE + differences[chunk].iter().position(|&x| x == least)?;
-        let point = places[best].point;
-        let mut other = i16::MAX - 1;
-        for (c, chunk) in differences.iter().enumerate() {
-            if least_of_each[c] >= other {
+    fn likest(&mut self, code: &[u8; CODE]) -> Option<(f64, usize)> {
+        for (c, chunk) in self.chunks.iter().enumerate() {
+            let differences = &mut self.differences[c];
+            *differences = self::differences(chunk, code);
+            // Places that are not there are like nothing.
+            let count = (self.places.len() - c * AT_ONCE).min(AT_ONCE);
+            differences[count..].fill(u8::MAX);
+            self.least[c] = differences.iter().fold(u8::MAX, |least, &x| least.min(x));
+        }
+        let &least = self.least.iter().min()?;
+        let chunk = self.least.iter().position(|&x| x == least)?;
+        let best = chunk * AT_ONCE + self.differences[chunk].iter().position(|&x| x == least)?;
+        let point = self.places[best].point;
+        let mut other = u8::MAX;
+        for (c, chunk) in self.differences.iter().enumerate() {
+            if self.least[c] >= other {
                 continue;
             }
-            for (place, &difference) in places[c * AT_ONCE..].iter().zip(chunk) {
+            for (place, &difference) in self.places[c * AT_ONCE..].iter().zip(chunk) {
                 if difference < other && (place.point - point).squared() > ELSEWHERE * ELSEWHERE {
                     other = difference;
                 }
             }
         }
-        Some((f64::from(least + 1) / f64::from(other + 1), best))
+        Some(((f64::from(least) + 1.0) / (f64::from(other) + 1.0), best))
     }
 }
 
-/// The sums of absolute differences of bytes.
-fn differences(codes: &[[i16; AT_ONCE]; CODE], code: &[u8; CODE]) -> [i16; AT_ONCE] {
-    let mut sums = [0; AT_ONCE];
+/// The sums of absolute differences of bytes; what is greater than a byte is like nothing.
+fn differences(codes: &[[u8; AT_ONCE]; CODE], code: &[u8; CODE]) -> [u8; AT_ONCE] {
+    let mut sums = [0_u8; AT_ONCE];
     for (axis, &own) in codes.iter().zip(code) {
         for (sum, other) in sums.iter_mut().zip(axis) {
-            let difference = other - i16::from(own);
-            *sum += difference.max(-difference);
+            *sum = sum.saturating_add(other.saturating_sub(own) | own.saturating_sub(*other));
         }
     }
     sums
@@ -193,6 +210,26 @@ impl Judges {
         judges
     }
 
+    /// Which pairs may lie as far from one on the suspect as on the original, and far enough: in single precision, and therefore a little more than do.
+    fn alike_apart(&self, one: usize) -> [bool; JUDGES] {
+        const LEAST: f32 = (0.999 * LEAST_BASE * LEAST_BASE) as f32;
+        const MOST: f32 = (1.001 * STRETCH * STRETCH) as f32;
+        let squares = |[points, _]: &Ends| {
+            let mut squares = [0.0; JUDGES];
+            for axis in points {
+                for (square, x) in squares.iter_mut().zip(axis) {
+                    *square += (x - axis[one]) * (x - axis[one]);
+                }
+            }
+            squares
+        };
+        let (suspect, original) = (squares(&self.suspect), squares(&self.original));
+        std::array::from_fn(|k| {
+            let (less, more) = (suspect[k].min(original[k]), suspect[k].max(original[k]));
+            less >= LEAST && more <= MOST * less
+        })
+    }
+
     /// How many agree with a pose.
     fn agreeing(&self, pose: &Pose) -> usize {
         let columns = pose.columns.map(|column| column.0.map(|x| x as f32));
@@ -220,7 +257,9 @@ fn poses(pairs: &[Pair]) -> Vec<(usize, Pose)> {
     let judges = Judges::of(pairs);
     let mut found: Vec<(usize, Pose)> = Vec::new();
     for (i, first) in pairs.iter().enumerate() {
-        let poses = pairs[i + 1..].iter().filter_map(|second| pose(first, second));
+        let apart = judges.alike_apart(i);
+        let others = pairs.iter().zip(apart).skip(i + 1);
+        let poses = others.filter_map(|(second, is_alike)| is_alike.then(|| pose(first, second))?);
         found.extend(poses.map(|pose| (judges.agreeing(&pose), pose)));
     }
     found.sort_by_key(|(count, _)| std::cmp::Reverse(*count));

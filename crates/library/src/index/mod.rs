@@ -6,7 +6,7 @@ mod tessellation;
 mod votes;
 
 use std::{
-    cmp::Reverse,
+    cmp::{Ordering, Reverse},
     collections::{BTreeSet, HashSet},
 };
 
@@ -97,12 +97,13 @@ impl Index {
         most: usize,
         job: &Job,
     ) -> Result<Vec<Candidate>, LibraryError> {
-        let mut scored = self.scored(library, query, job)?;
+        let mut scored = self.scored(library, query, false, job)?;
         let mut near = nearest_by(By::Whole, &scored);
         near.retain(|candidate| candidate.is_worth_a_look);
         near.extend(nearest_by(By::Surface, &scored));
         for alone in &query.alone {
-            scored.extend(self.scored(library, alone, job)?);
+            let is_told = scored.iter().any(|(score, _)| *score > TOLD);
+            scored.extend(self.scored(library, alone, is_told, job)?);
         }
         scored.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.original.cmp(&b.1.original)));
         let mut found: Vec<Candidate> = scored.into_iter().map(|(_, candidate)| candidate).collect();
@@ -118,15 +119,21 @@ impl Index {
         Ok(found)
     }
 
-    /// The originals that may be meant, each with how far beyond its gate it is.
+    /// The originals that may be meant, each with how far beyond its gate it is; one may be told already.
     fn scored(
         &self,
         library: &Library,
         query: &Query,
+        is_told: bool,
         job: &Job,
     ) -> Result<Vec<(f64, Candidate)>, LibraryError> {
-        let whole = self.of_each(job, |i| query.distance_from_whole(&self.summaries[i]))?;
-        let local = self.of_each(job, |i| difference(&self.summaries[i].local, &query.local))?;
+        let (whole, local): (Vec<u32>, Vec<u32>) = self
+            .of_each(job, |summary| {
+                let local = difference(&summary.local, &query.local);
+                (query.distance_from_whole(summary), local)
+            })?
+            .into_iter()
+            .unzip();
         let shared = self.tessellations.shared(&query.stars, job)?;
         let (near_whole, near_local) = (nearest(&whole, NEAREST), nearest(&local, NEAREST));
 
@@ -153,22 +160,34 @@ impl Index {
         let by_others = [near_whole, near_local];
         let near = by_vertices.iter().chain(&by_others).flatten();
         let mut shares: Vec<(usize, f64)> = near.map(|&i| (i, 0.0)).collect();
+        let mut is_told = is_told || shares.iter().any(tells);
 
-        let is_told = shares.iter().any(tells);
+        // First the nearest by the whole and by small shapes, in the suspect's own size: what is told by them spares most of the votes.
+        let near = by_others.map(|near| near.into_iter().map(|i| (i, 0)).collect());
+        let (mut near, others) = split(&near);
+        if !is_told {
+            near.extend(others);
+        }
+        let mut guessed = self.guessed(library, query, &near, job)?;
+        shares.extend(laid(query, &mut guessed, LAID / FEWER, job)?);
+        is_told |= shares.iter().any(tells);
+
         let votes = self
             .votes
             .of_all(&query.sizes, if is_told { FEWER } else { 1 }, job)?;
-        // The nearest by vertices in the size that places speak for, by the others in the suspect's own.
         let likeliest = Votes::most(&votes, GUESSED).into_iter();
         let mut lists: Vec<Vec<Try>> = vec![likeliest.map(|vote| (vote.original, vote.size)).collect()];
+        // The nearest by vertices in the size that places speak for.
         lists.extend(by_vertices.map(|near| near.into_iter().map(|i| (i, votes[i][0].size)).collect()));
-        lists.extend(by_others.map(|near| near.into_iter().map(|i| (i, 0)).collect()));
+        lists
+            .iter_mut()
+            .for_each(|list| list.retain(|tried| !near.contains(tried)));
         let (first, rest) = split(&lists);
-        let mut guessed = self.guessed(library, query, &first, job)?;
+        guessed.extend(self.guessed(library, query, &first, job)?);
         shares.extend(laid(query, &mut guessed, LAID / FEWER, job)?);
         if !is_told && !shares.iter().any(tells) {
             guessed.extend(self.guessed(library, query, &rest, job)?);
-            shares.extend(laid(query, &mut guessed, LAID - LAID / FEWER, job)?);
+            shares.extend(laid(query, &mut guessed, LAID - 2 * (LAID / FEWER), job)?);
         }
 
         shares.sort_by(|a, b| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1)));
@@ -202,13 +221,14 @@ impl Index {
     }
 
     /// Something of each original.
-    fn of_each<T: Send>(&self, job: &Job, of: impl Fn(usize) -> T + Sync + Send) -> Result<Vec<T>, JobError> {
-        let count = self.ids.len();
-        let chunks = job.map(count.div_ceil(AT_A_TIME), 1, |chunk| {
-            let first = chunk * AT_A_TIME;
-            (first..(first + AT_A_TIME).min(count))
-                .map(&of)
-                .collect::<Vec<T>>()
+    fn of_each<T: Send>(
+        &self,
+        job: &Job,
+        of: impl Fn(&Summary) -> T + Sync + Send,
+    ) -> Result<Vec<T>, JobError> {
+        let chunks: Vec<&[Summary]> = self.summaries.chunks(AT_A_TIME).collect();
+        let chunks = job.map(chunks.len(), 1, |chunk| {
+            chunks[chunk].iter().map(&of).collect::<Vec<T>>()
         })?;
         job.go_on()?;
         Ok(chunks.into_iter().flatten().collect())
@@ -263,30 +283,61 @@ fn nearest_by(by: By, scored: &[(f64, Candidate)]) -> Vec<Candidate> {
     let likeness = scored
         .iter()
         .map(|(_, candidate)| candidate.likeness[by as usize]);
-    let near = greatest(&likeness.collect::<Vec<f64>>(), BY_ONE);
+    let near = greatest(likeness, BY_ONE);
     near.into_iter().map(|i| scored[i].1).collect()
 }
 
 /// The places of the greatest numbers beyond 0, the greatest first.
-fn greatest(numbers: &[f64], most: usize) -> Vec<usize> {
-    let mut places: Vec<usize> = (0..numbers.len()).filter(|&i| numbers[i] > 0.0).collect();
-    let by = |&a: &usize, &b: &usize| numbers[b].total_cmp(&numbers[a]).then(a.cmp(&b));
-    if most < places.len() {
-        places.select_nth_unstable_by(most, by);
-        places.truncate(most);
-    }
-    places.sort_unstable_by(by);
-    places
+fn greatest(numbers: impl Iterator<Item = f64>, most: usize) -> Vec<usize> {
+    let numbers = numbers.enumerate().filter(|(_, number)| *number > 0.0);
+    let first = first_by(numbers, most, |a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+    first.into_iter().map(|(i, _)| i).collect()
 }
 
 /// The places of the least numbers, the least first.
 fn nearest(differences: &[u32], most: usize) -> Vec<usize> {
-    let mut places: Vec<usize> = (0..differences.len()).collect();
-    let by = |&i: &usize| (differences[i], i);
-    if most < places.len() {
-        places.select_nth_unstable_by_key(most, by);
-        places.truncate(most);
+    let differences = differences.iter().zip(0..);
+    let first = first_by(differences, most, Ord::cmp);
+    first.into_iter().map(|(_, i)| i).collect()
+}
+
+/// The first of many things by a strict order, so many at most, the first first.
+fn first_by<T: Copy>(
+    things: impl Iterator<Item = T>,
+    most: usize,
+    order: impl Fn(&T, &T) -> Ordering,
+) -> Vec<T> {
+    let mut first = Vec::new();
+    let mut last: Option<T> = None;
+    for thing in things {
+        if last.is_none_or(|last| order(&thing, &last).is_lt()) {
+            first.push(thing);
+        }
+        // What comes after so many others needs no look any more.
+        if first.len() > 2 * most {
+            let (_, &mut nth, _) = first.select_nth_unstable_by(most, &order);
+            first.truncate(most);
+            last = Some(nth);
+        }
     }
-    places.sort_unstable_by_key(by);
-    places
+    first.sort_unstable_by(order);
+    first.truncate(most);
+    first
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn the_first_of_many_are_those_of_all_in_order(numbers in prop::collection::vec(0..50_u32, 0..200), most in 0..20_usize) {
+            let mut all: Vec<(u32, usize)> = numbers.iter().copied().zip(0..).collect();
+            let first = first_by(all.iter().copied(), most, Ord::cmp);
+            all.sort_unstable();
+            all.truncate(most);
+            prop_assert_eq!(first, all);
+        }
+    }
 }

@@ -170,8 +170,7 @@ impl Tessellations {
 
     /// The originals for which most speaks by one of [`Shared::BY`], the most first.
     pub(super) fn most(shared: &[Shared], by: fn(&Shared) -> f64, most: usize) -> Vec<usize> {
-        let numbers: Vec<f64> = shared.iter().map(by).collect();
-        greatest(&numbers, most)
+        greatest(shared.iter().map(by), most)
     }
 
     /// What all stars with the word of some of a suspect's say.

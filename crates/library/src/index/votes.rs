@@ -8,6 +8,7 @@ use std::sync::OnceLock;
 
 use job::{Job, JobError};
 
+use super::first_by;
 use crate::descriptor::{Sought, WORDS};
 
 /// α.
@@ -114,17 +115,10 @@ impl Votes {
     pub(super) fn most(votes: &[[Vote; 2]], most: usize) -> Vec<Vote> {
         let second = |[a, b]: &[Vote; 2]| (a.size != b.size).then_some(*b);
         let of_one = |votes: &[Vote; 2]| [Some(votes[0]), second(votes)];
-        let mut votes: Vec<Vote> = votes.iter().flat_map(of_one).flatten().collect();
-        let by = |a: &Vote, b: &Vote| {
+        first_by(votes.iter().flat_map(of_one).flatten(), most, |a, b| {
             let order = b.score.total_cmp(&a.score);
             order.then((a.original, a.size).cmp(&(b.original, b.size)))
-        };
-        if most < votes.len() {
-            votes.select_nth_unstable_by(most, by);
-            votes.truncate(most);
-        }
-        votes.sort_by(by);
-        votes
+        })
     }
 
     /// The places of a suspect that are looked up, and what the mean of all originals has of them.
@@ -162,28 +156,27 @@ impl Votes {
 
 /// The vote for an original in its likeliest size, and in the likeliest of those that are [`APART`] from it.
 fn likeliest(original: usize, score: impl Fn(usize) -> f32, sizes: usize) -> [Vote; 2] {
-    let best = |is_asked: &dyn Fn(usize) -> bool| {
-        let mut best: Option<Vote> = None;
-        for size in (0..sizes).filter(|&size| is_asked(size)) {
-            let score = score(size);
-            if best.is_none_or(|best| score > best.score) {
-                best = Some(Vote {
-                    original,
-                    size,
-                    score,
-                });
-            }
-        }
-        best
-    };
     let nothing = Vote {
         original,
         size: 0,
         score: f32::NEG_INFINITY,
     };
-    let first = best(&|_| true).unwrap_or(nothing);
-    let second = best(&|size| size.abs_diff(first.size) >= APART);
-    [first, second.unwrap_or(first)]
+    let mut best = nothing;
+    for size in 0..sizes {
+        if score(size) > best.score {
+            (best.size, best.score) = (size, score(size));
+        }
+    }
+    let mut other = nothing;
+    for size in (0..sizes).filter(|size| size.abs_diff(best.size) >= APART) {
+        if score(size) > other.score {
+            (other.size, other.score) = (size, score(size));
+        }
+    }
+    match other.score > f32::NEG_INFINITY {
+        true => [best, other],
+        false => [best, best],
+    }
 }
 
 /// What is asked of a suspect in some size.
