@@ -217,22 +217,18 @@ impl Block {
         let gains = gains();
         let mut scores = [0_f32; BLOCK];
         let mut counts = [0_u16; BLOCK];
-        let mut found = [0_u16; BLOCK + 1];
         for words in &asked.places {
-            let mut several = 0;
             for &word in *words {
                 for posting in self.with(word) {
-                    let original = (posting >> COUNT_BITS) as usize % BLOCK;
-                    let sum = &mut counts[original];
-                    found[several] = original as u16;
-                    several += usize::from(*sum == 0);
-                    *sum += (posting & LAST_BITS) as u16;
+                    counts[original(posting)] += (posting & LAST_BITS) as u16;
                 }
             }
-            for &original in &found[..several] {
-                let original = usize::from(original) % BLOCK;
-                scores[original] += gains[usize::from(counts[original]) % COUNTS];
-                counts[original] = 0;
+            // Whoever has several of the words gains once: its count is none from then on.
+            for &word in *words {
+                for posting in self.with(word) {
+                    let count = std::mem::take(&mut counts[original(posting)]);
+                    scores[original(posting)] += gains[usize::from(count) % COUNTS];
+                }
             }
         }
         let scores = &scores[..self.count];
@@ -243,6 +239,11 @@ impl Block {
         let word = usize::from(word);
         &self.postings[self.starts[word] as usize..self.starts[word + 1] as usize]
     }
+}
+
+/// The number of a posting's original in its block.
+fn original(posting: &u32) -> usize {
+    (posting >> COUNT_BITS) as usize % BLOCK
 }
 
 /// The bits of a posting that count.
