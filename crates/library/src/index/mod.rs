@@ -3,23 +3,21 @@
 mod candidate;
 mod laying;
 mod tessellation;
+mod trials;
 mod votes;
 
-use std::{
-    cmp::{Ordering, Reverse},
-    collections::{BTreeSet, HashSet},
-};
+use std::{cmp::Ordering, collections::HashSet};
 
 use job::{Job, JobError};
 
 use crate::{
     Library, LibraryError, OriginalId, Query,
-    descriptor::{LOCAL_LENGTH, Summary, Surface, WHOLE_LENGTH, difference},
+    descriptor::{LOCAL_LENGTH, Summary, WHOLE_LENGTH, difference},
 };
 pub use candidate::{By, Candidate};
 use candidate::{Measures, TENTH};
-use laying::Guess;
 use tessellation::{Shared, Tessellations};
+use trials::{Trials, Try, stages};
 use votes::Votes;
 
 /// Originals, with sizes, for which it is guessed how the suspect lies: those for which its places speak most.
@@ -28,9 +26,7 @@ const GUESSED: usize = 96;
 const NEAREST: usize = 16;
 /// The first by each of what vertices say, for which it is guessed, too.
 const SHARING: usize = 8;
-/// Of all these, those on which it is laid: where most samples lie near.
-const LAID: usize = 40;
-/// Where an original's score is so high it is told, and so many times fewer others are tried: they may be in the suspect all the same.
+/// Where an original's score is so high it is told, and fewer others are tried, for places that vote so many times less: they may be in the suspect all the same.
 const TOLD: f64 = 0.25;
 const FEWER: usize = 4;
 
@@ -159,18 +155,16 @@ impl Index {
         let by_vertices = Shared::BY.map(|by| Tessellations::most(&shared, by, SHARING));
         let by_others = [near_whole, near_local];
         let near = by_vertices.iter().chain(&by_others).flatten();
-        let mut shares: Vec<(usize, f64)> = near.map(|&i| (i, 0.0)).collect();
-        let mut is_told = is_told || shares.iter().any(tells);
+        let mut trials = Trials::new(&self.ids, library, query, near.copied());
+        let mut is_told = is_told || trials.shares.iter().any(tells);
 
         // First the nearest by the whole and by small shapes, in the suspect's own size: what is told by them spares most of the votes.
-        let near = by_others.map(|near| near.into_iter().map(|i| (i, 0)).collect());
-        let (mut near, others) = split(&near);
-        if !is_told {
-            near.extend(others);
-        }
-        let mut guessed = self.guessed(library, query, &near, job)?;
-        shares.extend(laid(query, &mut guessed, LAID / FEWER, job)?);
-        is_told |= shares.iter().any(tells);
+        let by_others = by_others.map(|near| near.into_iter().map(|i| (i, 0)).collect());
+        let mut near = stages(&by_others);
+        near.truncate(if is_told { 1 } else { near.len() });
+        let near = near.concat();
+        trials.go_on(&near, job)?;
+        is_told |= trials.shares.iter().any(tells);
 
         let votes = self
             .votes
@@ -182,42 +176,14 @@ impl Index {
         lists
             .iter_mut()
             .for_each(|list| list.retain(|tried| !near.contains(tried)));
-        let (first, rest) = split(&lists);
-        guessed.extend(self.guessed(library, query, &first, job)?);
-        shares.extend(laid(query, &mut guessed, LAID / FEWER, job)?);
-        if !is_told && !shares.iter().any(tells) {
-            guessed.extend(self.guessed(library, query, &rest, job)?);
-            shares.extend(laid(query, &mut guessed, LAID - 2 * (LAID / FEWER), job)?);
+        for tries in stages(&lists) {
+            trials.go_on(&tries, job)?;
+            is_told |= trials.shares.iter().any(tells);
+            if is_told {
+                break;
+            }
         }
-
-        shares.sort_by(|a, b| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1)));
-        shares.dedup_by_key(|(original, _)| *original);
-        Ok(shares.iter().map(candidate).collect())
-    }
-
-    /// Guesses how the suspect may lie on originals.
-    fn guessed(
-        &self,
-        library: &Library,
-        query: &Query,
-        tries: &[Try],
-        job: &Job,
-    ) -> Result<Vec<Guessed>, LibraryError> {
-        let surfaces = tries
-            .iter()
-            .map(|&(original, _)| library.surface(self.ids[original]));
-        let surfaces: Vec<Vec<u8>> = surfaces.collect::<Result<_, _>>()?;
-        let guessed = job.map(tries.len(), 1, |k| {
-            let surface = Surface::of(&surfaces[k])?;
-            let guess = Guess::of(&query.sizes[tries[k].1], &surface);
-            Ok(Guessed {
-                tried: tries[k],
-                surface,
-                guess,
-            })
-        })?;
-        job.go_on()?;
-        guessed.into_iter().collect()
+        Ok(trials.best_shares().iter().map(candidate).collect())
     }
 
     /// Something of each original.
@@ -233,49 +199,6 @@ impl Index {
         job.go_on()?;
         Ok(chunks.into_iter().flatten().collect())
     }
-}
-
-/// An original, and in which size the suspect is tried on it.
-type Try = (usize, usize);
-
-/// How the suspect may lie there.
-struct Guessed {
-    tried: Try,
-    surface: Surface,
-    guess: Guess,
-}
-
-/// The first of each list, one in [`FEWER`], and the rest of them; each once.
-fn split(lists: &[Vec<Try>]) -> (Vec<Try>, Vec<Try>) {
-    let (mut first, mut rest) = (BTreeSet::new(), BTreeSet::new());
-    for list in lists {
-        let (few, others) = list.split_at(list.len().div_ceil(FEWER));
-        first.extend(few);
-        rest.extend(others);
-    }
-    let rest = rest.difference(&first).copied().collect();
-    (first.into_iter().collect(), rest)
-}
-
-/// Lays the suspect on the originals on which most samples lie near, and takes them out: which share of it lies on each.
-fn laid(
-    query: &Query,
-    guessed: &mut Vec<Guessed>,
-    most: usize,
-    job: &Job,
-) -> Result<Vec<(usize, f64)>, JobError> {
-    guessed.sort_by_key(|guessed| (Reverse(guessed.guess.near), guessed.tried));
-    let laid: Vec<Guessed> = guessed.drain(..most.min(guessed.len())).collect();
-    let shares = job.map(laid.len(), 1, |k| {
-        let Guessed {
-            tried: (original, size),
-            surface,
-            guess,
-        } = &laid[k];
-        (*original, guess.share(&query.sizes[*size], surface))
-    })?;
-    job.go_on()?;
-    Ok(shares)
 }
 
 /// The candidates that are nearest by one measure.
