@@ -320,15 +320,20 @@ fn pose(a: &Pair, b: &Pair) -> Option<Pose> {
 /// The share that lies there once the pose is refined.
 fn refined(sought: &Sought, surface: &Surface, grid: &Grid, mut pose: Pose) -> f64 {
     let mut best = 0.0;
+    let mut nearest: Vec<Option<usize>> = vec![None; sought.samples.len()];
     for reach in REACHES {
         let (mut matrix, mut right) = ([[0.0; 7]; 7], [0.0; 7]);
         let mut share = 0.0;
         let centre =
             pose.apply(sought.samples.iter().map(|s| s.0).sum::<Vec3>() / sought.samples.len() as f64);
-        for &(point, normal) in &sought.samples {
+        for (&(point, normal), nearest) in sought.samples.iter().zip(&mut nearest) {
             let (p, n) = (pose.apply(point), pose.turn(normal));
-            let nearest = grid.nearest(p, reach, |i| surface.normals[i].dot(n) > 0.3);
-            let Some(i) = nearest else { continue };
+            let is_alike = |i: usize| surface.normals[i].dot(n) > 0.3;
+            // What was the nearest before is near: no other lies farther.
+            let before = nearest.filter(|&i| is_alike(i));
+            let farthest = before.map_or(reach, |i| (surface.points[i] - p).norm() * (1.0 + 1e-9) + 1e-12);
+            *nearest = grid.nearest(p, reach.min(farthest), is_alike);
+            let Some(i) = *nearest else { continue };
             let m = surface.normals[i];
             let off = m.dot(surface.points[i] - p);
             let weight = 1.0 / (1.0 + (off / HALF).powi(2));

@@ -4,7 +4,7 @@
 //! proportion to c + α: the logarithms add up, as if places were independent (naive Bayes with Laplace's smoothing), less those of the mean of all originals, so that sizes can be compared. Who has all words of the world has few
 //! places for each, and gains little by it.
 
-use std::sync::OnceLock;
+use std::{ops::Range, sync::OnceLock};
 
 use job::{Job, JobError};
 
@@ -19,9 +19,6 @@ const APART: usize = 3;
 
 /// How many postings are visited for a size: the places whose words are rarest come first, which say most, so that the time of a search does not grow without bound.
 const VISITED: usize = 2_000_000;
-
-/// Bits of how many of an original's places have a word.
-const COUNT_BITS: u32 = 8;
 
 /// Originals whose sums are made at a time: so few that these stay in a core's own memory.
 const BLOCK: usize = 4096;
@@ -40,8 +37,9 @@ pub(super) struct Votes {
 #[derive(Debug)]
 struct Block {
     starts: Vec<u32>,
-    /// The number of an original in its block, and in the last bits the count.
-    postings: Vec<u32>,
+    /// The number of an original in its block, and how many of its places have the word, 255 at most.
+    originals: Vec<u16>,
+    counts: Vec<u8>,
     count: usize,
 }
 
@@ -66,9 +64,10 @@ impl Votes {
         let blocks: Vec<Block> = words.chunks(BLOCK).map(Block::of).collect();
         let (mut having, mut places) = (vec![0; WORDS], vec![0; WORDS]);
         for word in 0..WORDS {
-            for posting in blocks.iter().flat_map(|block| block.with(word as u16)) {
-                having[word] += 1;
-                places[word] += u64::from(posting & LAST_BITS);
+            for block in &blocks {
+                let counts = &block.counts[block.with(word as u16)];
+                having[word] += counts.len() as u32;
+                places[word] += counts.iter().map(|&count| u64::from(count)).sum::<u64>();
             }
         }
         Self {
@@ -83,7 +82,7 @@ impl Votes {
         let of_blocks = self
             .blocks
             .iter()
-            .map(|block| 4 * (block.starts.len() + block.postings.len()));
+            .map(|block| 4 * block.starts.len() + 3 * block.originals.len());
         of_blocks.sum::<usize>() + 12 * self.having.len()
     }
 
@@ -196,18 +195,20 @@ impl Block {
             starts[i + 1] += starts[i];
         }
         let mut next = starts.clone();
-        let mut postings = vec![0; starts[WORDS] as usize];
+        let mut originals = vec![0; starts[WORDS] as usize];
+        let mut counts = vec![0; starts[WORDS] as usize];
         for (original, words) in words.iter().enumerate() {
             for of_one in words.chunk_by(u16::eq) {
                 let place = &mut next[usize::from(of_one[0])];
-                let count = of_one.len().min(LAST_BITS as usize) as u32;
-                postings[*place as usize] = (original as u32) << COUNT_BITS | count;
+                originals[*place as usize] = original as u16;
+                counts[*place as usize] = u8::try_from(of_one.len()).unwrap_or(u8::MAX);
                 *place += 1;
             }
         }
         Self {
             starts,
-            postings,
+            originals,
+            counts,
             count: words.len(),
         }
     }
@@ -216,18 +217,19 @@ impl Block {
     fn scores(&self, asked: &Asked<'_>) -> Vec<f32> {
         let gains = gains();
         let mut scores = [0_f32; BLOCK];
-        let mut counts = [0_u16; BLOCK];
+        let mut sums = [0_u16; BLOCK];
         for words in &asked.places {
             for &word in *words {
-                for posting in self.with(word) {
-                    counts[original(posting)] += (posting & LAST_BITS) as u16;
+                let range = self.with(word);
+                for (&original, &count) in self.originals[range.clone()].iter().zip(&self.counts[range]) {
+                    sums[usize::from(original) % BLOCK] += u16::from(count);
                 }
             }
             // Whoever has several of the words gains once: its count is none from then on.
             for &word in *words {
-                for posting in self.with(word) {
-                    let count = std::mem::take(&mut counts[original(posting)]);
-                    scores[original(posting)] += gains[usize::from(count) % COUNTS];
+                for &original in &self.originals[self.with(word)] {
+                    let original = usize::from(original) % BLOCK;
+                    scores[original] += gains[usize::from(std::mem::take(&mut sums[original])) % COUNTS];
                 }
             }
         }
@@ -235,22 +237,15 @@ impl Block {
         scores.iter().map(|score| score - asked.expected).collect()
     }
 
-    fn with(&self, word: u16) -> &[u32] {
+    /// Which postings are of a word.
+    fn with(&self, word: u16) -> Range<usize> {
         let word = usize::from(word);
-        &self.postings[self.starts[word] as usize..self.starts[word + 1] as usize]
+        self.starts[word] as usize..self.starts[word + 1] as usize
     }
 }
 
-/// The number of a posting's original in its block.
-fn original(posting: &u32) -> usize {
-    (posting >> COUNT_BITS) as usize % BLOCK
-}
-
-/// The bits of a posting that count.
-const LAST_BITS: u32 = (1 << COUNT_BITS) - 1;
-
 /// Counts are smaller: a place has at most sixteen words.
-const COUNTS: usize = 1 << (COUNT_BITS + 4);
+const COUNTS: usize = 16 << u8::BITS;
 
 /// ln (1 + c / α) for every count c.
 fn gains() -> &'static [f32; COUNTS] {
