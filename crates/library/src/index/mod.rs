@@ -26,7 +26,7 @@ const GUESSED: usize = 96;
 const NEAREST: usize = 16;
 /// The first by each of what vertices say, for which it is guessed, too.
 const SHARING: usize = 8;
-/// Where an original's score is so high it is told, and fewer others are tried, for places that vote so many times less: they may be in the suspect all the same.
+/// Where an original's score is so high it is told: fewer others are tried, by places of which so many times fewer postings are visited. They may be in the suspect all the same.
 const TOLD: f64 = 0.25;
 const FEWER: usize = 4;
 
