@@ -65,6 +65,14 @@ pub fn decimate(mesh: &TriMesh, target: usize, decimator: Decimator, job: &Job) 
     }
 }
 
+/// The triangles that [`Decimator::Threshold`] leaves of a mesh, ascending: no more than so many, if collapses of edges get there.
+///
+/// # Errors
+/// [`JobError::Cancelled`].
+pub fn survivors(mesh: &TriMesh, target: usize, job: &Job) -> Result<Vec<u32>, JobError> {
+    threshold::survivors(mesh, target, job)
+}
+
 /// What [`Decimator::Threshold`] does where it is known of some vertices what became of them: the label that each vertex comes to (#V), if vertices of different labels never meet, and some have one from the
 /// start (#V). None where no collapse leads to one.
 ///

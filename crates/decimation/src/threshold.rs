@@ -35,6 +35,13 @@ pub(crate) fn decimate(mesh: &TriMesh, target: usize, job: &Job) -> Result<TriMe
     Ok(mesh)
 }
 
+pub(crate) fn survivors(mesh: &TriMesh, target: usize, job: &Job) -> Result<Vec<u32>, JobError> {
+    let left = Thresholds::of(mesh).run(target, job)?;
+    Ok((0..mesh.triangle_count() as u32)
+        .filter(|&t| left.triangle(t as usize).is_some())
+        .collect())
+}
+
 pub(crate) fn labels(mesh: &TriMesh, known: &[Option<u32>], job: &Job) -> Result<Vec<Option<u32>>, JobError> {
     let mut thresholds = Thresholds::of(mesh);
     thresholds.left = thresholds.left.labelled(known);
@@ -200,6 +207,26 @@ mod tests {
             unknown().count()
         );
         assert!((0..truth.len()).all(|v| known[v].is_none() || known[v] == told[v]));
+    }
+
+    #[test]
+    fn survivors_are_what_is_left_of_the_decimated_mesh() {
+        let (original, job) = (shapes::bumpy_sphere(4, 3), Job::default());
+        let decimated = decimate(&original, 300, &job).unwrap();
+        let left = survivors(&original, 300, &job).unwrap();
+        assert!(left.is_sorted() && left.len() == decimated.triangle_count());
+        // Corners of a mesh that is closed are as many apart as before: a survivor has those that its corners became part of.
+        let mut thresholds = Thresholds::of(&original);
+        thresholds.left = thresholds.left.labelled(&[]);
+        let into = thresholds.run(300, &job).unwrap().into_labels();
+        for &t in &left {
+            let [a, b, c] = original.triangles()[t as usize].map(|v| into[v as usize].0);
+            assert!(a != b && b != c && c != a);
+        }
+        assert_eq!(
+            survivors(&original, usize::MAX, &job).unwrap().len(),
+            original.triangle_count()
+        );
     }
 
     #[test]

@@ -1,4 +1,4 @@
-use std::sync::Arc;
+use std::{ops::Range, sync::Arc};
 
 use job::Job;
 use mesh::{TriMesh, Vec3};
@@ -275,11 +275,11 @@ impl MarkLayout {
         self.read.len() == self.alphas.len()
     }
 
-    /// The original with each of so many marks of random bits, in the patches that are read and of which something was seen: what whoever decimated a copy may have had. None where bases are too
+    /// The original with each of some marks of random bits, by their numbers, in the patches that are read and of which something was seen: what whoever decimated a copy may have had. None where bases are too
     /// large to be [kept](Original::keeps).
     pub(crate) fn likenesses<S>(
         &self,
-        count: usize,
+        numbers: Range<usize>,
         seen: &[Option<S>],
         job: &Job,
     ) -> Result<Vec<TriMesh>, MarkError> {
@@ -288,12 +288,12 @@ impl MarkLayout {
         if !self.original.keeps(&seen) {
             return Ok(Vec::new());
         }
-        let marks: Vec<Vec<bool>> = (0..count).map(|i| random_bits(i, self.bits())).collect();
+        let marks: Vec<Vec<bool>> = numbers.map(|i| random_bits(i, self.bits())).collect();
         let of_patch = |index: usize, _: &Patch, basis: &PatchBasis| -> Vec<_> {
             let marks = marks.iter().map(|bits| self.modulation(index, bits));
             marks.map(|added| basis.inverse_transform(&added)).collect()
         };
-        let mut marked = vec![mesh.positions().to_vec(); count];
+        let mut marked = vec![mesh.positions().to_vec(); marks.len()];
         let added = self.original.map_bases_of(&seen, of_patch, job)?;
         for (&patch, added) in seen.iter().zip(added) {
             for (marked, added) in marked.iter_mut().zip(added) {
@@ -450,10 +450,10 @@ mod tests {
             layout.original(),
             vec![Some(()); layout.original().mesh().vertex_count()],
         );
-        assert!(layout.likenesses(2, &seen, &job).unwrap().is_empty());
+        assert!(layout.likenesses(0..2, &seen, &job).unwrap().is_empty());
 
         original.keep_a_gigabyte();
-        let marked = layout.likenesses(2, &seen, &job).unwrap();
+        let marked = layout.likenesses(0..2, &seen, &job).unwrap();
         let written: Vec<Written> = (0..2)
             .map(|draw| layout.write(&random_bits(draw, bits), &job).unwrap())
             .collect();
@@ -462,7 +462,7 @@ mod tests {
             assert_eq!(marked.positions(), written.positions(original));
         }
         let unseen = vec![None::<()>; seen.len()];
-        let unmarked = layout.likenesses(1, &unseen, &job).unwrap().remove(0);
+        let unmarked = layout.likenesses(0..1, &unseen, &job).unwrap().remove(0);
         assert_eq!(unmarked.positions(), original.mesh().positions());
     }
 

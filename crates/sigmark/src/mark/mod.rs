@@ -4,6 +4,7 @@
 //! Whoever has the original reads the bits back from the difference of the coefficients, after taking the suspect onto the original
 //! (eqs. 15–17). What the bits mean, and who wrote them, is not known here.
 
+mod balance;
 mod basis;
 mod bits;
 mod chips;
@@ -26,6 +27,7 @@ mod thickness;
 mod traversal;
 mod window;
 
+pub(crate) use balance::{Balances, BalancesOfPatch};
 pub use basis::PatchBasis;
 pub use bits::{SoftBits, correlation, extraction_rate};
 pub use chips::{Chip, ChipLayout, ChipPlan};

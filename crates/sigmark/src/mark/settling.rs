@@ -172,13 +172,13 @@ pub(crate) fn barycentric([a, b, c]: [Vec3; 3], p: Vec3) -> [f64; 3] {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use decimation::Quadric;
     use mesh::shapes;
 
     /// The quadric of each region: every triangle's plane, as often as it has corners there.
-    fn quadrics(mesh: &TriMesh, regions: &[Option<usize>], count: usize) -> Vec<Quadric> {
+    pub(crate) fn quadrics(mesh: &TriMesh, regions: &[Option<usize>], count: usize) -> Vec<Quadric> {
         let mut quadrics = vec![Quadric::ZERO; count];
         for (t, corners) in mesh.triangles().iter().enumerate() {
             let [a, b, c] = mesh.corners(t);

@@ -14,8 +14,8 @@ use job::Job;
 use mesh::{Similarity, TriMesh, Vec3};
 use registration::{PreparedMesh, Resampled};
 
-use super::regions::{Overlay, Place, Regions, regions};
-use crate::mark::{Lowest, MarkError, MarkLayout, Registered, Settling, settling::barycentric};
+use super::regions::{Overlay, Place, Regions, Told, regions};
+use crate::mark::{Balances, Lowest, MarkError, MarkLayout, Registered, Settling, settling::barycentric};
 
 /// Suspects with more triangles than this share of those that the original has there have hardly been decimated.
 const COARSER: f64 = 0.6;
@@ -31,6 +31,9 @@ const UNKNOWN: f64 = 1.0;
 
 /// In diagonals: smaller misfits say no more for a region.
 const EXACT: f64 = 1e-6;
+
+/// How many draws tell how planes weigh.
+const JUDGES: usize = 4;
 
 /// What is asked of a suspect.
 #[derive(Clone, Copy)]
@@ -74,7 +77,16 @@ pub(super) fn foretell(
     let normals: Vec<Vec3> = normals
         .map(|&n| Vec3(pose.rotation.map(|row| Vec3(row).dot(Vec3(n)))))
         .collect();
-    let alternatives = regions(overlay, asked.layout, job)?;
+    let suit = |draws: &[Regions]| suit_planes_alike(overlay, &normals, draws);
+    let alternatives = match regions(overlay, asked.layout, suit, job)? {
+        Told::Alternatives(alternatives) => alternatives,
+        Told::Draws(draws) => {
+            let mark = asked.layout.map_or(0.0, MarkLayout::distortion_rms) * diagonal(original);
+            let balances = Balances::of(original, &lying, &draws, mark, job)?;
+            registered.to_mut().balances = Some(Arc::new(balances));
+            return Ok(());
+        }
+    };
     let (settled, regions) = settle(overlay, &normals, alternatives, job)?;
     let unknown = UNKNOWN * diagonal(original);
     let registered = registered.to_mut();
@@ -165,6 +177,25 @@ fn taken(settled: &[AllSettled], alternatives: usize, diagonal: f64) -> Vec<usiz
     });
     let least = ways.min_by(|(a, _), (b, _)| a.total_cmp(b));
     least.map_or_else(Vec::new, |(_, taken)| taken)
+}
+
+/// Whether vertices are less off from where draws have them by planes that weigh alike than by area, in the mean logarithm.
+fn suit_planes_alike(overlay: Overlay<'_>, normals: &[Vec3], draws: &[Regions]) -> bool {
+    let Overlay {
+        original, suspect, ..
+    } = overlay;
+    let centre = Vec3(original.bounding_box().centre());
+    let diagonal = diagonal(original);
+    let [alike, by_area] = Weights::ALL.map(|weights| {
+        let of_draw = |regions: &Regions| {
+            let sums = weights.quadrics(original, centre, regions, suspect.vertex_count());
+            let at = |w: usize| Settled::of(&sums[w], suspect.point(w) - centre, normals[w]);
+            let off = |w: usize| at(w).map_or(UNKNOWN, |settled| settled.misfit / diagonal);
+            (0..sums.len()).map(|w| off(w).max(EXACT).ln()).sum::<f64>()
+        };
+        draws.iter().take(JUDGES).map(of_draw).sum::<f64>()
+    });
+    alike <= by_area
 }
 
 /// How the vertices of a suspect follow the original's, by planes that weigh alike: those that weigh by area tell the same.

@@ -275,3 +275,54 @@ fn gradient(n: Vec3, f: Vec3) -> Vec3 {
         n
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use decimation::{Decimator, decimate};
+    use mesh::shapes;
+
+    use super::*;
+    use crate::mark::{ChipPlan, JointEstimator, MarkLayout, Original, Reader, Strength, correlation};
+
+    #[test]
+    fn balances_of_draws_tell_more_of_a_decimated_suspect_than_alternatives() {
+        let (mesh, bits, job) = (shapes::bumpy_sphere(6, 3), 64, Job::default());
+        let original = Original::pooled(mesh.clone(), bits, Default::default(), &job).unwrap();
+        original.keep_a_gigabyte();
+        let layout = MarkLayout::with_strength(
+            original.into(),
+            ChipPlan::pooled(bits, [1; 32]),
+            Strength::default(),
+        );
+        let layout = Arc::new(layout.unwrap());
+        let written: Vec<bool> = (0..bits).map(|t| t % 3 == 0).collect();
+        let marked = layout.write(&written, &job).unwrap().positions(layout.original());
+        let marked = mesh.with_positions(marked).unwrap();
+        let reader = Reader::new(&mesh).unwrap();
+        let everywhere = vec![true; mesh.vertex_count()];
+        let read = |decimator: Decimator, layout_known: bool| -> (bool, f64) {
+            let suspect = decimate(&marked, mesh.triangle_count() / 25, decimator, &job).unwrap();
+            let suspect = reader.surface(&suspect);
+            let asked = Asked {
+                vertices: &everywhere,
+                layout: layout_known.then_some(&*layout),
+            };
+            let sampled = suspect.sampled(&Similarity::IDENTITY, &job).unwrap();
+            let seen = suspect.foretold(&sampled, asked, &job).unwrap();
+            let estimate = JointEstimator::new(&layout).estimate(&seen, &job).unwrap();
+            let t = correlation(&written, estimate.soft.values());
+            (
+                seen.balances.is_some(),
+                t / (1.0 - t * t / bits as f64).max(1e-3).sqrt(),
+            )
+        };
+        let (is_drawn, by_draws) = read(Decimator::Threshold, true);
+        let (is_not, by_alternatives) = read(Decimator::Threshold, false);
+        assert!(is_drawn && !is_not);
+        assert!(by_draws > 1.2 * by_alternatives, "{by_draws}, {by_alternatives}");
+        // Another decimator leaves other triangles, and draws are none.
+        assert!(!read(Decimator::Queue, true).0);
+    }
+}

@@ -14,10 +14,11 @@ use super::{
         bending_fields, similarity_fields,
     },
     gains::BANDS,
-    observations::Observation,
+    observations::{Observation, observations, of_balances},
 };
 use crate::mark::{
-    Chip, MarkLayout, Original, Patch, PatchBasis, PatchRotation, Registered, Settling, SettlingOfPatch,
+    Balances, BalancesOfPatch, Chip, MarkLayout, Original, Patch, PatchBasis, PatchRotation, Registered,
+    Settling, SettlingOfPatch,
 };
 
 /// Rows whose fields are computed at a time: columns lie far apart in memory, and this many entries of one side by side.
@@ -36,6 +37,9 @@ pub(super) struct Design<'a> {
     frames: Option<&'a [Option<LocalFrames>]>,
     /// How the suspect follows the original, if it was decimated.
     settling: Option<&'a Settling>,
+    /// What its vertices say of planes; then nothing else is seen.
+    balances: Option<&'a Balances>,
+    redundancy: f64,
 }
 
 /// The patch of some observations, and where its chips are. Its unknowns come first, then the fields: where chips are [spread](crate::mark::Rotation) over harmonics the part of the mark
@@ -66,6 +70,8 @@ enum Sight<'a> {
     InFrames(&'a LocalFrames),
     /// What they do to the vertices of a decimated suspect.
     Settled(Arc<SettlingOfPatch>),
+    /// What they add to the pulls at those.
+    Balanced(Arc<BalancesOfPatch>),
 }
 
 /// What is seen of one of them.
@@ -74,6 +80,8 @@ enum Seen<'f> {
     InFrames(LeftOfScalar),
     /// How far it moves the suspect's vertices.
     Settled(&'f [f64], Arc<SettlingOfPatch>, Vec<[Vec3; 3]>),
+    /// What it adds to the pulls at them.
+    Balanced(Vec<[Vec3; 3]>),
 }
 
 impl Sight<'_> {
@@ -84,6 +92,7 @@ impl Sight<'_> {
             Self::Settled(settling) => {
                 Seen::Settled(function, Arc::clone(settling), settling.moved_by(function))
             }
+            Self::Balanced(balances) => Seen::Balanced(balances.moved_by(function)),
         }
     }
 }
@@ -110,6 +119,9 @@ impl Seen<'_> {
                 let seen = settling.seen_along(moved, o.vertex, axis, o.along);
                 *entry += times * seen.unwrap_or_else(|| o.along[axis] * values[o.vertex]);
             }),
+            Self::Balanced(moved) => {
+                entries.for_each(|(entry, o)| *entry += times * o.along.dot(moved[o.vertex][axis]));
+            }
         }
     }
 }
@@ -153,10 +165,16 @@ impl<'a> View<'a> {
                 chips.iter().map(column).collect()
             }
         };
-        let sight = match (design.frames_of(index), design.settling) {
-            (Some(frames), _) => Sight::InFrames(frames),
-            (None, Some(settling)) => Sight::Settled(settling.of_patch(patch).into()),
-            (None, None) => Sight::All,
+        let sight = match (design.frames_of(index), design.balances, design.settling) {
+            (Some(frames), ..) => Sight::InFrames(frames),
+            (None, Some(balances), _) => Sight::Balanced(balances.of_patch(patch).into()),
+            (None, None, Some(settling)) => Sight::Settled(settling.of_patch(patch).into()),
+            (None, None, None) => Sight::All,
+        };
+        let surface = design.surface.fields(patch.vertices());
+        let surface = match &sight {
+            Sight::Balanced(balances) => balances.moved_by_fields(&surface),
+            _ => surface,
         };
         let harmonics = (0..count).map(|k| basis.spectrum().eigenfunction(k));
         let scale = basis.area().sqrt() / design.diagonal;
@@ -166,11 +184,23 @@ impl<'a> View<'a> {
             bits,
             columns,
             rotation,
-            surface: design.surface.fields(patch.vertices()),
+            surface,
             patch,
             basis,
             seen: harmonics.map(|harmonic| sight.of(harmonic)).collect(),
             sight,
+        }
+    }
+
+    /// Where an observation along a vector is made, and along which one it sees what is the same all around.
+    fn seen_from(&self, vertex: usize, along: Vec3) -> (Vec3, Vec3) {
+        let equations = match &self.sight {
+            Sight::Balanced(balances) => balances.equations()[vertex],
+            _ => None,
+        };
+        match equations {
+            Some(equations) => (equations.point, equations.of_shift(along)),
+            None => (self.patch.mesh().point(vertex), along),
         }
     }
 
@@ -183,6 +213,14 @@ impl<'a> View<'a> {
         // A loop would round more, and rounding is all that is left of a suspect without noise.
         let displaced = self.basis.spectrum().inverse_transform_positions(&coefficients);
         std::array::from_fn(|axis| displaced.iter().map(|d| d[axis]).collect())
+    }
+
+    /// All observations of the patch.
+    pub(super) fn observations(&self, design: &Design<'_>, suspect: &Registered) -> Vec<Observation> {
+        match &self.sight {
+            Sight::Balanced(balances) => of_balances(balances, design.diagonal),
+            _ => observations(self.patch, self.basis, suspect, design.diagonal),
+        }
     }
 
     pub(super) fn bits(&self) -> &[usize] {
@@ -225,6 +263,8 @@ impl<'a> Design<'a> {
         frames: Option<&'a [Option<LocalFrames>]>,
     ) -> Self {
         let bounds = original.mesh().bounding_box();
+        let balances = suspect.balances.as_deref();
+        let balances = balances.filter(|_| model.has_optional() && frames.is_none());
         Self {
             surface,
             centre: Vec3(bounds.centre()),
@@ -233,7 +273,18 @@ impl<'a> Design<'a> {
             model,
             frames,
             settling: suspect.settling.as_deref(),
+            balances,
+            redundancy: if balances.is_some() {
+                1.0
+            } else {
+                suspect.redundancy()
+            },
         }
+    }
+
+    /// Observations to an independent one.
+    pub(super) fn redundancy(&self) -> f64 {
+        self.redundancy
     }
 
     pub(super) fn frames_of(&self, patch: usize) -> Option<&'a LocalFrames> {
@@ -264,16 +315,17 @@ impl<'a> Design<'a> {
     /// G of an observation.
     fn fields(&self, view: &View<'_>, observation: &Observation) -> [f64; FIELDS] {
         let Observation { vertex, along, .. } = *observation;
-        let place = (view.patch.mesh().point(vertex) - self.centre) / self.diagonal;
+        let (point, of_shift) = view.seen_from(vertex, along);
+        let place = (point - self.centre) / self.diagonal;
         let [normal, smoothing @ ..] = view.surface[vertex];
-        let interference = similarity_fields(place, along).into_iter();
+        let interference = similarity_fields(place, of_shift).into_iter();
         let interference = interference.chain(smoothing.map(|field| along.dot(field)));
         // A column of zeros is no unknown.
         let has_interference = self.model.has_interference() && self.frames.is_none();
         let interference = interference.map(|value| if has_interference { value } else { 0.0 });
         let fields = interference.chain(observation.tessellation_bias);
         let fields = fields.chain([along.dot(normal)]);
-        let mut fields = fields.chain(bending_fields(place, along));
+        let mut fields = fields.chain(bending_fields(place, of_shift));
         std::array::from_fn(|_| fields.next().unwrap_or(0.0))
     }
 
@@ -329,7 +381,7 @@ mod tests {
     use registration::{Degree, FrameOptions};
 
     use super::*;
-    use crate::mark::{ChipLayout, ChipPlan, Reader, Strength, detect::joint::observations::observations};
+    use crate::mark::{ChipLayout, ChipPlan, Reader, Strength};
 
     /// Residuals of values of the unknowns without rule, and the same as rows leave them, in all patches, with the largest of them.
     fn off(layout: &MarkLayout, suspect: &Registered, frames: Option<FrameOptions>) -> [f64; 2] {
@@ -345,7 +397,7 @@ mod tests {
         let design = Design::new(original, &surface, JointModel::default(), suspect, frames);
         let of_patch = |index: usize, patch: &Patch, basis: &PatchBasis| {
             let view = View::new(&design, layout, index, patch, basis);
-            let seen = observations(patch, basis, suspect, design.diagonal);
+            let seen = view.observations(&design, suspect);
             let unknowns = view.columns() - 1;
             let solution = Mat::from_fn(unknowns, 1, |i, _| (1.0 + 7.0 * i as f64).sin());
             let rows = design.rows(&view, &seen);
@@ -371,6 +423,21 @@ mod tests {
         };
         let decimated = sampled(&coarse);
         assert!(decimated.settling.is_some());
+        let nearest = |places: &[usize]| {
+            let region = |v: usize| {
+                let apart = |w: &usize| (coarse.point(*w) - mesh.point(v)).squared();
+                let mut order: Vec<usize> = (0..coarse.vertex_count()).collect();
+                order.sort_by(|a, b| apart(a).total_cmp(&apart(b)));
+                Some(order[places[v % places.len()]] as u32)
+            };
+            (0..mesh.vertex_count()).map(region).collect::<Vec<_>>()
+        };
+        let draws = [nearest(&[0]), nearest(&[0, 0, 1, 0, 2])];
+        let balances = Balances::of(&mesh, &coarse, &draws, 1e-3, &job).unwrap();
+        let balanced = Registered {
+            balances: Some(balances.into()),
+            ..decimated.clone()
+        };
         let found_again = Registered::by_vertices(mesh.positions().iter().copied().map(Some).collect());
         let options = FrameOptions {
             reach: 0.35,
@@ -387,6 +454,7 @@ mod tests {
             let layout = MarkLayout::with_strength(original.into(), plan, Strength::default()).unwrap();
             for (suspect, frames) in [
                 (&decimated, None),
+                (&balanced, None),
                 (&found_again, None),
                 (&found_again, Some(options)),
             ] {

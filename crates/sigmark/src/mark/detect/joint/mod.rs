@@ -88,7 +88,7 @@ use fields::{
     BENDING_FIELDS, OFFSET_FIELDS, OPTIONAL_FIELDS, OPTIONAL_LEVELS, OriginalSurface, SURFACE_FIELDS,
     bending_fields,
 };
-use observations::{Observation, observations};
+use observations::Observation;
 use patch::PatchEquations;
 use patchwise::PatchwiseEquations;
 use solving::{Solving, number_bits, places};
@@ -323,10 +323,10 @@ impl JointEstimator {
         let original = layout.original();
         suspect.check(original.mesh().vertex_count())?;
         let design = Design::new(original, self.surface(), self.model, suspect, frames);
-        let redundancy = suspect.redundancy();
+        let redundancy = design.redundancy();
         let of_patch = |index: usize, patch: &Patch, basis: &PatchBasis| {
             let view = View::new(&design, layout, index, patch, basis);
-            let mut seen = observations(patch, basis, suspect, design.diagonal);
+            let mut seen = view.observations(&design, suspect);
             if let Some(frames) = design.frames_of(index) {
                 let across = |seen: Observation| seen.across(frames.hidden(seen.vertex));
                 seen = seen.into_iter().filter_map(across).collect();

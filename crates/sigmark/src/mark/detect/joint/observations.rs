@@ -3,7 +3,7 @@
 use mesh::Vec3;
 
 use super::{fields::TESSELLATION_FIELDS, robust::first_weight};
-use crate::mark::{Patch, PatchBasis, Registered};
+use crate::mark::{BalancesOfPatch, Patch, PatchBasis, Registered};
 
 /// One observation at a vertex of a patch: how far the suspect lies from it along a unit vector u, or one little longer.
 #[derive(Clone, Copy)]
@@ -101,6 +101,25 @@ pub(super) fn observations(
         }
     }
     all
+}
+
+/// Three of each vertex of a decimated suspect, with noise of the same mean square.
+pub(super) fn of_balances(balances: &BalancesOfPatch, diagonal: f64) -> Vec<Observation> {
+    let equations = balances.equations().iter().enumerate();
+    let equations = equations.filter_map(|(vertex, equations)| Some((vertex, (*equations)?)));
+    let observed = equations.flat_map(|(vertex, equations)| {
+        equations.along.map(|along| Observation {
+            vertex,
+            along,
+            displacement: along.dot(equations.pull) / diagonal,
+            tessellation_bias: [0.0; TESSELLATION_FIELDS],
+            misfit: 0.0,
+            kind: ObservationKind::Surface,
+            mass: 1.0,
+            robust_weight: 1.0,
+        })
+    });
+    observed.collect()
 }
 
 /// The part of a scalar field over a patch that its harmonics span.

@@ -60,7 +60,7 @@ impl Solving<'_> {
         mut patches: BTreeMap<usize, PatchEquations>,
         job: &Job,
     ) -> Result<JointEstimate, MarkError> {
-        let redundancy = self.suspect.redundancy();
+        let redundancy = self.design.redundancy();
         let mut system: S = self.system(&patches);
         let mut noise = None;
         let waiting: usize = patches.values().map(PatchEquations::waiting).sum();
@@ -95,7 +95,7 @@ impl Solving<'_> {
         } else {
             &none
         };
-        S::of(patches, self.bits, self.suspect.redundancy(), optional)
+        S::of(patches, self.bits, self.design.redundancy(), optional)
     }
 
     /// What the equations of all patches say, beginning with so much noise.

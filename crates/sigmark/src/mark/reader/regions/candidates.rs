@@ -5,7 +5,7 @@ use std::{f64::consts::LN_2, ops::Range};
 use job::Job;
 use mesh::Vec3;
 
-use super::{CHUNK, Overlay};
+use super::{CHUNK, Overlay, Regions};
 use crate::mark::MarkError;
 
 /// What fits less is not tried: four in five of what is near.
@@ -20,9 +20,6 @@ const NEAR: f64 = 0.09;
 /// How dear distance is, and a turn within the plane: roughly logarithms of how often survivors of both decimators lie so.
 const DISTANCE: f64 = 1.5;
 const TURN: f64 = 3.0;
-
-/// What a pair of triangles is worth more for each corner that is in the right region, and less for half as many of each that is not.
-const WORTH_OF_A_CORNER: f32 = 2.0;
 
 /// How many of the suspect's triangles one of the original's may be: those that fit best. A decimated sphere has half as many at most; strangers' triangles may lie on each other by thousands.
 const MOST: usize = 32;
@@ -79,14 +76,40 @@ impl Candidates {
         (self.all[candidate].0, place)
     }
 
-    /// Makes pairs worth more whose corners are in the right regions.
-    pub(super) fn prefer(&mut self, overlay: Overlay<'_>, regions: &[Option<u32>]) {
+    /// Makes pairs worth more by so much for each corner that is in the right region, and less by half as much, in the mean over the regions that have a say of the suspect's triangle, which is given by its number.
+    pub(super) fn prefer(
+        &mut self,
+        overlay: Overlay<'_>,
+        regions: &[Regions],
+        has_a_say: impl Fn(usize, usize) -> bool,
+        worth: f32,
+    ) {
+        let mut asked: Vec<&Regions> = Vec::with_capacity(regions.len());
         for (s, corners) in overlay.suspect.triangles().iter().enumerate() {
+            asked.clear();
+            asked.extend(
+                regions
+                    .iter()
+                    .enumerate()
+                    .filter(|&(i, _)| has_a_say(i, s))
+                    .map(|(_, r)| r),
+            );
+            let worth = worth / asked.len().max(1) as f32;
             for (t, likeness) in &mut self.all[self.offsets[s]..self.offsets[s + 1]] {
-                let of_it = overlay.original.triangles()[*t as usize].into_iter().zip(corners);
-                let right = of_it.filter(|&(v, &region)| regions[v as usize] == Some(region));
-                *likeness += WORTH_OF_A_CORNER * (right.count() as f32 - 1.5);
+                let was = overlay.original.triangles()[*t as usize];
+                for regions in &asked {
+                    let of_it = was.into_iter().zip(corners);
+                    let right = of_it.filter(|&(v, &region)| regions[v as usize] == Some(region));
+                    *likeness += worth * (right.count() as f32 - 1.5);
+                }
             }
+        }
+    }
+
+    /// Makes pairs worth as much more as is told of the original's triangle (#F).
+    pub(super) fn add(&mut self, worth: &[f32]) {
+        for (t, likeness) in &mut self.all {
+            *likeness += worth[*t as usize];
         }
     }
 }

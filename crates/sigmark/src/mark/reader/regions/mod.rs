@@ -9,6 +9,7 @@
 //! depend on them it comes out alike, and of those that differ a vertex of the suspect [tells](super::quadrics) which it has. Where few are known, so that what is done again soon goes its own way, a vertex belongs to the nearest that is known.
 
 mod candidates;
+mod draws;
 mod growth;
 mod repetition;
 mod survivors;
@@ -20,6 +21,7 @@ use mesh::TriMesh;
 
 use self::{
     candidates::Candidates,
+    draws::draws,
     growth::grown,
     repetition::repeated,
     survivors::{Survivor, survivors},
@@ -53,28 +55,43 @@ const LIKENESSES: usize = 3;
 /// Triangles between two questions to the job.
 const CHUNK: usize = 1024;
 
-/// Regions as they may be, at least once; each vertex of the suspect has at most one of them. More are told if it is known which layout the mark has that
-/// may have been in what was decimated.
+/// What is told of regions.
+pub(super) enum Told {
+    /// Regions as they may be, at least once; each vertex of the suspect has at most one of them.
+    Alternatives(Vec<Regions>),
+    /// Draws of what was decimated, several; each is all that a suspect has.
+    Draws(Vec<Regions>),
+}
+
+/// Regions of a suspect's vertices. More is told if it is known which layout the mark has that may have been in what was decimated; draws only if they suit the suspect.
 pub(super) fn regions(
     overlay: Overlay<'_>,
     layout: Option<&MarkLayout>,
+    suit: impl FnOnce(&[Regions]) -> bool,
     job: &Job,
-) -> Result<Vec<Regions>, MarkError> {
+) -> Result<Told, MarkError> {
     let is_seen = overlay.seen_triangles();
     let seen = is_seen.iter().filter(|is_seen| **is_seen).count();
-    let may_repeat = COARSER.contains(&(seen as f64 / overlay.triangles_there()));
+    let share = seen as f64 / overlay.triangles_there();
+    let may_repeat = COARSER.contains(&share);
     let candidates = Candidates::of(overlay, job)?;
     let survivors = survivors(overlay, &candidates, may_repeat, job)?;
     let found = survivors.iter().zip(&is_seen).filter(|(_, is_seen)| **is_seen);
     let found: Vec<&Survivor> = found.filter_map(|(survivor, _)| survivor.as_ref()).collect();
     if 2 * found.len() < seen {
-        return Ok(vec![overlay.heaviest_corners()]);
+        return Ok(Told::Alternatives(vec![overlay.heaviest_corners()]));
+    }
+    if let Some(layout) = layout.filter(|_| share < COARSER.end)
+        && let Some(draws) = draws(overlay, layout, &candidates, job)?
+        && suit(&draws)
+    {
+        return Ok(Told::Draws(draws));
     }
     let mut all = vec![grown(overlay, &survivors, job)?];
     let certain = found.iter().map(|survivor| survivor.certainty).sum::<f64>() / found.len().max(1) as f64;
     if may_repeat && (layout.is_some() || certain >= CERTAIN) {
         let likenesses = match layout {
-            Some(layout) => layout.likenesses(LIKENESSES, overlay.places, job)?,
+            Some(layout) => layout.likenesses(0..LIKENESSES, overlay.places, job)?,
             None => Vec::new(),
         };
         job.begin(MarkStage::Resampling)?;
@@ -87,7 +104,7 @@ pub(super) fn regions(
             all.extend(regions?);
         }
     }
-    Ok(all)
+    Ok(Told::Alternatives(all))
 }
 
 impl Overlay<'_> {
@@ -164,6 +181,13 @@ mod tests {
         survivors(overlay, &candidates, false, &job).unwrap()
     }
 
+    fn alternatives(overlay: Overlay<'_>) -> Vec<Regions> {
+        match regions(overlay, None, |_| true, &Job::default()).unwrap() {
+            Told::Alternatives(all) => all,
+            Told::Draws(_) => panic!("nothing is drawn without a layout"),
+        }
+    }
+
     #[test]
     fn what_two_decimators_leave_is_found_in_the_order_of_the_original() {
         let original = shapes::bumpy_sphere(5, 3);
@@ -237,7 +261,7 @@ mod tests {
         )
         .unwrap();
         let places = places_of(&original, &suspect);
-        let all = regions(overlay(&original, &suspect, &places), None, &job).unwrap();
+        let all = alternatives(overlay(&original, &suspect, &places));
         assert_eq!(all.len(), 2);
 
         // With the right regions every triangle that has three is one of the suspect's.
@@ -262,9 +286,7 @@ mod tests {
         let original = shapes::rectangle(8, 8, 1.0, 1.0);
         let suspect = shapes::rectangle(1, 1, 1.0, 1.0);
         let places = places_of(&original, &suspect);
-        let regions = regions(overlay(&original, &suspect, &places), None, &Job::default())
-            .unwrap()
-            .swap_remove(0);
+        let regions = alternatives(overlay(&original, &suspect, &places)).swap_remove(0);
         assert!(regions.iter().all(Option::is_some));
         for (corner, w) in [(0, 0), (8, 1), (72, 2), (80, 3)] {
             assert_eq!(regions[corner], Some(w));

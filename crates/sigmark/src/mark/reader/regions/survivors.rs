@@ -15,6 +15,40 @@ pub(super) struct Survivor {
     pub(super) certainty: f64,
 }
 
+/// The lightest subsequences that end with each candidate.
+struct Subsequences {
+    lightest: LightestBefore,
+    /// One more than the number of the candidate before it; none where it is the first.
+    before: Vec<Option<NonZeroU32>>,
+    /// What they cost.
+    up_to: Vec<f64>,
+}
+
+impl Subsequences {
+    fn of(overlay: Overlay<'_>, candidates: &Candidates, job: &Job) -> Result<Self, MarkError> {
+        let mut all = Self {
+            lightest: LightestBefore::new(overlay.original.triangle_count()),
+            before: Vec::with_capacity(candidates.count()),
+            up_to: Vec::with_capacity(candidates.count()),
+        };
+        for s in 0..overlay.suspect.triangle_count() {
+            if s.is_multiple_of(CHUNK) {
+                job.go_on()?;
+            }
+            let first = all.up_to.len();
+            for &(t, gain) in candidates.at(s) {
+                let (cost, link) = all.lightest.before(t);
+                all.up_to.push(cost - f64::from(gain));
+                all.before.push(link);
+            }
+            for (i, &(t, _)) in (first..).zip(candidates.at(s)) {
+                all.lightest.put(t, all.up_to[i], i);
+            }
+        }
+        Ok(all)
+    }
+}
+
 /// For each triangle of the suspect, the original's that it was (#F); none where no one fits into the order.
 pub(super) fn survivors(
     overlay: Overlay<'_>,
@@ -22,29 +56,13 @@ pub(super) fn survivors(
     how_certain: bool,
     job: &Job,
 ) -> Result<Vec<Option<Survivor>>, MarkError> {
-    let (of_original, of_suspect) = (
-        overlay.original.triangle_count(),
-        overlay.suspect.triangle_count(),
-    );
-    let mut lightest = LightestBefore::new(of_original);
-    // Of each candidate: one more than the number of the one before it in the lightest subsequence that ends with it, and what that costs.
-    let mut before: Vec<Option<NonZeroU32>> = Vec::with_capacity(candidates.count());
-    let mut up_to: Vec<f64> = Vec::with_capacity(candidates.count());
-    for s in 0..of_suspect {
-        if s.is_multiple_of(CHUNK) {
-            job.go_on()?;
-        }
-        let first = before.len();
-        for &(t, gain) in candidates.at(s) {
-            let (cost, link) = lightest.before(t);
-            up_to.push(cost - f64::from(gain));
-            before.push(link);
-        }
-        for (i, &(t, _)) in (first..).zip(candidates.at(s)) {
-            lightest.put(t, up_to[i], i);
-        }
-    }
-    let mut survivors = vec![None; of_suspect];
+    let Subsequences {
+        lightest,
+        before,
+        up_to,
+    } = Subsequences::of(overlay, candidates, job)?;
+    let of_original = overlay.original.triangle_count();
+    let mut survivors = vec![None; overlay.suspect.triangle_count()];
     let (least, mut last) = lightest.before(of_original as u32);
     while let Some(link) = last.map(|link| link.get() as usize - 1) {
         let (triangle, place) = candidates.pair(link);
@@ -59,6 +77,43 @@ pub(super) fn survivors(
         weigh(&mut survivors, of_original, candidates, &up_to, least, job)?;
     }
     Ok(survivors)
+}
+
+/// How likely each of a triangle's candidates is beside the others, by the lightest subsequence with each, of all candidates in turn. The logarithm of a likelihood is so many times what a subsequence costs more.
+pub(super) fn likelihoods(
+    overlay: Overlay<'_>,
+    candidates: &Candidates,
+    sharpness: f64,
+    job: &Job,
+) -> Result<Vec<f32>, MarkError> {
+    let up_to = Subsequences::of(overlay, candidates, job)?.up_to;
+    let count = overlay.original.triangle_count();
+    let mut after = LightestBefore::new(count);
+    let mirrored = |t: u32| (count - 1) as u32 - t;
+    let mut likelihoods = vec![0.0; up_to.len()];
+    let (mut from, mut costs) = (Vec::<f64>::new(), Vec::<f64>::new());
+    for s in (0..overlay.suspect.triangle_count()).rev() {
+        if s.is_multiple_of(CHUNK) {
+            job.go_on()?;
+        }
+        let (own, first) = (candidates.at(s), candidates.first(s));
+        from.clear();
+        from.extend(own.iter().map(|&(t, _)| after.before(mirrored(t)).0));
+        costs.clear();
+        costs.extend(from.iter().zip(&up_to[first..]).map(|(from, up_to)| from + up_to));
+        let least = costs.iter().copied().fold(f64::INFINITY, f64::min);
+        costs
+            .iter_mut()
+            .for_each(|cost| *cost = (sharpness * (least - *cost)).exp());
+        let sum: f64 = costs.iter().sum();
+        for (likelihood, of_it) in likelihoods[first..].iter_mut().zip(&costs) {
+            *likelihood = (of_it / sum) as f32;
+        }
+        for (&(t, gain), from) in own.iter().zip(&from) {
+            after.put(mirrored(t), from - f64::from(gain), 0);
+        }
+    }
+    Ok(likelihoods)
 }
 
 /// Sets how certain survivors are, given how many triangles the original has, and what the lightest subsequence costs up to each candidate and in all.
