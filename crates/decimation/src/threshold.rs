@@ -215,7 +215,7 @@ mod tests {
         let decimated = decimate(&original, 300, &job).unwrap();
         let left = survivors(&original, 300, &job).unwrap();
         assert!(left.is_sorted() && left.len() == decimated.triangle_count());
-        // Corners of a mesh that is closed are as many apart as before: a survivor has those that its corners became part of.
+        // What is left is a triangle whose corners became part of three vertices.
         let mut thresholds = Thresholds::of(&original);
         thresholds.left = thresholds.left.labelled(&[]);
         let into = thresholds.run(300, &job).unwrap().into_labels();

@@ -6,6 +6,8 @@
 //!
 //! A vertex whose region is right lies, but for the mark, on the valley of its quadric, in its lowest point. How far off it is along the valley
 //! tells how much its region is to be trusted, and which of several it has, and hardly depends on the mark, which moves it across. What a mark does to the lowest points themselves is [`Settling`].
+//!
+//! Where regions are drawn, many of them say more than one: the suspect's vertices are seen by the [balance](Balances) of their planes then.
 
 use std::{borrow::Cow, ops::Range, sync::Arc};
 

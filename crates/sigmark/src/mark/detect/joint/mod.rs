@@ -42,6 +42,9 @@
 //! two more fields, for planes that weigh alike and by area. What a vertex is off from there along the surface, its misfit, says how well it is known. Of a suspect that was decimated X has what the mark does to its vertices in place of what it does to the original's
 //! (`mark/settling.rs`).
 //!
+//! **Balance.** Where it is known how regions may lie, as after decimation that can be drawn again, nothing is sampled: each vertex of the suspect has three observations, of how the planes of its region pull at it, whitened by
+//! what draws of its region leave open (`mark/balance.rs`). X and G are what displacements add to these pulls; what the mark does to the part of a region that lies in other patches is noise.
+//!
 //! **Robust weights.** w is the area that an observation stands for, times a weight for its residual. A sample of a surface stands
 //! for the mass of its vertex, since errors of samples that are near each other are alike. A vertex that was found again has an error
 //! of its own, however little surface there is around it: each stands for the mean mass. Where a surface was decimated or re-meshed,

@@ -7,6 +7,8 @@
 //! The vertices between are known from the decimation itself, which is done again: never are vertices joined of which it is known that they went into different ones. What comes of that says more of which triangles are left than their places do, so both are told in turns,
 //! at first from those that are certain alone. A mark that nobody knows yet changed which edges were the cheapest, so the original is decimated with marks of random bits, too: where a region does not
 //! depend on them it comes out alike, and of those that differ a vertex of the suspect [tells](super::quadrics) which it has. Where few are known, so that what is done again soon goes its own way, a vertex belongs to the nearest that is known.
+//!
+//! None of them is right everywhere. Where all patches are read, and the suspect is of the decimator that can be done again, regions are [drawn](draws) instead, many times, and what the draws differ by says how little is known of each vertex.
 
 mod candidates;
 mod draws;

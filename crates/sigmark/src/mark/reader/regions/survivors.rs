@@ -79,7 +79,7 @@ pub(super) fn survivors(
     Ok(survivors)
 }
 
-/// How likely each of a triangle's candidates is beside the others, by the lightest subsequence with each, of all candidates in turn. The logarithm of a likelihood is so many times what a subsequence costs more.
+/// How likely each of a triangle's candidates is beside the others, by the lightest subsequence with each, of all candidates in turn. The logarithm of a likelihood is minus `sharpness` times what its subsequence costs more than the lightest.
 pub(super) fn likelihoods(
     overlay: Overlay<'_>,
     candidates: &Candidates,
