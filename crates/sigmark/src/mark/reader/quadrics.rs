@@ -7,7 +7,7 @@
 //! A vertex whose region is right lies, but for the mark, on the valley of its quadric, in its lowest point. How far off it is along the valley
 //! tells how much its region is to be trusted, and which of several it has, and hardly depends on the mark, which moves it across. What a mark does to the lowest points themselves is [`Settling`].
 //!
-//! Where regions are drawn, many of them say more than one: the suspect's vertices are seen by the [balance](Balances) of their planes then.
+//! Where regions are drawn, many of them say more than one: the suspect's vertices are seen by the [balance](Balances) of their planes, too.
 
 use std::{borrow::Cow, ops::Range, sync::Arc};
 
@@ -80,15 +80,12 @@ pub(super) fn foretell(
         .map(|&n| Vec3(pose.rotation.map(|row| Vec3(row).dot(Vec3(n)))))
         .collect();
     let suit = |draws: &[Regions]| suit_planes_alike(overlay, &normals, draws);
-    let alternatives = match regions(overlay, asked.layout, suit, job)? {
-        Told::Alternatives(alternatives) => alternatives,
-        Told::Draws(draws) => {
-            let mark = asked.layout.map_or(0.0, MarkLayout::distortion_rms) * diagonal(original);
-            let balances = Balances::of(original, &lying, &draws, mark, job)?;
-            registered.to_mut().balances = Some(Arc::new(balances));
-            return Ok(());
-        }
-    };
+    let Told { alternatives, draws } = regions(overlay, asked.layout, suit, job)?;
+    if let Some(layout) = asked.layout.filter(|_| !draws.is_empty()) {
+        let mark = layout.distortion_rms() * diagonal(original);
+        let balances = Balances::of(original, &lying, &draws, mark, job)?;
+        registered.to_mut().balances = Some(Arc::new(balances));
+    }
     let (settled, regions) = settle(overlay, &normals, alternatives, job)?;
     let unknown = UNKNOWN * diagonal(original);
     let registered = registered.to_mut();

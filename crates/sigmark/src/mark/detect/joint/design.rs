@@ -261,10 +261,10 @@ impl<'a> Design<'a> {
         model: JointModel,
         suspect: &'a Registered,
         frames: Option<&'a [Option<LocalFrames>]>,
+        balances: Option<&'a Balances>,
     ) -> Self {
         let bounds = original.mesh().bounding_box();
-        let balances = suspect.balances.as_deref();
-        let balances = balances.filter(|_| model.has_optional() && frames.is_none());
+        let balances = balances.filter(|_| model.has_optional());
         Self {
             surface,
             centre: Vec3(bounds.centre()),
@@ -394,7 +394,14 @@ mod tests {
         let frames: Vec<Option<LocalFrames>> = (0..original.patches().len()).map(of_patch).collect();
         let frames = frames[0].is_some().then_some(frames.as_slice());
         let surface = OriginalSurface::of(original.mesh());
-        let design = Design::new(original, &surface, JointModel::default(), suspect, frames);
+        let design = Design::new(
+            original,
+            &surface,
+            JointModel::default(),
+            suspect,
+            frames,
+            suspect.balances.as_deref(),
+        );
         let of_patch = |index: usize, patch: &Patch, basis: &PatchBasis| {
             let view = View::new(&design, layout, index, patch, basis);
             let seen = view.observations(&design, suspect);

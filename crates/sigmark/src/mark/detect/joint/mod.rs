@@ -42,8 +42,8 @@
 //! two more fields, for planes that weigh alike and by area. What a vertex is off from there along the surface, its misfit, says how well it is known. Of a suspect that was decimated X has what the mark does to its vertices in place of what it does to the original's
 //! (`mark/settling.rs`).
 //!
-//! **Balance.** Where it is known how regions may lie, as after decimation that can be drawn again, nothing is sampled: each vertex of the suspect has three observations, of how the planes of its region pull at it, whitened by
-//! what draws of its region leave open (`mark/balance.rs`). X and G are what displacements add to these pulls; what the mark does to the part of a region that lies in other patches is noise.
+//! **Balance.** Where it is known how regions may lie, as after decimation that can be drawn again, the suspect is also seen without samples: each vertex of the suspect has three observations, of how the planes of its region pull at it, whitened by
+//! what draws of its region leave open (`mark/balance.rs`), if the bits are known better so. X and G are what displacements add to these pulls; what the mark does to the part of a region that lies in other patches is noise.
 //!
 //! **Robust weights.** w is the area that an observation stands for, times a weight for its residual. A sample of a surface stands
 //! for the mass of its vertex, since errors of samples that are near each other are alike. A vertex that was found again has an error
@@ -82,7 +82,7 @@ use serde::Serialize;
 use super::Detector;
 #[cfg(doc)]
 use crate::mark::ChipPlan;
-use crate::mark::{MarkError, MarkLayout, Patch, PatchBasis, Registered, SoftBits};
+use crate::mark::{Balances, MarkError, MarkLayout, Patch, PatchBasis, Registered, SoftBits};
 pub use model::JointModel;
 
 use design::{Design, View};
@@ -143,6 +143,11 @@ pub struct JointEstimate {
 impl JointEstimate {
     /// Beyond this, a ratio says less of the bit than of how well noise is known: a few hundred that are all but certain would drown thousands that are not.
     pub const MOST_CERTAIN: f64 = 12.0;
+
+    /// How much the observations tell of all bits together, as they have it themselves: no bit that is looked for has a say.
+    fn tells(&self) -> f64 {
+        self.known.iter().sum()
+    }
 }
 
 /// A mild bending of space: p moves by a polynomial of degree 3 of its place.
@@ -254,7 +259,15 @@ impl JointEstimator {
         optional: &RangeInclusive<usize>,
         job: &Job,
     ) -> Result<JointEstimate, MarkError> {
-        self.estimated(suspect, None, optional, job)
+        let of = |balances| self.estimated(suspect, None, balances, optional, job);
+        let Some(balances) = suspect.balances.as_deref() else {
+            return of(None);
+        };
+        let (by_balances, by_samples) = (of(Some(balances))?, of(None)?);
+        Ok(match by_balances.tells() >= by_samples.tells() {
+            true => by_balances,
+            false => by_samples,
+        })
     }
 
     /// A suspect in the pose of its estimate, where it would be seen if nobody had smoothed it, or made it grow along its normals, to first order.
@@ -307,7 +320,7 @@ impl JointEstimator {
         frames: &[Option<LocalFrames>],
         job: &Job,
     ) -> Result<JointEstimate, MarkError> {
-        self.estimated(suspect, Some(frames), &(0..=0), job)
+        self.estimated(suspect, Some(frames), None, &(0..=0), job)
     }
 
     fn surface(&self) -> &OriginalSurface {
@@ -319,13 +332,14 @@ impl JointEstimator {
         &self,
         suspect: &Registered,
         frames: Option<&[Option<LocalFrames>]>,
+        balances: Option<&Balances>,
         optional: &RangeInclusive<usize>,
         job: &Job,
     ) -> Result<JointEstimate, MarkError> {
         let layout = &*self.layout;
         let original = layout.original();
         suspect.check(original.mesh().vertex_count())?;
-        let design = Design::new(original, self.surface(), self.model, suspect, frames);
+        let design = Design::new(original, self.surface(), self.model, suspect, frames, balances);
         let redundancy = design.redundancy();
         let of_patch = |index: usize, patch: &Patch, basis: &PatchBasis| {
             let view = View::new(&design, layout, index, patch, basis);

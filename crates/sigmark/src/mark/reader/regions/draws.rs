@@ -186,7 +186,7 @@ fn chance(draw: usize, triangle: usize) -> f64 {
 /// What it is worth that a triangle was left by so many draws: the logarithm of how much likelier one more draw leaves it, too. Each draw is the one more for the others.
 fn worth_of_counts(counts: &[usize], triangles: usize) -> Vec<f32> {
     // How many triangles were left so often.
-    let mut with = vec![0.0; DRAWS + 2];
+    let mut with = [0.0; DRAWS + 2];
     counts.iter().for_each(|&count| with[count] += 1.0);
     with[0] = triangles as f64 - with[1..].iter().sum::<f64>();
     let left: f64 = (1..=DRAWS).map(|count| count as f64 * with[count]).sum();

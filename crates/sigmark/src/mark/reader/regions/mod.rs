@@ -8,7 +8,7 @@
 //! at first from those that are certain alone. A mark that nobody knows yet changed which edges were the cheapest, so the original is decimated with marks of random bits, too: where a region does not
 //! depend on them it comes out alike, and of those that differ a vertex of the suspect [tells](super::quadrics) which it has. Where few are known, so that what is done again soon goes its own way, a vertex belongs to the nearest that is known.
 //!
-//! None of them is right everywhere. Where all patches are read, and the suspect is of the decimator that can be done again, regions are [drawn](draws) instead, many times, and what the draws differ by says how little is known of each vertex.
+//! None of them is right everywhere. Where all patches are read, and the suspect is of the decimator that can be done again, regions are also [drawn](draws), many times, and what the draws differ by says how little is known of each vertex.
 
 mod candidates;
 mod draws;
@@ -58,11 +58,11 @@ const LIKENESSES: usize = 3;
 const CHUNK: usize = 1024;
 
 /// What is told of regions.
-pub(super) enum Told {
+pub(super) struct Told {
     /// Regions as they may be, at least once; each vertex of the suspect has at most one of them.
-    Alternatives(Vec<Regions>),
-    /// Draws of what was decimated, several; each is all that a suspect has.
-    Draws(Vec<Regions>),
+    pub(super) alternatives: Vec<Regions>,
+    /// Draws of what was decimated, several or none; each is all that a suspect has.
+    pub(super) draws: Vec<Regions>,
 }
 
 /// Regions of a suspect's vertices. More is told if it is known which layout the mark has that may have been in what was decimated; draws only if they suit the suspect.
@@ -81,14 +81,15 @@ pub(super) fn regions(
     let found = survivors.iter().zip(&is_seen).filter(|(_, is_seen)| **is_seen);
     let found: Vec<&Survivor> = found.filter_map(|(survivor, _)| survivor.as_ref()).collect();
     if 2 * found.len() < seen {
-        return Ok(Told::Alternatives(vec![overlay.heaviest_corners()]));
+        return Ok(Told {
+            alternatives: vec![overlay.heaviest_corners()],
+            draws: Vec::new(),
+        });
     }
-    if let Some(layout) = layout.filter(|_| share < COARSER.end)
-        && let Some(draws) = draws(overlay, layout, &candidates, job)?
-        && suit(&draws)
-    {
-        return Ok(Told::Draws(draws));
-    }
+    let draws = match layout.filter(|_| share < COARSER.end) {
+        Some(layout) => draws(overlay, layout, &candidates, job)?,
+        None => None,
+    };
     let mut all = vec![grown(overlay, &survivors, job)?];
     let certain = found.iter().map(|survivor| survivor.certainty).sum::<f64>() / found.len().max(1) as f64;
     if may_repeat && (layout.is_some() || certain >= CERTAIN) {
@@ -106,7 +107,10 @@ pub(super) fn regions(
             all.extend(regions?);
         }
     }
-    Ok(Told::Alternatives(all))
+    Ok(Told {
+        alternatives: all,
+        draws: draws.filter(|draws| suit(draws)).unwrap_or_default(),
+    })
 }
 
 impl Overlay<'_> {
@@ -184,10 +188,9 @@ mod tests {
     }
 
     fn alternatives(overlay: Overlay<'_>) -> Vec<Regions> {
-        match regions(overlay, None, |_| true, &Job::default()).unwrap() {
-            Told::Alternatives(all) => all,
-            Told::Draws(_) => panic!("nothing is drawn without a layout"),
-        }
+        let told = regions(overlay, None, |_| true, &Job::default()).unwrap();
+        assert!(told.draws.is_empty());
+        told.alternatives
     }
 
     #[test]
