@@ -4,7 +4,7 @@
 //!
 //! Σ n (n·x − d) = 0.
 //!
-//! Of the marked original's planes that is true to the last digit. Those of the original itself pull with g, which is minus what the mark's displacement δ adds, to first order
+//! Of the marked original's planes that is true to the last digit. Those of the original itself pull with g, which the mark's displacement δ takes away: to first order
 //! Σ n (n·δ(x)) with δ continued from each triangle over its plane by its values at the corners: three equations for each vertex of the suspect, along the surface as well as across it.
 //!
 //! Which planes they are is known in part. Decimation that is done again with marks of random bits draws regions as they may be; what was decimated is one more draw, so
@@ -237,7 +237,7 @@ pub(crate) struct BalancesOfPatch {
     planes: Vec<Plane>,
 }
 
-/// Three equations: along each of these vectors the pull is minus what displacements add to it, with noise of the same mean square in all equations.
+/// Three equations: along each of these vectors the pull of the original's planes is what displacements take away, with noise of the same mean square in all equations.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Equations {
     pub(crate) point: Vec3,
@@ -269,7 +269,7 @@ impl BalancesOfPatch {
         &self.equations
     }
 
-    /// What is added to the pull at each vertex of the suspect when the vertices of the patch are displaced by a function along each of the three axes.
+    /// The pull of the original's planes at each vertex of the suspect when, before the decimation, the vertices of the patch were displaced by a function along each of the three axes.
     pub(crate) fn moved_by(&self, function: &[f64]) -> Vec<[Vec3; 3]> {
         let mut sums = vec![[Vec3::ZERO; 3]; self.equations.len()];
         for plane in &self.planes {
@@ -282,7 +282,7 @@ impl BalancesOfPatch {
         sums
     }
 
-    /// The same where they are displaced by vector fields.
+    /// The same where they were displaced by vector fields.
     pub(crate) fn moved_by_fields<const N: usize>(&self, fields: &[[Vec3; N]]) -> Vec<[Vec3; N]> {
         let mut sums = vec![[Vec3::ZERO; N]; self.equations.len()];
         for plane in &self.planes {

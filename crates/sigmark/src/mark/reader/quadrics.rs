@@ -79,9 +79,11 @@ pub(super) fn foretell(
     let normals: Vec<Vec3> = normals
         .map(|&n| Vec3(pose.rotation.map(|row| Vec3(row).dot(Vec3(n)))))
         .collect();
-    let suit = |draws: &[Regions]| suit_planes_alike(overlay, &normals, draws);
-    let Told { alternatives, draws } = regions(overlay, asked.layout, suit, job)?;
-    if let Some(layout) = asked.layout.filter(|_| !draws.is_empty()) {
+    let Told { alternatives, draws } = regions(overlay, asked.layout, job)?;
+    if let Some(layout) = asked.layout
+        && !draws.is_empty()
+        && suit_planes_alike(overlay, &normals, &draws)
+    {
         let mark = layout.distortion_rms() * diagonal(original);
         let balances = Balances::of(original, &lying, &draws, mark, job)?;
         registered.to_mut().balances = Some(Arc::new(balances));

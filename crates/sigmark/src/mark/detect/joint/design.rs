@@ -70,7 +70,7 @@ enum Sight<'a> {
     InFrames(&'a LocalFrames),
     /// What they do to the vertices of a decimated suspect.
     Settled(Arc<SettlingOfPatch>),
-    /// What they add to the pulls at those.
+    /// The pulls of the original's planes at those, had they been there before the decimation.
     Balanced(Arc<BalancesOfPatch>),
 }
 
@@ -80,7 +80,7 @@ enum Seen<'f> {
     InFrames(LeftOfScalar),
     /// How far it moves the suspect's vertices.
     Settled(&'f [f64], Arc<SettlingOfPatch>, Vec<[Vec3; 3]>),
-    /// What it adds to the pulls at them.
+    /// The pulls of planes at them.
     Balanced(Vec<[Vec3; 3]>),
 }
 

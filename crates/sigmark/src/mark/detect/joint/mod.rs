@@ -43,7 +43,7 @@
 //! (`mark/settling.rs`).
 //!
 //! **Balance.** Where it is known how regions may lie, as after decimation that can be drawn again, the suspect is also seen without samples: each vertex of the suspect has three observations, of how the planes of its region pull at it, whitened by
-//! what draws of its region leave open (`mark/balance.rs`), if the bits are known better so. X and G are what displacements add to these pulls; what the mark does to the part of a region that lies in other patches is noise.
+//! what draws of its region leave open (`mark/balance.rs`), if the bits are known better so. X and G are the pulls of the original's planes where a displacement was there before the decimation; what the mark does to the part of a region that lies in other patches is noise.
 //!
 //! **Robust weights.** w is the area that an observation stands for, times a weight for its residual. A sample of a surface stands
 //! for the mass of its vertex, since errors of samples that are near each other are alike. A vertex that was found again has an error

@@ -19,7 +19,7 @@ use super::{
 };
 use crate::mark::{MarkError, MarkLayout, MarkStage};
 
-/// How many draws there are. With eight, T₀ of horse and igea at 1 % is 0.9 of what it is with sixteen; with 64 it is the same.
+/// How many draws there are. In a sketch that knew what is left, T₀ of horse and igea at 1 % was 0.9 of it with eight; that of a horse was the same with 64.
 const DRAWS: usize = 16;
 
 /// How often survivors are told from draws, and how many draws they are told from.
@@ -32,7 +32,7 @@ const SHARPNESS: f64 = 1.5;
 /// What a candidate is worth more for each corner that comes to the right region.
 const WORTH_OF_A_CORNER: f32 = 1.0;
 
-/// In the mean logarithm over triangles, how much likelier the suspect may be without what draws say of its survivors: those of MeshLab are by 0.5 to 1.3, of igea and armadillo, where draws agree, and those of fast-simplification never by more than 0.02.
+/// In the mean logarithm over triangles, how much likelier the suspect may be without what draws say of its survivors: those of MeshLab are by 0.5 to 1.3, of igea and armadillo, where draws agree, and those of fast-simplification by less than this.
 const LESS_LIKELY: f64 = 0.05;
 
 /// Draws of the suspect's regions; none where it is of another decimator, nothing was seen as a whole, or bases are too large to be [kept](crate::mark::Original::keeps).

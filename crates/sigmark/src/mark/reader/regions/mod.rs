@@ -65,11 +65,10 @@ pub(super) struct Told {
     pub(super) draws: Vec<Regions>,
 }
 
-/// Regions of a suspect's vertices. More is told if it is known which layout the mark has that may have been in what was decimated; draws only if they suit the suspect.
+/// Regions of a suspect's vertices. More is told if it is known which layout the mark has that may have been in what was decimated.
 pub(super) fn regions(
     overlay: Overlay<'_>,
     layout: Option<&MarkLayout>,
-    suit: impl FnOnce(&[Regions]) -> bool,
     job: &Job,
 ) -> Result<Told, MarkError> {
     let is_seen = overlay.seen_triangles();
@@ -109,7 +108,7 @@ pub(super) fn regions(
     }
     Ok(Told {
         alternatives: all,
-        draws: draws.filter(|draws| suit(draws)).unwrap_or_default(),
+        draws: draws.unwrap_or_default(),
     })
 }
 
@@ -188,7 +187,7 @@ mod tests {
     }
 
     fn alternatives(overlay: Overlay<'_>) -> Vec<Regions> {
-        let told = regions(overlay, None, |_| true, &Job::default()).unwrap();
+        let told = regions(overlay, None, &Job::default()).unwrap();
         assert!(told.draws.is_empty());
         told.alternatives
     }
