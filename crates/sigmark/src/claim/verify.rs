@@ -196,15 +196,17 @@ impl Verifier {
     }
 
     fn verify_in_place(&self, suspect: &PreparedMesh, job: &Job) -> Result<Verdict, SigmarkError> {
-        let has_parts = self.parts.len() > 1 || components(suspect.mesh()).count > 1;
         let found = self.reader.find(suspect, job)?;
         let bent = found.in_local_frames(self.method.layout(), job)?;
-        // A cropped copy may stand among other things.
-        let large = LargeParts::of(suspect.mesh());
+        // A cropped copy may stand among other things, unless it lies as one.
+        let large = (!found.lies_as_one()).then(|| LargeParts::of(suspect.mesh()));
+        let has_parts = large.is_some() && (self.parts.len() > 1 || components(suspect.mesh()).count > 1);
         // Each is a way to the same bits, whether or not it is taken: any counts as often as there are.
         let is_bent = bent.is_some() || found.may_be_bent();
         let ways = [has_parts, self.rig.is_some(), is_bent];
-        let ways = 1 + large.count() + ways.into_iter().map(usize::from).sum::<usize>();
+        let ways = 1
+            + large.as_ref().map_or(0, LargeParts::count)
+            + ways.into_iter().map(usize::from).sum::<usize>();
         let expected = self.certificate.bits();
         let decoder = Decoder::new(&self.certificate, &expected).enough(ways, self.least_p());
         let mut verdict = self.weighed(self.verify_whole(&found, &decoder, job)?, ways);
@@ -221,7 +223,7 @@ impl Verifier {
                 verdict = better(verdict, self.weighed(in_parts, ways));
             }
         }
-        for part in large.meshes() {
+        for part in large.iter().flat_map(LargeParts::meshes) {
             if self.is_enough(&verdict) {
                 break;
             }

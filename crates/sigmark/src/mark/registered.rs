@@ -1,6 +1,6 @@
 use std::sync::Arc;
 
-use super::{Balances, MarkError, Settling};
+use super::{MarkError, Settling};
 
 /// A suspect brought onto an original, and sampled at the original's vertices; everything is in the original's order and frame.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,8 +21,6 @@ pub struct Registered {
     pub misfit: Vec<f64>,
     /// How the suspect's vertices follow a displacement of the original, if it was decimated.
     pub(crate) settling: Option<Arc<Settling>>,
-    /// What its vertices say of the planes that went into them, if that is known.
-    pub(crate) balances: Option<Arc<Balances>>,
     /// How many vertices the suspect has: no more samples than that are independent.
     pub suspect_vertices: usize,
 }
@@ -36,7 +34,6 @@ impl Registered {
             quadric_bias: vec![[0.0; 2]; positions.len()],
             misfit: vec![0.0; positions.len()],
             settling: None,
-            balances: None,
             suspect_vertices: positions.len(),
             positions,
         }

@@ -24,7 +24,7 @@ pub use wanted::Wanted;
 use std::fmt;
 
 use job::Job;
-use mesh::{Rig, Similarity, near_part, undivided};
+use mesh::{Rig, Similarity, components, near_part, undivided};
 use registration::{
     AlignOptions, Aligner, Alignment, Correspondence, MatchedBy, Placement, PreparedMesh, RegistrationStage,
     UnposedSurface, UnposedSuspect, match_cut, unpose_bent, unpose_placed,
@@ -35,6 +35,9 @@ use suspect::SeenBy;
 
 /// A suspect of whose surface more lies on the reference was bent nowhere, or in a small part.
 const MOSTLY_THERE: f64 = 0.9;
+
+/// Where one part has this share of a suspect's area, the others are dust.
+const ALL_BUT_DUST: f64 = 0.99;
 
 /// Brings suspects onto a reference and reads them there. What does not depend on the suspect is computed once, when it is first
 /// needed, and kept.
@@ -323,6 +326,26 @@ impl Found {
             placement,
             brought_back: BroughtBack::InFrames,
         }))
+    }
+
+    /// Whether its surface lies on the reference and is one connected part, but for dust: parts by themselves say no more of it than the whole does. No bits are looked at.
+    pub fn lies_as_one(&self) -> bool {
+        let Placement::BySurface(alignment) = &self.placement else {
+            return false;
+        };
+        if alignment.overlap < ALL_BUT_DUST {
+            return false;
+        }
+        let mesh = self.suspect.mesh();
+        let parts = components(mesh);
+        let mut areas = vec![0.0; parts.count];
+        for (t, &[corner, ..]) in mesh.triangles().iter().enumerate() {
+            areas[parts.of_vertex[corner as usize] as usize] += mesh.triangle_area(t);
+        }
+        let (largest, all) = areas.iter().fold((0.0, 0.0), |(largest, all), &area| {
+            (f64::max(largest, area), all + area)
+        });
+        largest >= ALL_BUT_DUST * all
     }
 
     /// What of it was found again.

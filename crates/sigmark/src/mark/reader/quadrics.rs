@@ -14,9 +14,12 @@ use std::{borrow::Cow, ops::Range, sync::Arc};
 use decimation::Quadric;
 use job::Job;
 use mesh::{Similarity, TriMesh, Vec3};
-use registration::{PreparedMesh, Resampled};
+use registration::PreparedMesh;
 
-use super::regions::{Overlay, Place, Regions, Told, regions};
+use super::{
+    regions::{self, Draws, Overlay, Place, Regions},
+    suspect::Sampled,
+};
 use crate::mark::{Balances, Lowest, MarkError, MarkLayout, Registered, Settling, settling::barycentric};
 
 /// Suspects with more triangles than this share of those that the original has there have hardly been decimated.
@@ -46,66 +49,138 @@ pub(super) struct Asked<'a> {
     pub(super) layout: Option<&'a MarkLayout>,
 }
 
-/// Sets [`Registered::quadric_bias`], [`Registered::misfit`] and [`Registered::settling`] at vertices that are asked for, if the suspect is clearly coarser than the original. Its tessellation bias is known.
-pub(super) fn foretell(
+/// A suspect as it lies on its original.
+struct Lying<'a> {
+    original: &'a TriMesh,
+    suspect: TriMesh,
+    /// Of the suspect's vertices, #V.
+    normals: Vec<Vec3>,
+    /// Where the original's vertices were seen that are asked for, or are around those (#V).
+    places: Vec<Option<Place>>,
+}
+
+impl<'a> Lying<'a> {
+    /// None where the suspect is not clearly coarser.
+    fn of(
+        original: &'a TriMesh,
+        suspect: &PreparedMesh,
+        sampled: &Sampled,
+        is_asked: &[bool],
+    ) -> Result<Option<Self>, MarkError> {
+        let Sampled {
+            pose,
+            registered,
+            surface,
+        } = sampled;
+        let Some(surface) = surface
+            .as_ref()
+            .filter(|_| is_coarser(original, suspect.mesh(), registered))
+        else {
+            return Ok(None);
+        };
+        let lying = lying(suspect, pose)?;
+        let place = |v: usize| -> Option<Place> {
+            registered.along[v]?;
+            let (t, seen) = (surface.triangles[v]?, Vec3(registered.positions[v]?));
+            Some((t, barycentric(lying.corners(t as usize), seen)))
+        };
+        let places = (0..original.vertex_count()).map(place).collect();
+        let places = around(&lying, places, is_asked);
+        let turned = |&n: &[f64; 3]| Vec3(pose.rotation.map(|row| Vec3(row).dot(Vec3(n))));
+        Ok(Some(Self {
+            original,
+            normals: suspect.vertex_normals().iter().map(turned).collect(),
+            suspect: lying,
+            places,
+        }))
+    }
+
+    fn overlay(&self) -> Overlay<'_> {
+        Overlay {
+            original: self.original,
+            suspect: &self.suspect,
+            places: &self.places,
+        }
+    }
+}
+
+/// What was sampled, with [`Registered::quadric_bias`], [`Registered::misfit`] and [`Registered::settling`] at vertices that are asked for, if the suspect is clearly coarser than the original.
+pub(super) fn foretold<'s>(
     reference: &PreparedMesh,
     suspect: &PreparedMesh,
-    pose: &Similarity,
-    sampled: &Resampled,
-    registered: &mut Cow<'_, Registered>,
+    sampled: &'s Sampled,
     asked: Asked<'_>,
     job: &Job,
-) -> Result<(), MarkError> {
+) -> Result<Cow<'s, Registered>, MarkError> {
     let original = reference.mesh();
-    if !is_coarser(original, suspect.mesh(), registered) {
-        return Ok(());
-    }
-    let lying = suspect
-        .mesh()
-        .with_positions(pose.apply_all(suspect.mesh().positions()))?;
-    let place = |v: usize| -> Option<Place> {
-        registered.along[v]?;
-        let (t, seen) = (sampled.triangles[v]?, Vec3(registered.positions[v]?));
-        Some((t, barycentric(lying.corners(t as usize), seen)))
+    let mut registered = Cow::Borrowed(&sampled.registered);
+    let Some((lying, surface)) =
+        Lying::of(original, suspect, sampled, asked.vertices)?.zip(sampled.surface.as_ref())
+    else {
+        return Ok(registered);
     };
-    let places = (0..original.vertex_count()).map(place).collect();
-    let places = around(&lying, places, asked.vertices);
-    let overlay = Overlay {
-        original,
-        suspect: &lying,
-        places: &places,
-    };
-    let normals = suspect.vertex_normals().iter();
-    let normals: Vec<Vec3> = normals
-        .map(|&n| Vec3(pose.rotation.map(|row| Vec3(row).dot(Vec3(n)))))
-        .collect();
-    let Told { alternatives, draws } = regions(overlay, asked.layout, job)?;
-    if let Some(layout) = asked.layout
-        && !draws.is_empty()
-        && suit_planes_alike(overlay, &normals, &draws)
-    {
-        let mark = layout.distortion_rms() * diagonal(original);
-        let balances = Balances::of(original, &lying, &draws, mark, job)?;
-        registered.to_mut().balances = Some(Arc::new(balances));
-    }
-    let (settled, regions) = settle(overlay, &normals, alternatives, job)?;
+    let overlay = lying.overlay();
+    let places = overlay.places;
+    let alternatives = regions::regions(overlay, asked.layout, job)?;
+    let (settled, regions) = settle(overlay, &lying.normals, alternatives, job)?;
     let unknown = UNKNOWN * diagonal(original);
-    let registered = registered.to_mut();
+    let foretold = registered.to_mut();
     for v in (0..places.len()).filter(|&v| asked.vertices[v]) {
-        if let (Some(place), Some(along)) = (&places[v], registered.along[v]) {
-            let offset = sampled.offsets[v].unwrap_or(0.0);
-            let told = settled.each_ref().map(|settled| seen(&lying, place, settled));
-            registered.quadric_bias[v] = told.map(|told| {
-                told.map_or(registered.tessellation_bias[v], |(way, _)| {
+        if let (Some(place), Some(along)) = (&places[v], foretold.along[v]) {
+            let offset = surface.offsets[v].unwrap_or(0.0);
+            let told = settled
+                .each_ref()
+                .map(|settled| seen(&lying.suspect, place, settled));
+            foretold.quadric_bias[v] = told.map(|told| {
+                told.map_or(foretold.tessellation_bias[v], |(way, _)| {
                     offset + Vec3(along).dot(way)
                 })
             });
             let misfits = told.iter().flatten().map(|&(_, misfit)| misfit);
-            registered.misfit[v] = misfits.fold(unknown, f64::min);
+            foretold.misfit[v] = misfits.fold(unknown, f64::min);
         }
     }
-    registered.settling = Some(Arc::new(settling(overlay, regions, &settled[0])));
-    Ok(())
+    foretold.settling = Some(Arc::new(settling(overlay, regions, &settled[0])));
+    Ok(registered)
+}
+
+/// Draws of the suspect's regions; none where it is not of the decimator that draws them. Which they are hardly depends on the pose.
+pub(super) fn draws(
+    reference: &PreparedMesh,
+    suspect: &PreparedMesh,
+    sampled: &Sampled,
+    asked: Asked<'_>,
+    job: &Job,
+) -> Result<Option<Vec<Regions>>, MarkError> {
+    let lying = Lying::of(reference.mesh(), suspect, sampled, asked.vertices)?;
+    let Some((lying, layout)) = lying.zip(asked.layout) else {
+        return Ok(None);
+    };
+    let suit =
+        |draws: &Draws| draws.is_sure || suit_planes_alike(lying.overlay(), &lying.normals, &draws.regions);
+    let draws = regions::draws(lying.overlay(), layout, job)?.filter(suit);
+    Ok(draws.map(|draws| draws.regions))
+}
+
+/// What the suspect's vertices say of the planes that went into them, by draws of regions.
+pub(super) fn balances(
+    reference: &PreparedMesh,
+    suspect: &PreparedMesh,
+    pose: &Similarity,
+    layout: &MarkLayout,
+    draws: &[Regions],
+    job: &Job,
+) -> Result<Balances, MarkError> {
+    let original = reference.mesh();
+    let lying = lying(suspect, pose)?;
+    let mark = layout.distortion_rms() * diagonal(original);
+    Ok(Balances::of(original, &lying, draws, mark, job)?)
+}
+
+/// A suspect in a pose.
+fn lying(suspect: &PreparedMesh, pose: &Similarity) -> Result<TriMesh, MarkError> {
+    let mesh = suspect.mesh();
+    Ok(mesh.with_positions(pose.apply_all(mesh.positions()))?)
 }
 
 /// Of each vertex of the suspect (#V); none where it has no region, or the quadric of that doesn't tell.

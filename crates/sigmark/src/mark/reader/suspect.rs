@@ -1,4 +1,4 @@
-use std::borrow::Cow;
+use std::{borrow::Cow, ops::RangeInclusive};
 
 use job::Job;
 use mesh::{BoundingBox, Similarity, Vec3};
@@ -7,9 +7,10 @@ use registration::{Correspondence, PreparedMesh, ResampleOptions, Resampled, res
 use super::{
     Reading, ReadingMethod,
     quadrics::{self, Asked},
+    regions::Regions,
     tessellation,
 };
-use crate::mark::{Bending, MarkError, MarkStage, Registered};
+use crate::mark::{Bending, JointEstimate, MarkError, MarkStage, Registered};
 
 /// A suspect, looked at from the vertices of a reference in any pose (section 4.4.1).
 ///
@@ -35,7 +36,7 @@ pub(super) struct Sampled {
     pub(super) pose: Similarity,
     pub(super) registered: Registered,
     /// What was met along normals; none where every vertex was found again.
-    surface: Option<Resampled>,
+    pub(super) surface: Option<Resampled>,
 }
 
 /// What of a suspect is looked at.
@@ -52,6 +53,9 @@ const SETTLED: f64 = 5e-4;
 
 /// As a share of the noise.
 const NEGLIGIBLE: f64 = 0.1;
+
+/// Where samples tell more of a bit in the mean, it is not worth a while to draw regions.
+const ENOUGH: f64 = 0.9;
 
 /// How often a suspect is sampled at most, and one that is bent: lines along normals meet that far from where they should at first.
 const MOST_ROUNDS: [usize; 2] = [2, 4];
@@ -106,12 +110,7 @@ impl Suspect {
         asked: Asked<'_>,
         job: &Job,
     ) -> Result<Cow<'s, Registered>, MarkError> {
-        let mut registered = Cow::Borrowed(&sampled.registered);
-        if let Some(surface) = &sampled.surface {
-            let (pose, mesh) = (&sampled.pose, &self.mesh);
-            quadrics::foretell(&self.reference, mesh, pose, surface, &mut registered, asked, job)?;
-        }
-        Ok(registered)
+        quadrics::foretold(&self.reference, &self.mesh, sampled, asked, job)
     }
 
     /// Reads the bits in a pose that is nearly right, and betters it.
@@ -146,6 +145,14 @@ impl Suspect {
         // Where space is bent, lines along normals meet the suspect elsewhere than they should, and a first look tells the coarsest of it.
         let coarsest = 0..=Bending::OF_DEGREE_2;
         let mut estimate = method.estimator().estimate_with(&first, &coarsest, job)?;
+        let draws = match estimate.tells() < ENOUGH {
+            true => quadrics::draws(&self.reference, &self.mesh, sampled, asked, job)?,
+            false => None,
+        };
+        if let Some(draws) = &draws {
+            let by_draws = self.estimated_by(draws, method, &sampled.pose, &first, &coarsest, job)?;
+            estimate = estimate.or(by_draws);
+        }
         let mut pose = sampled.pose;
         let mut better = pose.then(&estimate.misalignment.inverse());
         if let Some(detector) = method.detector() {
@@ -172,13 +179,32 @@ impl Suspect {
             }
             let seen = unbent.as_ref().unwrap_or(self);
             let registered = again.insert(seen.sample_again(&pose, asked, job)?);
-            let estimator = method.estimator();
-            let bending = estimate.bending.as_ref().map_or(0, Bending::fields);
-            estimate = estimator.estimate_with(registered, &(bending..=Bending::MOST), job)?;
+            let optional = estimate.bending.as_ref().map_or(0, Bending::fields)..=Bending::MOST;
+            estimate = method.estimator().estimate_with(registered, &optional, job)?;
+            if let Some(draws) = &draws {
+                let by_draws = seen.estimated_by(draws, method, &pose, registered, &optional, job)?;
+                estimate = estimate.or(by_draws);
+            }
             better = pose.then(&estimate.misalignment.inverse());
         }
         let registered = again.as_ref().unwrap_or(&first);
         Ok(Reading::of(layout, registered, better, &estimate))
+    }
+
+    /// The joint estimate in a pose by the suspect's vertices and draws of their regions.
+    fn estimated_by(
+        &self,
+        draws: &[Regions],
+        method: &ReadingMethod,
+        pose: &Similarity,
+        registered: &Registered,
+        optional: &RangeInclusive<usize>,
+        job: &Job,
+    ) -> Result<JointEstimate, MarkError> {
+        let balances = quadrics::balances(&self.reference, &self.mesh, pose, method.layout(), draws, job)?;
+        method
+            .estimator()
+            .estimate_by(&balances, registered, optional, job)
     }
 
     /// The suspect before space was bent, that lies on the reference in a pose.
@@ -193,6 +219,7 @@ impl Suspect {
         })
     }
 
+    /// What is sampled in a pose, with where decimation puts vertices.
     fn sample_again(&self, pose: &Similarity, asked: Asked<'_>, job: &Job) -> Result<Registered, MarkError> {
         job.begin(MarkStage::Resampling)?;
         let sampled = self.sampled(pose, job)?;
@@ -284,10 +311,12 @@ mod tests {
     use mesh::shapes;
 
     use super::*;
-    use crate::mark::{ChipPlan, JointEstimator, MarkLayout, Original, Reader, Strength, correlation};
+    use crate::mark::{
+        ChipPlan, JointEstimate, JointEstimator, MarkLayout, Original, Reader, Strength, correlation,
+    };
 
     #[test]
-    fn balances_of_draws_tell_more_of_a_decimated_suspect_than_alternatives() {
+    fn balances_of_draws_tell_more_of_a_decimated_suspect_than_samples() {
         let (mesh, bits, job) = (shapes::bumpy_sphere(6, 3), 64, Job::default());
         let original = Original::pooled(mesh.clone(), bits, Default::default(), &job).unwrap();
         original.keep_a_gigabyte();
@@ -302,27 +331,33 @@ mod tests {
         let marked = mesh.with_positions(marked).unwrap();
         let reader = Reader::new(&mesh).unwrap();
         let everywhere = vec![true; mesh.vertex_count()];
-        let read = |decimator: Decimator, layout_known: bool| -> (bool, f64) {
+        let read = |decimator: Decimator| -> [Option<f64>; 2] {
             let suspect = decimate(&marked, mesh.triangle_count() / 25, decimator, &job).unwrap();
             let suspect = reader.surface(&suspect);
             let asked = Asked {
                 vertices: &everywhere,
-                layout: layout_known.then_some(&*layout),
+                layout: Some(&layout),
             };
             let sampled = suspect.sampled(&Similarity::IDENTITY, &job).unwrap();
             let seen = suspect.foretold(&sampled, asked, &job).unwrap();
-            let estimate = JointEstimator::new(&layout).estimate(&seen, &job).unwrap();
-            let t = correlation(&written, estimate.soft.values());
-            (
-                seen.balances.is_some(),
-                t / (1.0 - t * t / bits as f64).max(1e-3).sqrt(),
-            )
+            let estimator = JointEstimator::new(&layout);
+            let margin = |estimate: JointEstimate| {
+                let t = correlation(&written, estimate.soft.values());
+                t / (1.0 - t * t / bits as f64).max(1e-3).sqrt()
+            };
+            let by_samples = estimator.estimate(&seen, &job).unwrap();
+            let draws = quadrics::draws(&suspect.reference, &suspect.mesh, &sampled, asked, &job).unwrap();
+            let by_balances = |draws: Vec<Regions>| {
+                let (pose, optional) = (Similarity::IDENTITY, 0..=Bending::MOST);
+                let (original, suspect) = (&suspect.reference, &suspect.mesh);
+                let balances = quadrics::balances(original, suspect, &pose, &layout, &draws, &job).unwrap();
+                estimator.estimate_by(&balances, &seen, &optional, &job).unwrap()
+            };
+            [Some(by_samples), draws.map(by_balances)].map(|estimate| estimate.map(margin))
         };
-        let (is_drawn, by_draws) = read(Decimator::Threshold, true);
-        let (is_not, by_alternatives) = read(Decimator::Threshold, false);
-        assert!(is_drawn && !is_not);
-        assert!(by_draws > 1.2 * by_alternatives, "{by_draws}, {by_alternatives}");
-        // Another decimator leaves other triangles, and draws are none.
-        assert!(!read(Decimator::Queue, true).0);
+        let [by_samples, by_balances] = read(Decimator::Threshold).map(Option::unwrap);
+        assert!(by_balances > 1.2 * by_samples, "{by_balances}, {by_samples}");
+        // Another decimator leaves other triangles, and nothing is drawn.
+        assert!(read(Decimator::Queue)[1].is_none());
     }
 }

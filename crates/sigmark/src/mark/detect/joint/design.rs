@@ -384,7 +384,12 @@ mod tests {
     use crate::mark::{ChipLayout, ChipPlan, Reader, Strength};
 
     /// Residuals of values of the unknowns without rule, and the same as rows leave them, in all patches, with the largest of them.
-    fn off(layout: &MarkLayout, suspect: &Registered, frames: Option<FrameOptions>) -> [f64; 2] {
+    fn off(
+        layout: &MarkLayout,
+        suspect: &Registered,
+        frames: Option<FrameOptions>,
+        balances: Option<&Balances>,
+    ) -> [f64; 2] {
         let (original, job) = (layout.original(), Job::default());
         let of_patch = |index: usize| {
             let patch = &original.patches()[index];
@@ -400,7 +405,7 @@ mod tests {
             JointModel::default(),
             suspect,
             frames,
-            suspect.balances.as_deref(),
+            balances,
         );
         let of_patch = |index: usize, patch: &Patch, basis: &PatchBasis| {
             let view = View::new(&design, layout, index, patch, basis);
@@ -441,10 +446,6 @@ mod tests {
         };
         let draws = [nearest(&[0]), nearest(&[0, 0, 1, 0, 2])];
         let balances = Balances::of(&mesh, &coarse, &draws, 1e-3, &job).unwrap();
-        let balanced = Registered {
-            balances: Some(balances.into()),
-            ..decimated.clone()
-        };
         let found_again = Registered::by_vertices(mesh.positions().iter().copied().map(Some).collect());
         let options = FrameOptions {
             reach: 0.35,
@@ -459,13 +460,13 @@ mod tests {
         let repeated = (repeated, ChipPlan::EveryPatch(chips));
         for (original, plan) in [pooled, repeated] {
             let layout = MarkLayout::with_strength(original.into(), plan, Strength::default()).unwrap();
-            for (suspect, frames) in [
-                (&decimated, None),
-                (&balanced, None),
-                (&found_again, None),
-                (&found_again, Some(options)),
+            for (suspect, frames, balances) in [
+                (&decimated, None, None),
+                (&decimated, None, Some(&balances)),
+                (&found_again, None, None),
+                (&found_again, Some(options), None),
             ] {
-                let [off, most] = off(&layout, suspect, frames);
+                let [off, most] = off(&layout, suspect, frames, balances);
                 assert!(most > 0.1 && off < 1e-12 * most, "{off} of {most}");
             }
         }

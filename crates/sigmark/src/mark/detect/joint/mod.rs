@@ -144,9 +144,17 @@ impl JointEstimate {
     /// Beyond this, a ratio says less of the bit than of how well noise is known: a few hundred that are all but certain would drown thousands that are not.
     pub const MOST_CERTAIN: f64 = 12.0;
 
-    /// How much the observations tell of all bits together, as they have it themselves: no bit that is looked for has a say.
-    fn tells(&self) -> f64 {
-        self.known.iter().sum()
+    /// How much the observations tell of a bit in the mean, as they have it themselves, from 0 to 1: no bit that is looked for has a say.
+    pub(crate) fn tells(&self) -> f64 {
+        self.known.iter().sum::<f64>() / self.known.len().max(1) as f64
+    }
+
+    /// Whichever of two tells more; the first of equals.
+    pub(crate) fn or(self, other: Self) -> Self {
+        match other.tells() > self.tells() {
+            true => other,
+            false => self,
+        }
     }
 }
 
@@ -259,15 +267,18 @@ impl JointEstimator {
         optional: &RangeInclusive<usize>,
         job: &Job,
     ) -> Result<JointEstimate, MarkError> {
-        let of = |balances| self.estimated(suspect, None, balances, optional, job);
-        let Some(balances) = suspect.balances.as_deref() else {
-            return of(None);
-        };
-        let (by_balances, by_samples) = (of(Some(balances))?, of(None)?);
-        Ok(match by_balances.tells() >= by_samples.tells() {
-            true => by_balances,
-            false => by_samples,
-        })
+        self.estimated(suspect, None, None, optional, job)
+    }
+
+    /// As [`estimate_with`](Self::estimate_with), by what the suspect's vertices say of the planes that went into them, instead of by samples.
+    pub(crate) fn estimate_by(
+        &self,
+        balances: &Balances,
+        suspect: &Registered,
+        optional: &RangeInclusive<usize>,
+        job: &Job,
+    ) -> Result<JointEstimate, MarkError> {
+        self.estimated(suspect, None, Some(balances), optional, job)
     }
 
     /// A suspect in the pose of its estimate, where it would be seen if nobody had smoothed it, or made it grow along its normals, to first order.

@@ -21,9 +21,9 @@ use std::ops::Range;
 use job::Job;
 use mesh::TriMesh;
 
+pub(super) use self::draws::{Draws, draws};
 use self::{
     candidates::Candidates,
-    draws::draws,
     growth::grown,
     repetition::repeated,
     survivors::{Survivor, survivors},
@@ -57,40 +57,19 @@ const LIKENESSES: usize = 3;
 /// Triangles between two questions to the job.
 const CHUNK: usize = 1024;
 
-/// What is told of regions.
-pub(super) struct Told {
-    /// Regions as they may be, at least once; each vertex of the suspect has at most one of them.
-    pub(super) alternatives: Vec<Regions>,
-    /// Draws of what was decimated, several or none; each is all that a suspect has.
-    pub(super) draws: Vec<Regions>,
-}
-
-/// Regions of a suspect's vertices. More is told if it is known which layout the mark has that may have been in what was decimated.
+/// Regions of a suspect's vertices as they may be, at least once; each vertex has at most one of them. More is told if it is known which layout the mark has that may have been in what was decimated.
 pub(super) fn regions(
     overlay: Overlay<'_>,
     layout: Option<&MarkLayout>,
     job: &Job,
-) -> Result<Told, MarkError> {
-    let is_seen = overlay.seen_triangles();
-    let seen = is_seen.iter().filter(|is_seen| **is_seen).count();
-    let share = seen as f64 / overlay.triangles_there();
-    let may_repeat = COARSER.contains(&share);
+) -> Result<Vec<Regions>, MarkError> {
+    let may_repeat = COARSER.contains(&overlay.triangles_left());
     let candidates = Candidates::of(overlay, job)?;
     let survivors = survivors(overlay, &candidates, may_repeat, job)?;
-    let found = survivors.iter().zip(&is_seen).filter(|(_, is_seen)| **is_seen);
-    let found: Vec<&Survivor> = found.filter_map(|(survivor, _)| survivor.as_ref()).collect();
-    if 2 * found.len() < seen {
-        return Ok(Told {
-            alternatives: vec![overlay.heaviest_corners()],
-            draws: Vec::new(),
-        });
-    }
-    let draws = match layout.filter(|_| share < COARSER.end) {
-        Some(layout) => draws(overlay, layout, &candidates, job)?,
-        None => None,
+    let Some(certain) = overlay.certainty(&survivors) else {
+        return Ok(vec![overlay.heaviest_corners()]);
     };
     let mut all = vec![grown(overlay, &survivors, job)?];
-    let certain = found.iter().map(|survivor| survivor.certainty).sum::<f64>() / found.len().max(1) as f64;
     if may_repeat && (layout.is_some() || certain >= CERTAIN) {
         let likenesses = match layout {
             Some(layout) => layout.likenesses(0..LIKENESSES, overlay.places, job)?,
@@ -106,10 +85,7 @@ pub(super) fn regions(
             all.extend(regions?);
         }
     }
-    Ok(Told {
-        alternatives: all,
-        draws: draws.unwrap_or_default(),
-    })
+    Ok(all)
 }
 
 impl Overlay<'_> {
@@ -121,9 +97,21 @@ impl Overlay<'_> {
         is_seen
     }
 
-    /// About how many triangles the original has where it was seen: two a vertex.
-    fn triangles_there(&self) -> f64 {
-        2.0 * self.places.iter().flatten().count() as f64
+    /// The suspect's share of the original's triangles where it was seen, which are about two a vertex.
+    fn triangles_left(&self) -> f64 {
+        let seen = self.seen_triangles().into_iter().filter(|is_seen| *is_seen);
+        seen.count() as f64 / (2.0 * self.places.iter().flatten().count() as f64)
+    }
+
+    /// How certain the survivors are in the mean of those in which a vertex was seen; none where half of these have none, as if the order were lost.
+    fn certainty(&self, survivors: &[Option<Survivor>]) -> Option<f64> {
+        let is_seen = self.seen_triangles();
+        let seen = survivors.iter().zip(&is_seen).filter(|(_, is_seen)| **is_seen);
+        let found: Vec<f64> = seen
+            .filter_map(|(survivor, _)| Some((*survivor)?.certainty))
+            .collect();
+        let is_kept = 2 * found.len() >= is_seen.iter().filter(|is_seen| **is_seen).count();
+        is_kept.then(|| found.iter().sum::<f64>() / found.len().max(1) as f64)
     }
 
     /// The corners of triangles that survived: the survivor, its corner in the original, and the suspect's vertex into which that went.
@@ -187,9 +175,7 @@ mod tests {
     }
 
     fn alternatives(overlay: Overlay<'_>) -> Vec<Regions> {
-        let told = regions(overlay, None, &Job::default()).unwrap();
-        assert!(told.draws.is_empty());
-        told.alternatives
+        regions(overlay, None, &Job::default()).unwrap()
     }
 
     #[test]
