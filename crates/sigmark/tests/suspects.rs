@@ -131,6 +131,23 @@ fn a_triangle_beside_a_copy_or_far_away_hides_nothing() {
 }
 
 #[test]
+fn dust_beside_a_copy_is_no_other_way_to_read_it() {
+    let (mesh, signed) = (original(), signed());
+    let copy = divided(signed.mesh());
+    let beside = |size: f64| {
+        let ball = shapes::scaled(&shapes::icosphere(3), size);
+        shapes::disjoint_union(&[copy.clone(), shapes::translated(&ball, [1.8, 0.0, 0.0])])
+    };
+    let [alone, dusty, with_a_ball] = [&copy, &beside(0.02), &beside(0.3)].map(|suspect| {
+        let verdict = judge(&mesh, signed, suspect);
+        assert_eq!(verdict.outcome, Outcome::Verified);
+        verdict.tries
+    });
+    assert_eq!(alone, dusty);
+    assert!(with_a_ball > alone, "{with_a_ball}, {alone}");
+}
+
+#[test]
 fn a_cropped_copy_is_found_among_other_models() {
     let (mesh, signed) = (original(), signed());
     let copy = cropped(signed.mesh(), 0.6);
