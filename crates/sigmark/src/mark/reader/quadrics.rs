@@ -152,8 +152,10 @@ pub(super) fn draws(
     asked: Asked<'_>,
     job: &Job,
 ) -> Result<Option<Vec<Regions>>, MarkError> {
-    let lying = Lying::of(reference.mesh(), suspect, sampled, asked.vertices)?;
-    let Some((lying, layout)) = lying.zip(asked.layout) else {
+    let Some(layout) = asked.layout else {
+        return Ok(None);
+    };
+    let Some(lying) = Lying::of(reference.mesh(), suspect, sampled, asked.vertices)? else {
         return Ok(None);
     };
     let suit =

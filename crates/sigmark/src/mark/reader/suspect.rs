@@ -150,6 +150,7 @@ impl Suspect {
             false => None,
         };
         if let Some(draws) = &draws {
+            job.begin(MarkStage::Detection)?;
             let by_draws = self.estimated_by(draws, method, &sampled.pose, &first, &coarsest, job)?;
             estimate = estimate.or(by_draws);
         }

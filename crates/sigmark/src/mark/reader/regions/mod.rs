@@ -103,7 +103,7 @@ impl Overlay<'_> {
         seen.count() as f64 / (2.0 * self.places.iter().flatten().count() as f64)
     }
 
-    /// How certain the survivors are in the mean of those in which a vertex was seen; none where half of these have none, as if the order were lost.
+    /// How certain the survivors are in the mean of those in which a vertex was seen; none where more than half of those have none, as if the order were lost.
     fn certainty(&self, survivors: &[Option<Survivor>]) -> Option<f64> {
         let is_seen = self.seen_triangles();
         let seen = survivors.iter().zip(&is_seen).filter(|(_, is_seen)| **is_seen);
