@@ -145,6 +145,10 @@ fn dust_beside_a_copy_is_no_other_way_to_read_it() {
     });
     assert_eq!(alone, dusty);
     assert!(with_a_ball > alone, "{with_a_ball}, {alone}");
+    // What is small, but has many vertices, may be the copy, and the rest a shell around it.
+    let small = shapes::scaled(&shapes::icosphere(5), 0.02);
+    let dense = shapes::disjoint_union(&[copy, shapes::translated(&small, [1.8, 0.0, 0.0])]);
+    assert!(judge(&mesh, signed, &dense).tries > alone);
 }
 
 #[test]

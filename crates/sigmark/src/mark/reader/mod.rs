@@ -36,8 +36,9 @@ use suspect::SeenBy;
 /// A suspect of whose surface more lies on the reference was bent nowhere, or in a small part.
 const MOSTLY_THERE: f64 = 0.9;
 
-/// Where one part has this share of a suspect's area, the others are dust.
+/// Where one part has this share of a suspect's area, and so much of its vertices that no other is [large](mesh::LargeParts), the others are dust: shells in many layers have any area, and are to hide nothing beside them.
 const ALL_BUT_DUST: f64 = 0.99;
+const ALL_BUT_DUSTY_VERTICES: f64 = 0.9;
 
 /// Brings suspects onto a reference and reads them there. What does not depend on the suspect is computed once, when it is first
 /// needed, and kept.
@@ -345,7 +346,8 @@ impl Found {
         let (largest, all) = areas.iter().fold((0.0, 0.0), |(largest, all), &area| {
             (f64::max(largest, area), all + area)
         });
-        largest >= ALL_BUT_DUST * all
+        let most = parts.sizes.iter().copied().max().unwrap_or(0);
+        largest >= ALL_BUT_DUST * all && most as f64 > ALL_BUT_DUSTY_VERTICES * mesh.vertex_count() as f64
     }
 
     /// What of it was found again.
