@@ -165,15 +165,15 @@ fn companions_that_would_replace_each_other_or_what_is_read_are_refused_before_a
     let folder = models();
     let other = shapes::bumpy_torus(40, 20, 2);
     // Two models from two folders, with buffers of one name; two in one folder that share a buffer.
-    folder.write_gltf("one/a.gltf", &model(), "scene.bin", b"a picture");
-    folder.write_gltf("two/b.gltf", &other, "scene.bin", b"a picture");
-    folder.write_gltf("shared/c.gltf", &model(), "scene.bin", b"a picture");
+    folder.write_gltf("one/a.gltf", &model(), "scene.bin", b"\x89PNG a picture");
+    folder.write_gltf("two/b.gltf", &other, "scene.bin", b"\x89PNG a picture");
+    folder.write_gltf("shared/c.gltf", &model(), "scene.bin", b"\x89PNG a picture");
     std::fs::copy(folder.path("shared/c.gltf"), folder.path("shared/d.gltf")).unwrap();
     // And two whose pictures alone have one name, the same and not the same.
-    folder.write_gltf("three/e.gltf", &other, "e.bin", b"a picture");
-    folder.write_gltf("four/f.gltf", &other, "f.bin", b"another picture");
+    folder.write_gltf("three/e.gltf", &other, "e.bin", b"\x89PNG a picture");
+    folder.write_gltf("four/f.gltf", &other, "f.bin", b"\x89PNG another picture");
     std::fs::create_dir_all(folder.path("five/data")).unwrap();
-    folder.write_gltf("five/g.gltf", &other, "data/scene.bin", b"a picture");
+    folder.write_gltf("five/g.gltf", &other, "data/scene.bin", b"\x89PNG a picture");
     let table: [(&str, &[&str]); 4] = [
         (
             "embed one/a.gltf two/b.gltf -o signed -k owner.pem",
@@ -212,7 +212,7 @@ fn companions_that_would_replace_each_other_or_what_is_read_are_refused_before_a
         "one picture for both: {}",
         run.out
     );
-    assert_eq!(folder.read("signed/skin.png"), b"a picture");
+    assert_eq!(folder.read("signed/skin.png"), b"\x89PNG a picture");
     assert!(folder.read("signed/scene.bin") != folder.read("one/scene.bin"));
 }
 
@@ -278,4 +278,22 @@ fn folders_of_suspects_are_judged_and_counted() {
         folder.run(&format!("verify model.ply theirs.ply {CLAIM}")).code,
         Some(1)
     );
+}
+
+/// A copy of it would go to whoever gets the signed model.
+#[test]
+fn a_model_that_names_the_private_key_is_not_signed() {
+    let folder = Folder::with_signed_model();
+    folder.write_gltf("a.gltf", &model(), "a.bin", b"\x89PNG a picture");
+    let named = String::from_utf8(folder.read("a.gltf")).unwrap();
+    folder.write("a.gltf", named.replace("skin.png", "owner.pem"));
+    folder.write("list.csv", "Anna\n");
+    for line in ["-o ../a.gltf", "-o signed --recipients list.csv"] {
+        let line = format!("embed a.gltf -k owner.pem {line}");
+        folder.refused(
+            &line,
+            &["a.gltf: refers to", "owner.pem, which is the private key"],
+        );
+    }
+    assert!(!folder.path("signed").exists());
 }

@@ -42,7 +42,11 @@ impl Archive {
     /// The archive, and the mesh's bytes.
     pub(crate) fn open(stored: Vec<u8>) -> Result<(Self, Vec<u8>), AssetProblem> {
         source::check_size(stored.len() as u64, source::LARGEST)?;
-        let archive = ZipArchive::new(Cursor::new(stored.as_slice())).map_err(damaged)?;
+        let mut archive = ZipArchive::new(Cursor::new(stored.as_slice())).map_err(damaged)?;
+        // A copy would hold the bytes that they share once for each.
+        if archive.has_overlapping_entries().map_err(damaged)? {
+            return Err(AssetProblem::Archive("its entries overlap".into()));
+        }
         if archive.has_duplicate_names() {
             return Err(AssetProblem::Archive(
                 "two of its entries have the same name".into(),
@@ -129,7 +133,8 @@ impl Archive {
             let name = file.name()?.into_owned();
             let buffer = match name == self.entry {
                 true => Some(""),
-                false => name.strip_prefix(self.folder()),
+                // What is left of the folder's own entry is no name of a buffer.
+                false => name.strip_prefix(self.folder()).filter(|name| !name.is_empty()),
             };
             match buffer.and_then(changed) {
                 Some(content) => {

@@ -195,6 +195,51 @@ fn what_a_threemf_lacks_is_said() {
     }
 }
 
+/// Ten of each in the next, fifteen deep, and no mesh in any of them.
+#[test]
+fn objects_that_are_made_of_nothing_again_and_again_are_refused() {
+    let object = |i: usize| {
+        let part = format!(r#"<component objectid="{}"/>"#, i + 1);
+        format!(
+            r#"<object id="{i}"><components>{}</components></object>"#,
+            part.repeat(10)
+        )
+    };
+    let nested: String = (100..115).map(object).collect();
+    let resources = format!(r#"<object id="4">{MESH}</object>{nested}"#);
+    let items = r#"<item objectid="4"/><item objectid="100"/>"#;
+    let message = refusal(&threemf(&model(&resources, items)));
+    assert!(message.contains("made of each other without end"), "{message}");
+}
+
+/// Each of 20 000 objects is placed by itself: who holds a vertex is looked up, or this takes minutes.
+#[test]
+fn positions_of_many_placed_objects_are_written_in_no_time() {
+    let corner = |x: usize| {
+        format!(r#"<vertex x="{x}" y="0" z="0"/><vertex x="{x}" y="1" z="0"/><vertex x="{x}" y="0" z="1"/>"#)
+    };
+    let triangles = r#"<triangles><triangle v1="0" v2="1" v3="2"/></triangles>"#;
+    let object = |i: usize| {
+        let vertices = corner(i);
+        format!(r#"<object id="{i}"><mesh><vertices>{vertices}</vertices>{triangles}</mesh></object>"#)
+    };
+    // Built in another order than they are written in.
+    let item = |i: usize| format!(r#"<item objectid="{i}" transform="1 0 0 0 1 0 0 0 1 0 0 {i}"/>"#);
+    let resources: String = (0..20_000).map(object).collect();
+    let items: String = (0..20_000).rev().map(item).collect();
+    let asset = open(&threemf(&model(&resources, &items)));
+    let shifted: Vec<[f64; 3]> = asset
+        .mesh()
+        .positions()
+        .iter()
+        .map(|[x, y, z]| [*x, y + 1.0, *z])
+        .collect();
+    assert_eq!(
+        asset.with_positions(&shifted).unwrap().mesh().positions(),
+        shifted
+    );
+}
+
 #[test]
 fn a_new_threemf_is_read_as_it_was_written() {
     let mesh = shapes::bumpy_sphere(2, 7);
@@ -373,6 +418,23 @@ fn archives_made_to_harm_are_refused() {
     let length = u16::try_from(nested.len() - comment).unwrap();
     nested[comment - 2..comment].copy_from_slice(&length.to_le_bytes());
     assert!(refusal(&nested).contains("its comment holds another archive"));
+    // Two records of the directory for the bytes of one entry, of which a copy would have two: the offset is the last number before the name.
+    let mut shared = archive(&[
+        ("scene.gltf", json.as_bytes(), false),
+        ("scene.bin", &bin, false),
+        ("other.bin", &bin, false),
+    ]);
+    let record = |name: &[u8]| {
+        let all = (0..shared.len() - name.len()).filter(|&at| shared[at..].starts_with(name));
+        all.last().unwrap() - 4
+    };
+    let [from, to] = [record(b"scene.bin"), record(b"other.bin")];
+    shared.copy_within(from..from + 4, to);
+    assert!(
+        refusal(&shared).contains("its entries overlap"),
+        "{}",
+        refusal(&shared)
+    );
     // The bits that say that an entry is encrypted, in its own header and in the directory.
     let mut locked = archive(&[("scene.gltf", json.as_bytes(), false), ("scene.bin", &bin, false)]);
     let names: Vec<usize> = (0..locked.len() - 9)
@@ -384,6 +446,24 @@ fn archives_made_to_harm_are_refused() {
     locked[local - 30 + 6] |= 1;
     locked[central - 46 + 8] |= 1;
     assert!(refusal(&locked).contains("the zip archive can't be read"));
+}
+
+/// Folders have entries of their own where a program packed them.
+#[test]
+fn the_entry_of_the_meshs_folder_stays_empty() {
+    let mesh = shapes::bumpy_sphere(1, 3);
+    let obj = write_mesh(&mesh, Format::Obj, Precision::Single);
+    let file = archive(&[("models/", b"", true), ("models/ball.obj", &obj, false)]);
+    let asset = open(&file);
+    let changed = asset.with_positions(&moved(asset.mesh())).unwrap();
+    let [(folder, content), (name, _)] = &entries(&changed.to_bytes())[..] else {
+        panic!("two entries")
+    };
+    assert_eq!(
+        (&**folder, content.len(), &**name),
+        ("models/", 0, "models/ball.obj")
+    );
+    assert_eq!(open(&changed.to_bytes()).mesh(), changed.mesh());
 }
 
 /// The same bytes with another word in place of one.

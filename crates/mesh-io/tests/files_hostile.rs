@@ -87,6 +87,18 @@ fn faces_of_a_million_corners_are_read_in_no_time() {
     }
 }
 
+/// What a vertex may lack is not told of each.
+#[test]
+fn a_million_vertices_without_their_colours_are_read_in_no_time() {
+    let count = 1_000_000;
+    let header = format!(
+        "ply\nformat ascii 1.0\nelement vertex {count}\nproperty float x\nproperty float y\nproperty float z\nproperty uchar red\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
+    );
+    let vertices = "0 0 0\n1 0 0\n0 1 0\n".to_owned() + &"0 0 0\n".repeat(count - 3);
+    let asset = Asset::from_bytes(header + &vertices + "3 0 1 2\n", Format::Ply).unwrap();
+    assert_eq!(asset.mesh().triangle_count(), 1);
+}
+
 /// A line may be as long as the file, and so may a word, a comment, and what is joined of lines.
 #[test]
 fn long_lines_and_words_are_read_in_no_time() {

@@ -222,7 +222,7 @@ fn files_beside_the_model_go_with_it() {
     scene.json["images"] = json!([{"uri": "skin.png"}, {"uri": "missing.png"}]);
     fs::create_dir(folder.path().join("data")).unwrap();
     fs::write(folder.path().join("data/my pyramid.bin"), &scene.bin).unwrap();
-    fs::write(folder.path().join("skin.png"), b"a picture").unwrap();
+    fs::write(folder.path().join("skin.png"), b"\x89PNG and so on").unwrap();
     let text = serde_json::to_string_pretty(&scene.json).unwrap();
     fs::write(folder.path().join("model.gltf"), &text).unwrap();
     let asset = Asset::open(folder.path().join("model.gltf")).unwrap();
@@ -234,7 +234,8 @@ fn files_beside_the_model_go_with_it() {
     changed.save(other.path().join("signed.gltf"), false).unwrap();
     let again = Asset::open(other.path().join("signed.gltf")).unwrap();
     assert_eq!(again.mesh(), changed.mesh());
-    assert_eq!(fs::read(other.path().join("skin.png")).unwrap(), b"a picture");
+    let skin = fs::read(other.path().join("skin.png")).unwrap();
+    assert_eq!(skin, b"\x89PNG and so on");
     // In the original's folder its buffer would be lost.
     let error = changed
         .save(folder.path().join("signed.gltf"), false)
@@ -247,6 +248,58 @@ fn files_beside_the_model_go_with_it() {
 
     let in_memory = Asset::from_bytes(text, Format::Gltf).unwrap_err().to_string();
     assert!(in_memory.contains("open it by its path"), "{in_memory}");
+}
+
+/// Whoever gets a copy gets all that goes with it.
+#[test]
+fn no_key_and_nothing_that_is_no_picture_goes_with_a_strangers_model() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("model.gltf");
+    fs::write(folder.path().join("owner.pem"), b"-----BEGIN PRIVATE KEY-----\n").unwrap();
+    fs::write(folder.path().join(".env"), b"PASSWORD=1").unwrap();
+    let mut scene = Scene::pyramid();
+    scene.json["images"] = json!([{"uri": "owner.pem"}, {"uri": ".env"}]);
+    fs::write(&path, scene.gltf()).unwrap();
+    assert_eq!(Asset::open(&path).unwrap().companions().count(), 0);
+    let key = json!({"uri": "owner.pem", "byteLength": 5});
+    scene.json["buffers"].as_array_mut().unwrap().push(key);
+    fs::write(&path, scene.gltf()).unwrap();
+    let error = Asset::open(&path).unwrap_err().to_string();
+    assert!(error.contains("owner.pem, which holds a key"), "{error}");
+}
+
+/// Lists that name the same bytes again and again would be as many triangles.
+#[test]
+fn no_more_triangles_and_vertices_are_read_than_the_file_has_bytes_for() {
+    let floats = |count: usize| 12 * count;
+    for (is_positions, size, problem) in [
+        (false, 2 * 3000, "more corners of triangles than bytes"),
+        (
+            true,
+            floats(3000),
+            "more lists of positions than the file has bytes for",
+        ),
+    ] {
+        let of_primitives = |count: usize| {
+            let mut scene = Scene::pyramid();
+            let view = scene.add_view(vec![0; size]);
+            for accessor in 2..2 + count {
+                let (kind, list) = match is_positions {
+                    true => (5126, json!({"attributes": {"POSITION": accessor}})),
+                    false => (5123, json!({"attributes": {"POSITION": 0}, "indices": accessor})),
+                };
+                let of = if is_positions { "VEC3" } else { "SCALAR" };
+                let own = json!({"bufferView": view, "componentType": kind, "count": 3000, "type": of});
+                scene.json["accessors"].as_array_mut().unwrap().push(own);
+                let primitives = &mut scene.json["meshes"][0]["primitives"];
+                primitives.as_array_mut().unwrap().push(list);
+            }
+            scene.glb()
+        };
+        assert_eq!(open(&of_primitives(2)).mesh().triangle_count(), 6);
+        let refused = refusal(&of_primitives(40));
+        assert!(refused.contains(problem), "{refused}");
+    }
 }
 
 #[test]

@@ -84,7 +84,8 @@ impl TextGeometry {
     }
 
     /// The geometry, in declared types.
-    pub(crate) fn finish_as(self, types: [Scalar; 3]) -> Geometry {
+    pub(crate) fn finish_as(mut self, types: [Scalar; 3]) -> Geometry {
+        self.placed.sort_by_key(|(vertices, _)| vertices.start);
         Geometry {
             names: Vec::new(),
             instances: Vec::new(),

@@ -15,6 +15,9 @@ use crate::words::Word;
 /// Components in components in components: deeper is an attack.
 const DEEPEST: usize = 16;
 
+/// How many objects may be shown: a few that are made of each other could be any number, with meshes or without.
+const MOST_SHOWN: usize = 1 << 17;
+
 /// What the file describes.
 #[derive(Default)]
 struct Model {
@@ -130,14 +133,17 @@ impl Model {
 
     /// Every mesh where the first build item has it; the other times are instances. Objects that no item builds are not shown.
     fn assembled(mut self, bytes: &[u8]) -> Result<Geometry, Fault> {
-        let mut shown: Vec<(String, Option<Placement>)> = Vec::new();
+        let mut gathered = Gathered {
+            shown: Vec::new(),
+            room: MOST_SHOWN,
+        };
         for (object, placement) in &self.items {
-            self.gather(object, *placement, 0, &mut shown)?;
+            self.gather(object, *placement, 0, &mut gathered)?;
         }
         let mut first: HashMap<String, Option<Placement>> = HashMap::new();
         let (mut instances, mut room) = (Vec::new(), bytes.len());
         let mut names = Vec::new();
-        for (object, placement) in shown {
+        for (object, placement) in gathered.shown {
             let (vertices, own) = &self.meshes[&object];
             let count = (vertices.end - vertices.start) as u32;
             if own.as_flattened().iter().any(|&v| v >= count) {
@@ -185,25 +191,32 @@ impl Model {
         object: &str,
         placement: Option<Placement>,
         depth: usize,
-        shown: &mut Vec<(String, Option<Placement>)>,
+        gathered: &mut Gathered,
     ) -> Result<(), Fault> {
-        if depth > DEEPEST || shown.len() > 1 << 16 {
+        if depth > DEEPEST || gathered.room == 0 {
             return Err(Fault::in_file(
                 "its objects are made of each other without end: export the model anew",
             ));
         }
+        gathered.room -= 1;
         if self.meshes.contains_key(object) {
-            shown.push((object.into(), placement));
+            gathered.shown.push((object.into(), placement));
         }
         for (part, own) in self.components.get(object).into_iter().flatten() {
             let together = match (own, placement) {
                 (Some(own), Some(outer)) => own.then(&outer),
                 (own, outer) => own.or(outer),
             };
-            self.gather(part, together, depth + 1, shown)?;
+            self.gather(part, together, depth + 1, gathered)?;
         }
         Ok(())
     }
+}
+
+/// The meshes that items are made of, and how many more objects may be looked at.
+struct Gathered {
+    shown: Vec<(String, Option<Placement>)>,
+    room: usize,
 }
 
 /// An attribute's text, whatever its namespace.

@@ -12,7 +12,7 @@ use crate::{number, words};
 pub(crate) struct TextSlots {
     /// First bytes of x, y and z of each vertex; vertices ascend, axes may stand in any order.
     pub(crate) starts: Vec<[usize; 3]>,
-    /// Vertices that are shown elsewhere than where their numbers say.
+    /// Vertices that are shown elsewhere than where their numbers say; ranges ascend.
     pub(crate) placed: Vec<(Range<usize>, Placement)>,
     /// What x, y and z are rounded to: decimals have a type, too.
     pub(crate) types: [Scalar; 3],
@@ -28,11 +28,11 @@ impl TextSlots {
     }
 
     fn placement(&self, vertex: usize) -> Option<&Placement> {
-        let of_vertex = self
+        let at = self
             .placed
-            .iter()
-            .find(|(vertices, _)| vertices.contains(&vertex));
-        of_vertex.map(|(_, placement)| placement)
+            .partition_point(|(vertices, _)| vertices.end <= vertex);
+        let (vertices, placement) = self.placed.get(at)?;
+        vertices.contains(&vertex).then_some(placement)
     }
 
     /// What a vertex's own numbers have to be so that it is shown at `position`; `None` if it is.

@@ -30,6 +30,7 @@ pub(super) fn check_apart(tasks: &[Task], key: &Path) -> Result<()> {
         .collect();
     let inputs = inputs(tasks, &companions, key);
     for companion in &companions {
+        companion.check_source(key)?;
         companion.check_inputs(&inputs)?;
         companion.check_outputs(tasks)?;
     }
@@ -63,6 +64,7 @@ pub(super) fn check_copies<'a>(
         let (companions, task) = (companions(task, named.clone()), std::slice::from_ref(task));
         let inputs = inputs(task, &companions, key);
         for companion in &companions {
+            companion.check_source(key)?;
             companion.check_inputs(&inputs)?;
             companion.check_outputs(task)?;
         }
@@ -92,6 +94,18 @@ fn companions(task: &Task, named: Vec<mesh_io::Companion>) -> Vec<Companion<'_>>
 }
 
 impl Companion<'_> {
+    /// A model of a stranger could name the key, a copy of which would go to whoever gets the signed model.
+    fn check_source(&self, key: &Path) -> Result<()> {
+        if files::resolved(&self.source) == files::resolved(key) {
+            bail!(
+                "{}: refers to {}, which is the private key; keep the key in a folder of its own, and mind where this model is from",
+                self.task.model.display(),
+                self.source.display()
+            );
+        }
+        Ok(())
+    }
+
     fn check_inputs(&self, inputs: &[PathBuf]) -> Result<()> {
         let target = files::resolved(&self.target);
         // What is the same already is not written.

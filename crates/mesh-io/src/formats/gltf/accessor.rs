@@ -107,8 +107,7 @@ impl Accessor {
             Some(view) => Some(place(view.value(), offset, shape)?),
             None => None,
         };
-        let bytes: usize = store.buffers.iter().map(|buffer| buffer.bytes.len()).sum();
-        if base.is_none() && shape.count > bytes {
+        if base.is_none() && shape.count > store.bytes() {
             return Err(fault("has more elements than the file has bytes"));
         }
         let (sparse, replaced) = match &accessor.sparse {

@@ -56,6 +56,11 @@ impl Store {
         Ok(store)
     }
 
+    /// How many bytes there are: every corner and every element of a list takes one of its own at least, unless a file names the same ones again and again.
+    pub(super) fn bytes(&self) -> usize {
+        self.buffers.iter().map(|buffer| buffer.bytes.len()).sum()
+    }
+
     /// Which of the asset's buffers holds what a URI names.
     fn open(&mut self, path: &Path, uri: &str, beside: &Beside<'_>) -> Result<usize, AssetError> {
         let refused = |problem: &str| Fault::in_file(problem).of(path);
@@ -72,6 +77,12 @@ impl Store {
                     return Ok(at);
                 }
                 let bytes = beside.read(path, &name)?;
+                if bytes.starts_with(PEM) {
+                    let problem = format!(
+                        "refers to {name}, which holds a key or a certificate and no part of a model"
+                    );
+                    return Err(refused(&problem));
+                }
                 (name, bytes)
             }
         };
@@ -82,7 +93,8 @@ impl Store {
         Ok(self.buffers.len() - 1)
     }
 
-    /// Takes the textures along that lie beside the file, so that a copy of it has them too. Those that are missing were missing before.
+    /// Takes the textures along that lie beside the file, so that a copy of it has them too. Those that are missing were missing before, and what is no
+    /// picture is none: a stranger's model may name any file, and whoever gets the copy would get that, too.
     fn read_images(&mut self, document: &Document, beside: &Beside<'_>) {
         let Beside::Folder(folder) = beside else {
             return;
@@ -90,6 +102,7 @@ impl Store {
         for name in images(document) {
             if self.buffers.iter().all(|buffer| buffer.name != name)
                 && let Ok(bytes) = source::read(&folder.join(&name), source::LARGEST)
+                && is_picture(&bytes)
             {
                 self.buffers.push(Buffer {
                     name,
@@ -151,15 +164,45 @@ fn images(document: &Document) -> impl Iterator<Item = String> {
         .flat_map(|uri| file_name(uri))
 }
 
-/// The name of a file beside the document, or in a folder beside it.
+/// How keys begin.
+const PEM: &[u8] = b"-----BEGIN ";
+
+/// How pictures begin: PNG, JPEG, KTX, DDS, GIF, BMP, TIFF, OpenEXR, Radiance, Photoshop.
+const PICTURES: [&[u8]; 12] = [
+    b"\x89PNG",
+    b"\xFF\xD8\xFF",
+    b"\xABKTX ",
+    b"DDS ",
+    b"GIF8",
+    b"BM",
+    b"II*\0",
+    b"MM\0*",
+    b"\x76\x2F\x31\x01",
+    b"#?RADIANCE",
+    b"#?RGBE",
+    b"8BPS",
+];
+
+/// Those in containers that hold other things, too: WebP, AVIF.
+const CONTAINED: [(usize, &[u8]); 2] = [(8, b"WEBP"), (4, b"ftypavi")];
+
+fn is_picture(bytes: &[u8]) -> bool {
+    let contained = |(at, name): &(usize, &[u8])| bytes.get(*at..).is_some_and(|rest| rest.starts_with(name));
+    PICTURES.iter().any(|first| bytes.starts_with(first)) || CONTAINED.iter().any(contained)
+}
+
+/// The name of a file beside the document, or in a folder beside it; of all spellings one.
 fn file_name(uri: &str) -> Result<String, String> {
     let remedy = "put it beside the model and name it so, or save the model as GLB";
     let name = decoded(uri).ok_or_else(|| format!("{uri}: is no file name: {remedy}"))?;
-    let path = Path::new(&name);
-    let is_beside = path.components().all(|part| matches!(part, Component::Normal(_)));
-    match is_beside && !name.is_empty() && !uri.contains("://") {
-        true => Ok(name),
-        false => Err(format!("{uri}: lies elsewhere than beside the model: {remedy}")),
+    let part = |part| match part {
+        Component::Normal(part) => part.to_str(),
+        _ => None,
+    };
+    let parts: Option<Vec<&str>> = Path::new(&name).components().map(part).collect();
+    match parts {
+        Some(parts) if !parts.is_empty() && !uri.contains("://") => Ok(parts.join("/")),
+        _ => Err(format!("{uri}: lies elsewhere than beside the model: {remedy}")),
     }
 }
 
@@ -191,6 +234,7 @@ mod tests {
         assert_eq!(file_name("my%20model.bin").unwrap(), "my model.bin");
         assert_eq!(file_name("parts/wheel.bin").unwrap(), "parts/wheel.bin");
         assert_eq!(file_name("r%C3%A4der.bin").unwrap(), "räder.bin");
+        assert_eq!(file_name("parts/.//wheel.bin").unwrap(), "parts/wheel.bin");
         for outside in [
             "",
             "../secret",

@@ -92,7 +92,7 @@ fn geometry(document: &Document, store: &Store) -> Result<Geometry, Fault> {
     // Which triangles a primitive has, and where they lie: whoever has the same comes second, and is an instance.
     let mut first: HashMap<_, (Range<usize>, Option<Placement>)> = HashMap::new();
     let mut instances = Vec::new();
-    let mut room: usize = store.buffers.iter().map(|buffer| buffer.bytes.len()).sum();
+    let [mut room, mut corners_left] = [store.bytes(); 2];
     let mut names = Vec::new();
     for_each_primitive(document, store, |primitive, positions, (placement, placed)| {
         let indices = primitive.indices.map(|index| index.value());
@@ -114,6 +114,10 @@ fn geometry(document: &Document, store: &Store) -> Result<Geometry, Fault> {
             names.push((first_vertex..vertices.count(), name.clone()));
         }
         let corners = corners(document, store, indices, &numbers)?;
+        let left = corners_left.checked_sub(corners.len());
+        corners_left = left.ok_or_else(|| {
+            Fault::in_file("it has more corners of triangles than bytes: export the model anew")
+        })?;
         let start = triangles.len();
         let flip = placement.is_some_and(Placement::mirrors);
         cut(&corners, mode(primitive), flip, &mut triangles);

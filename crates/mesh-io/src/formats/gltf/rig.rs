@@ -97,7 +97,7 @@ impl Targets {
         Self {
             found: Vec::new(),
             numbers: HashMap::new(),
-            room: store.buffers.iter().map(|buffer| buffer.bytes.len()).sum(),
+            room: store.bytes(),
         }
     }
 

@@ -62,6 +62,10 @@ impl Vertices {
         if accessor.shape.components != 3 || accessor.shape.scalar == Scalar::U32 {
             return Err(accessor_fault(index, "holds no positions"));
         }
+        if self.count() + accessor.shape.count > store.bytes() {
+            let problem = "is one of more lists of positions than the file has bytes for";
+            return Err(accessor_fault(index, problem));
+        }
         let mut vertices = match &accessor.base {
             Some(elements) => self.push(elements, accessor.normalised, placement)?,
             None => self.push_zeros(accessor.shape.count, placement)?,

@@ -85,9 +85,10 @@ impl<'a> Ascii<'a> {
     ) -> Result<[Option<Word<'a>>; 3], Fault> {
         let mut xyz = [None; 3];
         for (number, property) in element.properties.iter().enumerate() {
-            let value = match self.value(property) {
-                Err(_) if number >= needed => break,
-                value => value?,
+            let value = match self.words.next_in_line() {
+                Some(value) => value,
+                None if number >= needed => break,
+                None => return Err(self.cut_short(property)),
             };
             if property.count.is_none() {
                 if let Some(axis) = sought.and_then(|axes| axes.iter().position(|&a| a == number)) {
@@ -111,7 +112,8 @@ impl<'a> Ascii<'a> {
             )
         })?;
         for _ in 0..length {
-            let word = self.value(property)?;
+            let word = self.words.next_in_line();
+            let word = word.ok_or_else(|| self.cut_short(property))?;
             if let Some(faces) = faces {
                 let index = word.integer().ok_or_else(|| not_a_number(&self.words, word))?;
                 self.triangles
@@ -126,13 +128,10 @@ impl<'a> Ascii<'a> {
         })
     }
 
-    fn value(&mut self, property: &Property<'_>) -> Result<Word<'a>, Fault> {
-        self.words.next_in_line().ok_or_else(|| {
-            let name = property.name.escape_ascii();
-            self.words.fault(format!(
-                "the line ends before the value of property {name}{CUT_SHORT}"
-            ))
-        })
+    fn cut_short(&self, property: &Property<'_>) -> Fault {
+        let name = property.name.escape_ascii();
+        let problem = format!("the line ends before the value of property {name}{CUT_SHORT}");
+        self.words.fault(problem)
     }
 }
 
