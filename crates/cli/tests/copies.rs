@@ -192,6 +192,15 @@ fn what_is_another_in_the_place_of_a_copy_is_refused_before_one_is_written() {
     folder.refused(COPIES, &["copies/index.csv: is no list of copies", "--force"]);
     assert_eq!(made(&folder, &format!("{COPIES} --force")), (3, 0));
     assert_eq!(made(&folder, &format!("{COPIES} --force")), (0, 3));
+    // What is not its copy has its name, and nobody looks at it before it is asked for.
+    folder.write(place(""), folder.read("model.ply"));
+    assert_eq!(made(&folder, COPIES), (0, 3));
+    assert_eq!(made(&folder, &format!("{COPIES} --force")), (1, 2));
+    folder.done(&format!(
+        "verify {} --original model.ply --certificate {}",
+        place(""),
+        place(".cert.json")
+    ));
 }
 
 #[test]
@@ -255,7 +264,7 @@ fn lists_and_options_that_do_not_fit_are_refused_before_anything_is_done() {
 #[test]
 fn what_a_model_refers_to_lies_beside_every_copy() {
     let folder = folder();
-    folder.write_gltf("scene/a.gltf", &model(), "a.bin", b"a picture");
+    folder.write_gltf("scene/a.gltf", &model(), "a.bin", b"\x89PNG a picture");
     folder.done("embed scene/a.gltf --recipients list.csv -o copies -k owner.pem --chip-rate 1");
     let copies = files(&folder, "copies");
     let buffers = named(&copies, "a.bin");

@@ -120,7 +120,7 @@ and does not stop the rest; then the exit code is 2.
 With --recipients one model is signed for each recipient of a list, with a certificate each; what costs most is computed once. Every copy lies in a \
 folder of its own, under the model's name and with its time, so that the file says nobody's name: copies/RECIPIENT/model.obj, and copies/index.csv says which folder \
 is whose. Send the model's file from a folder, and whatever lies there but the certificate; keep certificates and index.csv to yourself. A run that was interrupted goes on where it stopped when it is started again, and so \
-does one whose list has grown: copies that are there already, and would be the same, stay. Anything else in their places is refused before a copy is written, or replaced with --force.
+does one whose list has grown: copies that are there already, with their certificates, stay. Anything else in their places is refused before a copy is written. With --force all are made again, and whatever differs is replaced.
 
 Reads and writes GLB, glTF, OBJ, PLY, STL and OFF, also gzipped, 3MF, and the one mesh of a zip archive, where a glTF has its buffers and textures in it, too. Only positions change (and what glTF \
 says of their bounds): materials, textures, skins, animations, morph targets, unknown extensions stay byte for byte, and so do stored normals and tangents, \

@@ -3,6 +3,7 @@
 use std::{fs, path::Path, time::SystemTime};
 
 use anyhow::{Context, Result, bail};
+use mesh_io::Asset;
 use sigmark::{PayloadKind, Prepared, Statement};
 
 use super::super::{Attempt, Task, check_sound};
@@ -24,7 +25,7 @@ pub(super) enum There {
     Nothing,
     /// A mesh without a certificate, as an interrupted run leaves it.
     MeshAlone,
-    /// A certificate, and whether the mesh is there.
+    /// A certificate, and whether the mesh is there with all that it refers to.
     Certificate { stated: Stated, has_mesh: bool },
     /// No certificate that can be read, and why not.
     Unreadable(anyhow::Error),
@@ -39,12 +40,18 @@ pub(super) struct Stated {
 }
 
 impl There {
-    pub(super) fn at(copy: &Copy, prepared: &Prepared) -> Self {
+    pub(super) fn at(copy: &Copy, prepared: &Prepared, asset: &Asset) -> Self {
         let task = &copy.task;
-        let has_mesh = fs::symlink_metadata(&task.output).is_ok();
-        if fs::symlink_metadata(&task.certificate).is_err() {
-            return if has_mesh { Self::MeshAlone } else { Self::Nothing };
+        let is_there = |path: &Path| fs::symlink_metadata(path).is_ok();
+        if !is_there(&task.certificate) {
+            return match is_there(&task.output) {
+                true => Self::MeshAlone,
+                false => Self::Nothing,
+            };
         }
+        let mut companions = asset.companions();
+        let has_mesh =
+            is_there(&task.output) && companions.all(|(name, _)| is_there(&task.output.with_file_name(name)));
         match claims::read_certificate(&task.certificate) {
             Ok(certificate) => Self::Certificate {
                 stated: Stated::of(certificate.statement(), prepared.statement_for(&copy.recipient)),
@@ -94,6 +101,7 @@ impl Copy {
         matches!(&self.there, There::Certificate { stated, .. } if stated.is_of(prepared))
     }
 
+    /// Whether it is there, by its certificate and the names of files: their contents are not looked at.
     pub(super) fn is_complete(&self, prepared: &Prepared) -> bool {
         matches!(self.there, There::Certificate { has_mesh: true, .. }) && self.is_certified(prepared)
     }
@@ -124,8 +132,8 @@ impl Copy {
     }
 
     /// Writes what is missing of a copy: mesh and companions with the time of the model, so that nobody reads off them when they were made, then the
-    /// certificate.
-    pub(super) fn write(&self, attempt: &Attempt, prepared: &Prepared, rules: &Rules) -> Result<()> {
+    /// certificate. Returns whether anything was.
+    pub(super) fn write(&self, attempt: &Attempt, prepared: &Prepared, rules: &Rules) -> Result<bool> {
         let task = &self.task;
         check_sound(&attempt.read_back, &task.output)?;
         batch::make_folder_of(&task.output)?;
@@ -134,9 +142,10 @@ impl Copy {
             // It would say of another mesh that it is whole.
             remove(&task.certificate)?;
         }
-        self.write_mesh(attempt, rules)?;
+        let is_written = self.write_mesh(attempt, rules)?;
         if is_certified {
-            return set_folder_time(files::folder_of(&task.output), rules.modified);
+            set_folder_time(files::folder_of(&task.output), rules.modified)?;
+            return Ok(is_written);
         }
         let json = attempt.signed.certificate().to_json()?;
         let certificate = Output {
@@ -145,10 +154,11 @@ impl Copy {
             private: true,
         };
         files::write_together(&[certificate], rules.force)?;
-        set_folder_time(files::folder_of(&task.output), rules.modified)
+        set_folder_time(files::folder_of(&task.output), rules.modified)?;
+        Ok(true)
     }
 
-    fn write_mesh(&self, attempt: &Attempt, rules: &Rules) -> Result<()> {
+    fn write_mesh(&self, attempt: &Attempt, rules: &Rules) -> Result<bool> {
         let (task, mesh) = (&self.task, attempt.marked.to_bytes());
         let companions = task.companions(&attempt.marked)?;
         let companions = companions.iter();
@@ -168,7 +178,8 @@ impl Copy {
         for (name, _) in attempt.marked.companions() {
             set_time(&task.output.with_file_name(name), rules.modified)?;
         }
-        set_time(&task.output, rules.modified)
+        set_time(&task.output, rules.modified)?;
+        Ok(!outputs.is_empty())
     }
 }
 

@@ -180,7 +180,7 @@ impl Run<'_> {
         let original = Arc::new(embedder.cut(self.asset.mesh(), self.job).with_context(named)?);
         let prepared = embedder.prepare_in(&original).with_context(named)?;
         self.look(&prepared, copies)?;
-        if copies.iter().all(|copy| copy.is_complete(&prepared)) {
+        if copies.iter().all(|copy| self.stays(copy, &prepared)) {
             return Ok(prepared);
         }
         self.announce(&prepared, false)?;
@@ -207,12 +207,17 @@ impl Run<'_> {
     /// Looks what is there already. What can't be a copy, however strong, is refused before the bases are computed.
     fn look(&self, prepared: &Prepared, copies: &mut [Copy]) -> Result<()> {
         self.progress.begin("copies", "looking what is there");
-        let there = |i: usize| There::at(&copies[i], prepared);
+        let there = |i: usize| There::at(&copies[i], prepared, self.asset);
         let there = self.job.map_reported(copies.len(), 1, there)?;
         for (copy, there) in copies.iter_mut().zip(there) {
             copy.there = there;
         }
         self.each(copies, Copy::check_possible)
+    }
+
+    /// Whether a copy is not made. Where anything may be replaced, each is, and one that comes out as it was is not written.
+    fn stays(&self, copy: &Copy, prepared: &Prepared) -> bool {
+        !self.arguments.force && copy.is_complete(prepared)
     }
 
     fn check(&self, prepared: &Prepared, copies: &[Copy]) -> Result<()> {
@@ -238,31 +243,32 @@ impl Run<'_> {
 
     /// Makes what is missing, and says of each copy whether it is new, and the worst of the new ones.
     fn make(&self, prepared: &Prepared, copies: &[Copy]) -> Result<(Vec<bool>, Option<Turn>)> {
-        let is_new: Vec<bool> = copies.iter().map(|copy| !copy.is_complete(prepared)).collect();
-        let missing = || {
-            copies
-                .iter()
-                .zip(&is_new)
-                .filter(|(_, is_new)| **is_new)
-                .map(|(copy, _)| copy)
-        };
-        let is_begun = |copy: &&Copy| matches!(copy.there, There::MeshAlone);
+        let mut is_new = vec![false; copies.len()];
+        let mut worst = None;
         self.progress.begin("copies", "making copies");
+        let missing = (0..copies.len()).filter(|&i| !self.stays(&copies[i], prepared));
         // Where a mesh stands that is another, nothing is made.
-        let mut turns = self.make_all(prepared, &missing().filter(is_begun).collect::<Vec<_>>())?;
-        let rest: Vec<&Copy> = missing().filter(|copy| !is_begun(copy)).collect();
-        turns.extend(self.make_all(prepared, &rest)?);
-        Ok((is_new, turns.into_iter().reduce(Turn::worse)))
+        let (begun, rest): (Vec<usize>, Vec<usize>) =
+            missing.partition(|&i| matches!(copies[i].there, There::MeshAlone));
+        for numbers in [begun, rest] {
+            let chosen: Vec<&Copy> = numbers.iter().map(|&i| &copies[i]).collect();
+            let made = self.make_all(prepared, &chosen)?;
+            for (i, turn) in numbers.into_iter().zip(made) {
+                is_new[i] = turn.is_some();
+                worst = [worst, turn].into_iter().flatten().reduce(Turn::worse);
+            }
+        }
+        Ok((is_new, worst))
     }
 
-    /// Makes copies side by side. After a failure none is begun.
-    fn make_all(&self, prepared: &Prepared, copies: &[&Copy]) -> Result<Vec<Turn>> {
+    /// Makes copies side by side; none of those that come out as they were. After a failure none is begun.
+    fn make_all(&self, prepared: &Prepared, copies: &[&Copy]) -> Result<Vec<Option<Turn>>> {
         if copies.is_empty() {
             return Ok(Vec::new());
         }
         let rules = self.rules()?;
         let failed = AtomicBool::new(false);
-        let make = |i: usize| -> Option<Result<Turn>> {
+        let make = |i: usize| -> Option<Result<Option<Turn>>> {
             if failed.load(Ordering::Relaxed) {
                 return None;
             }
@@ -284,17 +290,17 @@ impl Run<'_> {
         })
     }
 
-    fn make_one(&self, prepared: &Prepared, copy: &Copy, rules: &Rules) -> Result<Turn> {
+    fn make_one(&self, prepared: &Prepared, copy: &Copy, rules: &Rules) -> Result<Option<Turn>> {
         let of_whom = || format!("the copy for {}", copy.recipient);
         let job = self.job.alone().quiet();
         let attempt = Attempt::make(prepared, &copy.recipient, self.asset, &job).with_context(of_whom)?;
         let turn = FacetTurn::between(self.asset.mesh(), attempt.marked.mesh())?;
-        copy.write(&attempt, prepared, rules).with_context(of_whom)?;
-        Ok(Turn {
+        let is_new = copy.write(&attempt, prepared, rules).with_context(of_whom)?;
+        Ok(is_new.then(|| Turn {
             summary: turn.summary(),
             flipped: turn.flipped(),
             prediction: *attempt.signed.prediction(),
-        })
+        }))
     }
 
     /// As many threads as copies in the making have room for.

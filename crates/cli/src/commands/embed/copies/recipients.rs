@@ -90,15 +90,8 @@ struct List<'a> {
 impl List<'_> {
     fn recipients(&self) -> Result<Vec<Recipient>> {
         let (separator, column) = self.header();
-        let mut rows = ReaderBuilder::new();
-        let mut rows = rows
-            .has_headers(false)
-            .flexible(true)
-            .trim(Trim::All)
-            .delimiter(separator)
-            .from_reader(self.text.as_bytes());
         let (mut recipients, mut fields) = (Vec::new(), None);
-        for row in rows.records() {
+        for row in self.rows(separator).records() {
             let row = row.map_err(|error| anyhow!("{}: is no CSV file ({error})", self.path.display()))?;
             if row.iter().all(str::is_empty) {
                 continue;
@@ -115,14 +108,24 @@ impl List<'_> {
 
     /// What separates fields, and which column has the header, if there is one.
     fn header(&self) -> (u8, Option<usize>) {
-        let first = self.text.lines().find(|line| !line.trim().is_empty());
-        let first = first.unwrap_or_default();
-        let is_header = |field: &str| field.trim().trim_matches('"').trim().eq_ignore_ascii_case(COLUMN);
         let found = SEPARATORS.into_iter().find_map(|separator| {
-            let column = first.split(char::from(separator)).position(is_header)?;
+            let mut rows = self.rows(separator).into_records().map_while(Result::ok);
+            let first = rows.find(|row| !row.iter().all(str::is_empty))?;
+            let column = first
+                .iter()
+                .position(|field| field.eq_ignore_ascii_case(COLUMN))?;
             Some((separator, Some(column)))
         });
         found.unwrap_or((SEPARATORS[0], None))
+    }
+
+    fn rows(&self, separator: u8) -> csv::Reader<&[u8]> {
+        let mut rows = ReaderBuilder::new();
+        rows.has_headers(false)
+            .flexible(true)
+            .trim(Trim::All)
+            .delimiter(separator)
+            .from_reader(self.text.as_bytes())
     }
 
     /// A row with more fields than the first has a separator that was not meant as one.
@@ -210,6 +213,7 @@ mod tests {
             "\u{feff}recipient\r\n Anna \r\n\r\n\"Museum, Berlin\"",
             "order,\"recipient\",note\n1,Anna\n ,,\n2,\"Museum, Berlin\",x\n",
             "order;recipient;note\n1;Anna\n;;\n2;Museum, Berlin;x\n",
+            "\"Order, Year\",\" recipient \"\n1,Anna\n\n2,\"Museum, Berlin\"\n",
             "\nAnna\n \t \n\"Museum, Berlin\"\n",
         ] {
             assert_eq!(named(text), wanted, "{text}");
