@@ -355,6 +355,10 @@ fn meshes_that_can_carry_no_signature_are_refused_with_the_reason() {
             &["torn.graph", "line 2"],
         ),
         (
+            "partition model.ply -k 2 -o both.ply --labels both.ply --force".into(),
+            &["both.ply", "both the coloured mesh and the labels"],
+        ),
+        (
             "partition model.ply -k 2 --labels model.ply --force".into(),
             &["model.ply", "is the input"],
         ),

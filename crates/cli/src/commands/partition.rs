@@ -24,6 +24,9 @@ pub(crate) fn run(arguments: &args::Partition) -> Result<Answer> {
         files::check_apart(output, &arguments.input, "the input itself")?;
         files::check_free(output, arguments.force)?;
     }
+    if let (Some(output), Some(labels)) = (&arguments.output, &arguments.labels) {
+        files::check_apart(labels, output, "to be both the coloured mesh and the labels")?;
+    }
     let progress = Arc::new(Progress::new());
     progress.begin("reading", "reading");
     let input = read(&arguments.input)?;
