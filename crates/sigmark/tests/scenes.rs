@@ -94,6 +94,21 @@ fn a_part_alone_tells_whose_the_scene_is_and_which_part_it_was() {
     }
 }
 
+/// Where it lies, it says nothing: its bits are those of the other wheel.
+#[test]
+fn a_wheel_with_other_triangles_in_the_place_of_the_other_is_read_as_itself() {
+    let signed = signed();
+    let wheel = shapes::flipped(&shapes::divided(&parts(&signed.marked)[2]), 5);
+    for place in [[0.0; 3], [0.0, -8.0, 0.0]] {
+        let verdict = signed.verify(&shapes::translated(&wheel, place));
+        assert!(
+            verdict.outcome.is_found() && verdict.p_value < 1e-12,
+            "{verdict:?}"
+        );
+        assert_eq!(names(&verdict), [2]);
+    }
+}
+
 #[test]
 fn parts_that_all_went_different_ways_are_read_together() {
     let signed = signed();

@@ -198,8 +198,9 @@ impl Verifier {
     fn verify_in_place(&self, suspect: &PreparedMesh, job: &Job) -> Result<Verdict, SigmarkError> {
         let found = self.reader.find(suspect, job)?;
         let bent = found.in_local_frames(self.method.layout(), job)?;
-        // A cropped copy may stand among other things, unless it lies as one.
-        let large = (!found.lies_as_one()).then(|| LargeParts::of(suspect.mesh()));
+        // A cropped copy may stand among other things, unless it lies as one on an original that is one.
+        let is_whole = self.parts.len() == 1 && found.lies_as_one();
+        let large = (!is_whole).then(|| LargeParts::of(suspect.mesh()));
         let has_parts = large.is_some() && (self.parts.len() > 1 || components(suspect.mesh()).count > 1);
         // Each is a way to the same bits, whether or not it is taken: any counts as often as there are.
         let is_bent = bent.is_some() || found.may_be_bent();

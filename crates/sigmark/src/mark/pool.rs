@@ -225,16 +225,20 @@ pub(super) fn share(wanted: usize, areas: &[f64], most: &[usize]) -> Vec<usize> 
             .map(|(&most, &area)| if area > 0.0 { most } else { 0 })
             .collect();
     }
-    // The sum grows with the density: between nothing and what fills the part with the least density last, halving settles all digits.
+    // The sum grows with the density: between nothing and what fills the part that is full last, halving settles all digits, however small that part is.
     let fullest = areas.iter().zip(most).filter(|(area, _)| **area > 0.0);
     let (mut low, mut high) = (
         0.0,
         fullest
             .map(|(area, &most)| most as f64 / area)
-            .fold(0.0, f64::max),
+            .fold(0.0, f64::max)
+            .min(f64::MAX),
     );
-    for _ in 0..200 {
-        let middle = 0.5 * (low + high);
+    loop {
+        let middle = 0.5 * low + 0.5 * high;
+        if middle <= low || middle >= high {
+            break;
+        }
         if capped(middle).sum::<f64>() < wanted as f64 {
             low = middle;
         } else {
@@ -366,6 +370,13 @@ mod tests {
             ..Pool::default()
         };
         assert_eq!(cut(&shapes::icosphere(5), 96, pool).unwrap().0.len(), 5);
+    }
+
+    #[test]
+    fn a_part_of_hardly_any_area_does_not_fill_all_others() {
+        for area in [1e-10, 1e-62, 1e-300, f64::from_bits(1)] {
+            assert_eq!(share(1024, &[12.0, area], &[5119, 19]), [1024, 0], "{area}");
+        }
     }
 
     proptest! {

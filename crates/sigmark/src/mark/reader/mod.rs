@@ -329,7 +329,7 @@ impl Found {
         }))
     }
 
-    /// Whether its surface lies on the reference and is one connected part, but for dust: parts by themselves say no more of it than the whole does. No bits are looked at.
+    /// Whether its surface lies on the reference and is one connected part, but for dust: of a reference of one part, parts by themselves say no more of it than the whole does. One of several that are alike may lie in the place of another. No bits are looked at.
     pub fn lies_as_one(&self) -> bool {
         let Placement::BySurface(alignment) = &self.placement else {
             return false;

@@ -1,3 +1,5 @@
+use std::cell::Cell;
+
 use mesh::{BoundingBox, Closed, Edges, Similarity, TriMesh, Vec3, VertexStars};
 
 use super::{Sketch, probes};
@@ -25,6 +27,9 @@ const SAME: f64 = 6e-5;
 
 /// By how much the edges of bounding boxes may differ, as a fraction of the diagonal.
 const SAME_BOX: f64 = 1e-3;
+
+/// So many vertices are looked at for each that there is: few lie where a triangle is looked for, unless a file was made so.
+const MOST_LOOKED_AT: usize = 256;
 
 /// Units of length that models are written in, in metres.
 const UNITS: [f64; 5] = [1.0, 0.01, 0.001, 0.0254, 0.3048];
@@ -171,10 +176,12 @@ fn poses_in_units(sketched: &BoundingBox) -> impl Iterator<Item = Similarity> + 
 
 /// Where the vertices of a mesh are, and what is beside them.
 struct Places {
-    /// Vertices with their first coordinates, ascending.
-    by_x: Vec<(f64, u32)>,
+    /// Along each axis, vertices with their coordinates, ascending.
+    along: [Vec<(f64, u32)>; 3],
     triangles: VertexStars,
     edges: Edges,
+    /// How many more vertices may be looked at.
+    room: Cell<usize>,
 }
 
 /// A triangle whose corners were looked for.
@@ -186,12 +193,17 @@ struct FoundTriangle {
 
 impl Places {
     fn of(mesh: &TriMesh) -> Self {
-        let mut by_x: Vec<(f64, u32)> = mesh.positions().iter().map(|p| p[0]).zip(0..).collect();
-        by_x.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let sorted = |axis: usize| {
+            let coordinates = mesh.positions().iter().map(|p| p[axis]);
+            let mut sorted: Vec<(f64, u32)> = coordinates.zip(0..).collect();
+            sorted.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+            sorted
+        };
         Self {
-            by_x,
+            along: [0, 1, 2].map(sorted),
             triangles: mesh.vertex_triangles(),
             edges: Edges::of(mesh),
+            room: Cell::new(MOST_LOOKED_AT * mesh.vertex_count()),
         }
     }
 
@@ -206,7 +218,7 @@ impl Places {
         let places = places.map(|place| Vec3(place.map(f64::from)));
         let square = |v: u32, place: Vec3| (pose.apply(mesh.point(v as usize)) - place).squared();
         let mut best: Option<FoundTriangle> = None;
-        for a in self.near(pose, places[0]) {
+        for a in self.near(mesh, pose, places[0])? {
             for &triangle in self
                 .triangles
                 .of(a as usize)
@@ -231,13 +243,25 @@ impl Places {
         best
     }
 
-    /// The vertices that may lie within the tolerance of a place.
-    fn near(&self, pose: &Similarity, place: Vec3) -> impl Iterator<Item = u32> {
+    /// The vertices that may lie within the tolerance of a place; none where too many were looked at.
+    fn near(&self, mesh: &TriMesh, pose: &Similarity, place: Vec3) -> Option<impl Iterator<Item = u32>> {
         let back = pose.inverse();
-        let (x, off) = (back.apply(place)[0], TOLERANCE * back.scale);
-        let begin = self.by_x.partition_point(|&(own, _)| own < x - off);
-        let end = self.by_x.partition_point(|&(own, _)| own <= x + off);
-        self.by_x[begin..end.max(begin)].iter().map(|&(_, v)| v)
+        let (place, off) = (back.apply(place), TOLERANCE * back.scale);
+        let slab = |axis: usize| {
+            let sorted = &self.along[axis];
+            let begin = sorted.partition_point(|&(own, _)| own < place[axis] - off);
+            let end = sorted.partition_point(|&(own, _)| own <= place[axis] + off);
+            &sorted[begin..end.max(begin)]
+        };
+        // Of the three, the thinnest: much may lie in one plane.
+        let [x, y, z] = [0, 1, 2].map(slab);
+        let found = [x, y, z].into_iter().min_by_key(|slab| slab.len())?;
+        self.room.set(self.room.get().checked_sub(found.len())?);
+        let is_near = move |&v: &u32| {
+            let p = mesh.point(v as usize);
+            (0..3).all(|axis| (p[axis] - place[axis]).abs() <= off)
+        };
+        Some(found.iter().map(|&(_, v)| v).filter(is_near))
     }
 }
 
@@ -310,6 +334,21 @@ mod tests {
         ] {
             assert!(sketch.recognise(&other).is_none());
         }
+    }
+
+    /// Tiles in one plane, each found among all others.
+    #[test]
+    fn pieces_that_lie_in_one_plane_are_recognised_in_no_time() {
+        let upright = Similarity::from_quaternion([1.0, 0.0, 1.0, 0.0]);
+        let tile = shapes::moved(&shapes::rectangle(3, 3, 0.01, 0.01), &upright);
+        let tiles = (0..10_000).map(|i| {
+            let [y, z] = [i % 100, i / 100].map(|i| 0.02 * f64::from(i));
+            shapes::translated(&tile, [0.0, y, z])
+        });
+        let ball = shapes::translated(&shapes::bumpy_sphere(4, 1), [3.0, 0.0, 0.0]);
+        let mesh = shapes::disjoint_union(&[vec![ball], tiles.collect()].concat());
+        let (_, sketch) = sketch_of(&mesh);
+        assert!(sketch.recognise(&shapes::shuffled(&mesh, 1)).is_some());
     }
 
     #[test]
