@@ -80,6 +80,16 @@ pub enum SpectrumError {
         /// Number of rows.
         size: usize,
     },
+    /// The eigenfunctions that were asked for do not fit in memory.
+    #[error(
+        "{count} eigenfunctions of {vertices} vertices do not fit in memory: ask for fewer, or split the mesh into patches"
+    )]
+    Eigenfunctions {
+        /// How many were asked for.
+        count: usize,
+        /// How many values each has.
+        vertices: usize,
+    },
     /// As many pairs were found below a shift as inertia does not prove there: some are missing, or counted twice.
     #[error(
         "found {found} eigenpairs below {shift}, where inertia proves {proven}: loosen the tolerance, or mend extreme triangles"

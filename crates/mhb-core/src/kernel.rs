@@ -1,14 +1,20 @@
 //! The kernel of a Laplacian is known: functions that are constant on each connected component without a vertex that is held fixed.
 
 use faer::Mat;
+use job::{Job, JobError};
 use mesh::Components;
 
 use crate::operator::Operator;
 
 /// Orthonormal kernel vectors of A, #V by number, in a canonical order: the constant, then for each further
 /// component (in order of first vertex) the contrast between it and all components before it. Components with a vertex that
-/// is `grounded`, beside one that is held fixed, have none.
-pub(crate) fn kernel(operator: &Operator, grounded: impl Fn(usize) -> bool) -> Mat<f64> {
+/// is `grounded`, beside one that is held fixed, have none. Of more than `most` vectors these are the first.
+pub(crate) fn kernel(
+    operator: &Operator,
+    grounded: impl Fn(usize) -> bool,
+    most: usize,
+    job: &Job,
+) -> Result<Mat<f64>, JobError> {
     let Components {
         count,
         of_vertex: label,
@@ -32,10 +38,11 @@ pub(crate) fn kernel(operator: &Operator, grounded: impl Fn(usize) -> bool) -> M
             mass[c] += r * r;
         }
     }
-    let mut basis = Mat::zeros(operator.size(), free);
+    let mut basis = Mat::zeros(operator.size(), free.min(most));
     let total: f64 = mass.iter().sum();
     let mut before = 0.0;
-    for k in 0..free {
+    for k in 0..basis.ncols() {
+        job.go_on()?;
         let scale = (before * mass[k] * (before + mass[k])).sqrt();
         for (i, r) in root_mass.iter().enumerate() {
             let Some(c) = number[label[i] as usize] else {
@@ -50,5 +57,5 @@ pub(crate) fn kernel(operator: &Operator, grounded: impl Fn(usize) -> bool) -> M
         }
         before += mass[k];
     }
-    basis
+    Ok(basis)
 }

@@ -85,9 +85,11 @@ impl Spectrum {
         options: &SpectrumOptions,
         job: &Job,
     ) -> Result<Self, SpectrumError> {
-        let options = options.checked(laplacian.mass().len())?;
+        let vertices = laplacian.mass().len();
+        let options = options.checked(vertices)?;
+        check_memory(vertices, options.count)?;
         let operator = Operator::new(laplacian);
-        let kernel = kernel(&operator, |v| laplacian.is_grounded(v));
+        let kernel = kernel(&operator, |v| laplacian.is_grounded(v), options.count, job)?;
         let solution = solver::lowest(&operator, kernel.as_ref(), &options, job)?;
         finish(laplacian, &operator, kernel.ncols(), solution, options.count, job)
     }
@@ -171,10 +173,17 @@ impl Spectrum {
     }
 
     /// Proof that no pair is missing: shifts, ascending, with the number of eigenvalues below each, which is how many were found there.
-    /// The last shift may lie beyond the pairs that were asked for.
+    /// The last shift may lie beyond the pairs that were asked for. Where all of these are 0, one shift proves that there are none below.
     pub fn inertia(&self) -> &[InertiaCount] {
         &self.inertia
     }
+}
+
+/// Whether there is memory for the eigenfunctions. It is given back at once: an allocation that fails where they are made would end the process.
+fn check_memory(vertices: usize, count: usize) -> Result<(), SpectrumError> {
+    Mat::<f64>::new()
+        .try_reserve(vertices, count)
+        .map_err(|_| SpectrumError::Eigenfunctions { count, vertices })
 }
 
 /// Canonical choice, cut to `count`, units of the mesh, residuals.

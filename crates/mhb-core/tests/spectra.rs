@@ -294,6 +294,72 @@ fn every_component_adds_one_zero_and_copies_repeat_every_eigenvalue() {
 }
 
 #[test]
+fn fewer_pairs_than_components_are_constants_that_cost_no_column_a_component() {
+    // A column for each of these components would be 7 GB.
+    let found = spectrum(&shapes::soup(17_000, 1), 10);
+    assert_eq!(found.eigenvalues(), [0.0; 10]);
+    assert!(found.residuals().iter().all(|r| *r < 1e-10));
+    assert!(orthonormality_defect(&found) < 1e-10);
+    let [proof] = found.inertia() else {
+        panic!("{:?}", found.inertia())
+    };
+    assert!(proof.shift < 0.0 && proof.below == 0);
+}
+
+#[test]
+fn constants_do_not_depend_on_how_many_pairs_are_asked_for() {
+    for (pieces, piece) in [(30, shapes::cube(1.0)), (3, shapes::bumpy_sphere(3, 1))] {
+        let mesh = shapes::disjoint_union(&vec![piece; pieces]);
+        for mass in [Mass::Lumped, Mass::Full] {
+            let of = |count| {
+                let options = SpectrumOptions {
+                    mass,
+                    ..options(count)
+                };
+                Spectrum::compute(&mesh, &options, &Job::default()).unwrap()
+            };
+            let all = of(pieces + 4);
+            for count in [1, pieces - 1, pieces] {
+                let some = of(count);
+                assert_eq!(some.eigenvalues(), vec![0.0; count]);
+                assert!((0..count).all(|k| some.eigenfunction(k) == all.eigenfunction(k)));
+            }
+        }
+    }
+}
+
+#[test]
+fn an_operator_with_negative_eigenvalues_is_refused_where_only_the_constant_is_asked_for() {
+    let entries = vec![-3.0, 3.0, 3.0, -3.0];
+    let negative = TriMat::from_triplets((2, 2), vec![0, 0, 1, 1], vec![0, 1, 0, 1], entries).to_csr();
+    let negative = Laplacian::new(negative, vec![1.0; 2]).unwrap();
+    let refused = Spectrum::of_laplacian(&negative, &options(1), &Job::default());
+    assert!(matches!(
+        refused,
+        Err(SpectrumError::Incomplete {
+            proven: 1,
+            found: 0,
+            ..
+        })
+    ));
+}
+
+#[test]
+fn eigenfunctions_that_no_memory_holds_are_refused() {
+    // A mesh of five million unconnected vertices, and all of its pairs: 200 TB.
+    let n = 5_000_000;
+    let apart = Laplacian::new(CsMat::zero((n, n)), vec![1.0; n]).unwrap();
+    let refused = Spectrum::of_laplacian(&apart, &options(n), &Job::default());
+    assert_eq!(
+        refused.unwrap_err(),
+        SpectrumError::Eigenfunctions {
+            count: n,
+            vertices: n
+        }
+    );
+}
+
+#[test]
 fn eigenvalues_that_nearly_coincide_are_all_found() {
     let one = shapes::bumpy_sphere(3, 2);
     let single = spectrum(&one, 30);

@@ -73,6 +73,7 @@ fn orthonormalise(
     job: &Job,
 ) -> Result<(), JobError> {
     for _ in 0..6 {
+        job.go_on()?;
         let weighted = operator.full_mass_times(x.as_ref());
         let mut correction = gram(x.as_ref(), weighted.as_ref().map_or(x.as_ref(), Mat::as_ref), job)?;
         let mut defect: f64 = 0.0;

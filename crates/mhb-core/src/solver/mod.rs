@@ -35,17 +35,39 @@ pub(crate) struct Solution {
     pub(crate) counts: Vec<InertiaCount>,
 }
 
-/// The lowest pairs, where those of eigenvalue 0 are known: `kernel`.
+/// The lowest pairs, where those of eigenvalue 0 are known: `kernel`, all of them or as many as are asked for.
 pub(crate) fn lowest(
     operator: &Operator,
     kernel: MatRef<'_, f64>,
     options: &SpectrumOptions,
     job: &Job,
 ) -> Result<Solution, SpectrumError> {
+    if kernel.ncols() >= options.count {
+        return by_kernel(operator, kernel, job);
+    }
     if operator.size() <= DENSE {
         return densely(operator, kernel, options.count, job);
     }
     by_bands(operator, kernel, options, job)
+}
+
+/// A shift, for a surface of unit area, below which a positive semidefinite operator has no eigenvalue, whatever rounding does to those that are 0.
+const BELOW_ZERO: f64 = -1.0;
+
+/// Pairs of eigenvalue 0 alone, as there are so many: what is left to prove is that none is negative.
+fn by_kernel(operator: &Operator, kernel: MatRef<'_, f64>, job: &Job) -> Result<Solution, SpectrumError> {
+    job.begin(SpectrumStage::Ordering)?;
+    let analysis = Analysis::new(operator)?;
+    job.begin(SpectrumStage::Slicing)?;
+    let counts = vec![analysis.factorise(BELOW_ZERO)?.inertia()];
+    job.begin(SpectrumStage::Finishing)?;
+    let eigenvalues = vec![0.0; kernel.ncols()];
+    inertia::check(&counts, &eigenvalues)?;
+    Ok(Solution {
+        eigenvalues,
+        vectors: kernel.to_owned(),
+        counts,
+    })
 }
 
 /// Solves bands around shifts of their own, checks their number against the inertia at the shifts, mends where it
@@ -73,7 +95,7 @@ fn by_bands(
         workspaces: Workspaces::default(),
     };
     let mut bottom = InertiaCount {
-        shift: -1.0,
+        shift: BELOW_ZERO,
         below: 0,
     };
     let mut certified = Certified::default();
@@ -187,11 +209,12 @@ mod tests {
     /// The lowest pairs by both ways.
     fn both(mesh: &TriMesh, mass: Mass, count: usize) -> [Solution; 2] {
         let operator = Operator::new(&Laplacian::of(mesh, LaplacianKind::Cotangent, mass).unwrap());
-        let (kernel, job) = (kernel(&operator, |_| false), Job::default());
+        let job = Job::default();
         let options = SpectrumOptions {
             count: count.min(mesh.vertex_count()),
             ..Default::default()
         };
+        let kernel = kernel(&operator, |_| false, options.count, &job).unwrap();
         [
             densely(&operator, kernel.as_ref(), options.count, &job).unwrap(),
             by_bands(&operator, kernel.as_ref(), &options, &job).unwrap(),
