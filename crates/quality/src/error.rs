@@ -83,14 +83,28 @@ pub enum QualityError {
     },
     /// So many eigenvalues of so large a mesh need more memory than there is on most machines.
     #[error(
-        "{count} eigenvalues of a mesh of {vertices} vertices need too much memory: ask for at most {most}, or simplify the mesh"
+        "{count} non-zero eigenvalues of a mesh of {vertices} vertices in {components} component(s) need too much memory: ask for at most {most}, simplify the mesh, or leave small components out"
     )]
     TooManyEigenvalues {
         /// How many were asked for.
         count: usize,
         /// #V.
         vertices: usize,
+        /// Connected components, whose eigenvalues 0 take as much memory each.
+        components: usize,
         /// How many can be had.
+        most: usize,
+    },
+    /// Each connected component has one eigenvalue 0; to tell so many from the others would take hours.
+    #[error(
+        "the mesh of {vertices} vertices falls into {components} components, each with an eigenvalue 0, and at most {most} are computed: weld it, or leave small components out"
+    )]
+    TooManyComponents {
+        /// #V.
+        vertices: usize,
+        /// Connected components.
+        components: usize,
+        /// How many a mesh of so many vertices may have.
         most: usize,
     },
     /// Two Shape-DNAs of different lengths have no distance.
@@ -133,6 +147,7 @@ impl QualityError {
             Self::NoSurface { .. }
             | Self::TooFewEigenvalues { .. }
             | Self::TooManyEigenvalues { .. }
+            | Self::TooManyComponents { .. }
             | Self::Spectrum(_) => Self::Mesh {
                 side,
                 source: Box::new(self),

@@ -31,6 +31,9 @@ const TOLERANCE: f64 = 1e-8;
 /// Eigenfunctions of more numbers than this, 8 GiB, are refused.
 const MOST_ENTRIES: usize = 1 << 30;
 
+/// Eigenvalues 0, squared, times vertices: what it takes to keep eigenfunctions orthogonal to all constants. More than this, minutes, is refused.
+const MOST_WORK: u64 = 1 << 40;
+
 /// What frees eigenvalues from the size of the shape.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
@@ -59,7 +62,7 @@ impl ShapeDna {
     /// See [`mhb_core`] for how, and what it costs.
     ///
     /// # Errors
-    /// [`QualityError::TooFewEigenvalues`], [`QualityError::TooManyEigenvalues`], [`QualityError::Spectrum`] of surfaces without area or with
+    /// [`QualityError::TooFewEigenvalues`], [`QualityError::TooManyEigenvalues`], [`QualityError::TooManyComponents`], [`QualityError::Spectrum`] of surfaces without area or with
     /// unused vertices, and where extreme triangles leave a pair missing.
     pub fn of(mesh: &TriMesh, options: &ShapeDnaOptions, job: &Job) -> Result<Self, QualityError> {
         let laplacian = Laplacian::of(mesh, LaplacianKind::Cotangent, options.mass)?;
@@ -190,6 +193,15 @@ fn pairs(count: usize, vertices: usize, components: usize) -> Result<usize, Qual
         return Err(QualityError::TooManyEigenvalues {
             count,
             vertices,
+            components,
+            most,
+        });
+    }
+    let most = (MOST_WORK / vertices as u64).isqrt() as usize;
+    if components > most {
+        return Err(QualityError::TooManyComponents {
+            vertices,
+            components,
             most,
         });
     }
@@ -292,6 +304,15 @@ mod tests {
             ),
             "{refused:?}"
         );
+        // A heap of unconnected triangles.
+        assert!(pairs(50, 3 * 7_000, 7_000).is_ok());
+        let refused = pairs(50, 3 * 10_000, 10_000).unwrap_err().to_string();
+        assert!(
+            refused.contains("10000 components") && refused.contains("6053"),
+            "{refused}"
+        );
+        let refused = pairs(50, 3 * 100_000, 100_000).unwrap_err().to_string();
+        assert!(refused.contains("100000 component(s)"), "{refused}");
         let mut positions = cube.positions().to_vec();
         positions.push([5.0; 3]);
         let unused = TriMesh::new(positions, cube.triangles().to_vec()).unwrap();
