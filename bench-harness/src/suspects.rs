@@ -1,6 +1,10 @@
 //! Attacked meshes, and how far one lies from where it belongs.
 
-use std::fs;
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    process,
+};
 
 use anyhow::{Context, Result};
 use evaluation::{
@@ -24,21 +28,37 @@ pub(crate) fn attacked(
     let bytes = write_mesh(original, Format::Ply, Precision::Double);
     let inputs = digest(&[&bytes, sources::digest_of_attacks()?.as_bytes()].concat());
     let name_of_attack = spec.replace(':', "-");
-    let result = folder.join(format!("{name}-{name_of_attack}-{seed}-{inputs}.ply"));
-    if !result.is_file() {
-        let source = folder.join(format!("{name}.ply"));
-        results::write(&source, bytes)?;
-        // Under a name of its own until it is whole.
-        let partial = folder.join(format!("{name}-{name_of_attack}-{seed}.partial.ply"));
+    let stem = format!("{name}-{name_of_attack}-{seed}-{inputs}");
+    let result = made_once(&folder, &stem, &bytes, |source, target| {
         let seed = seed.to_string();
         let words = [spec, "--seed", &seed].map(AsRef::as_ref);
-        attacks.run(
-            "attack.py",
-            [source.as_os_str(), partial.as_os_str()].into_iter().chain(words),
-        )?;
-        fs::rename(&partial, &result).with_context(|| result.display().to_string())?;
-    }
+        let files = [source.as_os_str(), target.as_os_str()];
+        attacks.run("attack.py", files.into_iter().chain(words)).map(drop)
+    })?;
     Ok(Asset::open(&result)?.mesh().clone())
+}
+
+/// The file `{stem}.ply`, which `make` makes of a file that holds `bytes`, unless it is there. What it is made of, and the file itself until it is
+/// whole, have names of this process alone: another may make the same, or something else of another model of this name.
+fn made_once(
+    folder: &Path,
+    stem: &str,
+    bytes: &[u8],
+    make: impl FnOnce(&Path, &Path) -> Result<()>,
+) -> Result<PathBuf> {
+    let result = folder.join(format!("{stem}.ply"));
+    if result.is_file() {
+        return Ok(result);
+    }
+    let named = |part: &str| folder.join(format!("{stem}.{}.{part}.ply", process::id()));
+    let (source, partial) = (named("source"), named("partial"));
+    results::write(&source, bytes)?;
+    let made = make(&source, &partial)
+        .and_then(|()| fs::rename(&partial, &result).with_context(|| result.display().to_string()));
+    for left in [source, partial] {
+        let _ = fs::remove_file(left);
+    }
+    made.map(|()| result)
 }
 
 /// Root mean square distance by which a transform moves the vertices of a mesh.
@@ -48,4 +68,40 @@ pub(crate) fn misfit(mesh: &TriMesh, transform: &Similarity) -> f64 {
         (p - transform.apply(p)).squared()
     });
     (moved.sum::<f64>() / mesh.vertex_count() as f64).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_suspect_is_made_of_the_mesh_that_was_given_while_another_is_made_of_the_same_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let copied = |source: &Path, target: &Path| {
+            fs::copy(source, target)?;
+            Ok(())
+        };
+        let one = made_once(folder.path(), "model-noise-1-aa", b"one", |source, target| {
+            // Another of the same name in the middle.
+            made_once(folder.path(), "model-noise-1-bb", b"other", copied)?;
+            copied(source, target)
+        });
+        assert_eq!(fs::read(one.unwrap()).unwrap(), b"one");
+        let other = made_once(folder.path(), "model-noise-1-bb", b"", |_, _| {
+            panic!("it is there")
+        });
+        assert_eq!(fs::read(other.unwrap()).unwrap(), b"other");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2);
+    }
+
+    #[test]
+    fn a_suspect_that_could_not_be_made_leaves_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let made = made_once(folder.path(), "model", b"one", |_, target| {
+            fs::write(target, "a half")?;
+            anyhow::bail!("interrupted")
+        });
+        assert!(made.is_err());
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+    }
 }
