@@ -61,6 +61,13 @@ fn made_once(
     made.map(|()| result)
 }
 
+/// The number of another of so many models than number `i`: of the one so many places on, or of the next behind that; none where there is no other.
+pub(crate) fn another(i: usize, places: usize, count: usize) -> Option<usize> {
+    (places..places + 2)
+        .map(|places| (i + places) % count)
+        .find(|&other| other != i)
+}
+
 /// Root mean square distance by which a transform moves the vertices of a mesh.
 pub(crate) fn misfit(mesh: &TriMesh, transform: &Similarity) -> f64 {
     let moved = (0..mesh.vertex_count()).map(|v| {
@@ -73,6 +80,27 @@ pub(crate) fn misfit(mesh: &TriMesh, transform: &Similarity) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn another_model_is_never_the_model_itself() {
+        for count in 2..9 {
+            for places in 1..6 {
+                let others = (0..count).map(|i| (i, another(i, places, count)));
+                assert!(
+                    others
+                        .clone()
+                        .all(|(i, other)| other.is_some_and(|other| other != i && other < count))
+                );
+                // As before, where that is another.
+                assert!(
+                    others
+                        .clone()
+                        .all(|(i, other)| places % count == 0 || other == Some((i + places) % count))
+                );
+            }
+        }
+        assert_eq!([another(0, 1, 1), another(0, 4, 1)], [None; 2]);
+    }
 
     #[test]
     fn a_suspect_is_made_of_the_mesh_that_was_given_while_another_is_made_of_the_same_name() {

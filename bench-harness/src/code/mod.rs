@@ -22,7 +22,7 @@ use self::{
     accepts::Accepts,
     channel::{Effort, Point, point, seconds},
 };
-use crate::kept;
+use crate::kept::{self, Key};
 
 /// How long to measure.
 #[derive(Args)]
@@ -127,7 +127,7 @@ impl CodeBench {
         };
         let constructions = kept.constructions()?;
         let oracle = kept.oracle()?;
-        let accepts: Accepts = kept.figures(&format!("accepts-{}", self.seconds), || {
+        let accepts: Accepts = kept.figures(&format!("accepts-{}-{}", self.seconds, self.seed), || {
             accepts::look(self.seconds, self.seed, kept.effort.threads)
         })?;
         page::write(&curves, &constructions, &oracle, &accepts, &kept.effort, &code)
@@ -149,7 +149,7 @@ impl Kept {
         name: &str,
         measure: impl FnOnce() -> Result<T>,
     ) -> Result<T> {
-        kept::figures(&self.folder, name, measure)
+        kept::figures(&self.folder, &Key::new(name), measure)
     }
 
     /// `frames`: fewer than the effort says, where a point is one of many.
@@ -174,7 +174,7 @@ impl Kept {
             .map(|&t0| self.point("ours", &code, t0, &LISTS, frames));
         let points: Result<Vec<Point>> = points.collect();
         let middle = strengths[strengths.len() / 2];
-        let seconds = self.figures(&format!("seconds-{bits}-{length}"), || {
+        let seconds = self.figures(&format!("seconds-{bits}-{length}-{}", self.effort.seed), || {
             let each = LISTS
                 .iter()
                 .map(|&list| seconds(&code, middle, list, self.effort.seed));

@@ -12,7 +12,10 @@ use super::{
     spectra::SpectraProgram,
     task::{EigenTask, SolveOutcome},
 };
-use crate::{kept, peers};
+use crate::{
+    kept::{self, Key},
+    peers,
+};
 
 /// Another solver.
 pub(crate) struct EigenPeer {
@@ -148,7 +151,8 @@ impl EigenPeers {
             SolveOutcome::Stopped { after } => after >= self.limit as f64,
             SolveOutcome::Done { .. } => true,
         };
-        kept::figures_if(&problem.matrices, &name, enough, || {
+        // The folder is of these matrices alone.
+        kept::figures_if(&problem.matrices, &Key::new(name), enough, || {
             self.run(peer, problem, task)
                 .with_context(|| format!("{} on {}", peer.name, problem.name))
         })

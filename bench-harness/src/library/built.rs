@@ -1,4 +1,4 @@
-//! The library, made once for some code and size, and kept.
+//! The library, made once for some code, models and size, and kept.
 
 use std::{fs, time::Instant};
 
@@ -9,7 +9,7 @@ use library::{Entry, Index, Library, OriginalId};
 use serde::{Deserialize, Serialize};
 
 use super::models::{Base, original};
-use crate::kept;
+use crate::kept::{self, Key};
 
 /// What has no part in the library.
 const NO_PART: [&str; 24] = [
@@ -65,7 +65,7 @@ pub(super) struct Figures {
 /// The library of so many originals; what an earlier run made of it is gone on with.
 pub(super) fn library(bases: &[Base], size: usize, job: &Job) -> Result<Built> {
     let code = sources::digest_of_all_but(&NO_PART)?;
-    let path = kept::folder(&format!("library/{code}"))?.join("originals.sigmark");
+    let path = kept::folder(&format!("library/{}", key(&code, bases, size)))?.join("originals.sigmark");
     let mut library = Library::create(&path)?;
     let begun = Instant::now();
     let first = library.count()?;
@@ -113,9 +113,40 @@ pub(super) fn library(bases: &[Base], size: usize, job: &Job) -> Result<Built> {
     })
 }
 
+/// What tells a library from others: all that its originals are made of, and how many they are.
+fn key(code: &str, bases: &[Base], size: usize) -> Key {
+    let key = Key::new(format!("{code}-{size}"));
+    bases.iter().fold(key, |key, base| {
+        let key = key.of(base.name.as_bytes()).of_mesh(&base.small);
+        base.whole.iter().fold(key, Key::of_mesh)
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use mesh::shapes;
+
+    #[test]
+    fn a_library_of_other_models_or_of_another_size_is_another() {
+        let base = |name: &str, side| Base {
+            name: name.into(),
+            whole: None,
+            small: shapes::cube(side),
+            tunes: false,
+        };
+        let of = |bases: &[Base], size| key("code", bases, size).to_string();
+        let libraries = [
+            of(&[base("cube", 1.0)], 10),
+            of(&[base("cube", 1.0)], 20),
+            of(&[base("cube", 2.0)], 10),
+            of(&[base("block", 1.0)], 10),
+            of(&[base("cube", 1.0), base("cube", 2.0)], 10),
+        ];
+        for (i, library) in libraries.iter().enumerate() {
+            assert!(!libraries[..i].contains(library), "{library}");
+        }
+    }
 
     #[test]
     fn what_is_left_out_is_there() {

@@ -8,7 +8,10 @@ use job::Job;
 use mesh_io::Asset;
 use partition::{Effort, Graph, Options, Partition, write_metis};
 
-use crate::{kept, results};
+use crate::{
+    kept::{self, Key},
+    results,
+};
 
 /// METIS' default, and the bound of all divisions here.
 pub(crate) const IMBALANCE: f64 = 0.03;
@@ -27,6 +30,8 @@ const MESH_PARTS: [(&str, &[usize]); 5] = [
 /// A graph, and where METIS reads it.
 pub(crate) struct GraphProblem {
     pub(crate) name: String,
+    /// What tells it from others of its name.
+    pub(crate) key: Key,
     pub(crate) graph: Graph,
     pub(crate) file: PathBuf,
     pub(crate) parts: &'static [usize],
@@ -59,10 +64,13 @@ pub(crate) fn problems(graphs: &Path, meshes: &Path) -> Result<Vec<GraphProblem>
     let folder = kept::folder("partition")?;
     let mut problems = Vec::new();
     let mut add = |name: String, graph: Graph, parts, is_mesh| {
-        let file = folder.join(format!("{name}.graph"));
-        results::write(&file, write_metis(&graph))?;
+        let text = write_metis(&graph);
+        let key = Key::new(name.as_str()).of(text.as_bytes());
+        let file = folder.join(format!("{key}.graph"));
+        results::write(&file, text)?;
         problems.push(GraphProblem {
             name,
+            key,
             graph,
             file,
             parts,

@@ -17,12 +17,12 @@ use clap::Args;
 use evaluation::{
     inputs::{is_chosen, mesh_files, name_of},
     python::Python,
-    sources::{self, digest},
+    sources,
 };
 use mesh_io::Asset;
 use serde::{Deserialize, Serialize};
 
-use crate::kept;
+use crate::kept::{self, Key};
 use blender::Blender;
 use models::{Model, Pose};
 use null::NullCopy;
@@ -67,6 +67,22 @@ struct Found {
     payload: String,
     rows: Vec<Row>,
     null: Vec<NullCopy>,
+    /// Whether no suspect failed.
+    is_whole: bool,
+}
+
+/// A model's file, and where what was found of it is kept.
+struct Original<'a> {
+    model: &'a Model,
+    asset: Asset,
+    path: &'a Path,
+    finished: &'a Path,
+}
+
+impl Original<'_> {
+    fn key(&self, what: &str) -> Key {
+        Key::new(format!("{}-{what}", self.model.name)).of_asset(&self.asset)
+    }
 }
 
 impl PoseBench {
@@ -81,11 +97,22 @@ impl PoseBench {
         let mut found = Vec::new();
         for model in models::all().filter(|model| is_chosen(model.name, &self.only)) {
             let original = model.make(&self.file_of(&model)?, &blender, &attacks)?;
-            let kept = format!("{}-{}-{}", model.name, self.every, self.trials);
-            let figures = || self.of_model(&model, &original, &blender, &attacks, &finished);
-            found.push(kept::figures(&finished, &kept, figures)?);
+            let original = Original {
+                model: &model,
+                asset: Asset::open(&original)?,
+                path: &original,
+                finished: &finished,
+            };
+            let key = original.key(&format!("{}-{}", self.every, self.trials));
+            let figures = || self.of_model(&original, &blender, &attacks);
+            found.push(kept::figures_if(
+                &finished,
+                &key,
+                |found| found.is_whole,
+                figures,
+            )?);
             if let Some(pose) = model.drawn {
-                page::picture(&model, &original, pose, &blender)?;
+                page::picture(&original, pose, &blender)?;
             }
         }
         ensure!(!found.is_empty(), "no model has a name that was asked for");
@@ -106,37 +133,34 @@ impl PoseBench {
     }
 
     /// Signs a model, poses it, and reads each suspect that no earlier run has read.
-    fn of_model(
-        &self,
-        model: &Model,
-        original: &Path,
-        blender: &Blender,
-        attacks: &Python,
-        finished: &Path,
-    ) -> Result<Found> {
-        let asset = Asset::open(original)?;
-        let signed = Signed::new(&asset)?;
-        let marked = blender.keep(model.name, original, &signed.file(&asset)?)?;
+    fn of_model(&self, original: &Original<'_>, blender: &Blender, attacks: &Python) -> Result<Found> {
+        let Original { model, asset, .. } = original;
+        let signed = Signed::new(asset)?;
+        let marked = blender.keep(model.name, original.path, &signed.file(asset)?)?;
         let animations = match model.is_animated {
-            true => blender.animations(original)?,
+            true => blender.animations(original.path)?,
             false => Vec::new(),
         };
         let poses: Vec<Pose> = model.poses(&animations, self.every).collect();
         let posed = blender.pose(&marked, &poses)?;
         let mut rows = Vec::new();
         for (pose, file) in poses.into_iter().zip(posed) {
-            let kept = format!("{}-{}", model.name, digest(pose.key().as_bytes()));
+            let key = original.key("pose").of(pose.key().as_bytes());
             let is_read = |row: &Row| row.read.is_some();
             let read = || Ok(read(model, pose, file.as_deref(), &signed, attacks));
-            rows.push(kept::figures_if(finished, &kept, is_read, read)?);
+            rows.push(kept::figures_if(original.finished, &key, is_read, read)?);
         }
-        let null = null::of(model, original, &signed, blender, self.trials)?;
+        let key = original.key(&format!("null-{}", self.trials));
+        let none_failed = |null: &Vec<NullCopy>| null.len() == null::count(model, &signed);
+        let null = || null::of(model, original.path, &signed, blender, self.trials);
+        let null = kept::figures_if(original.finished, &key, none_failed, null)?;
         Ok(Found {
             name: model.name.into(),
             vertices: asset.mesh().vertex_count(),
             joints: signed.rig().map_or(0, mesh::Rig::joints),
             targets: signed.rig().map_or(0, |rig| rig.targets().len()),
             payload: signed.payload(),
+            is_whole: rows.iter().all(|row| row.read.is_some()) && none_failed(&null),
             rows,
             null,
         })

@@ -42,7 +42,18 @@ pub(super) struct NullCopy {
     pub(super) least: f64,
 }
 
-/// Asks posed copies of the original, which bears no mark.
+/// Of the poses that Blender makes, those that are asked.
+fn poses(model: &Model) -> Vec<Pose> {
+    let by_blender = model.poses(&[], 1).filter(|pose| pose.group == OWN_RIG);
+    by_blender.take(POSES).collect()
+}
+
+/// How many copies there are where none failed.
+pub(super) fn count(model: &Model, signed: &Signed) -> usize {
+    signed.rig().map_or(0, |_| 1 + poses(model).len())
+}
+
+/// Asks posed copies of the original, which bears no mark; those that could not be made are left out.
 pub(super) fn of(
     model: &Model,
     original: &Path,
@@ -54,8 +65,7 @@ pub(super) fn of(
         return Ok(Vec::new());
     };
     let asset = Asset::open(original)?;
-    let by_blender = model.poses(&[], 1).filter(|pose| pose.group == OWN_RIG);
-    let poses: Vec<Pose> = by_blender.take(POSES).collect();
+    let poses = poses(model);
     let mut suspects = vec![(
         "our skinning".to_string(),
         skinning::posed(asset.mesh(), rig, 45.0, 9, None)?,

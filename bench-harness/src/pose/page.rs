@@ -5,13 +5,12 @@ use std::path::Path;
 use anyhow::{Context, Result};
 use evaluation::{machine, sources, table::Table};
 use mesh::{TriMesh, shapes};
-use mesh_io::Asset;
 use quality::picture::{Paint, Picture, View, linear};
 
 use super::{
-    Found, PoseBench, Row,
+    Found, Original, PoseBench, Row,
     blender::Blender,
-    models::{BENT_OTHERS, FRAMES, Model, NO_RIG, OTHER_VERTICES, OWN_RIG, Pose},
+    models::{BENT_OTHERS, FRAMES, NO_RIG, OTHER_VERTICES, OWN_RIG, Pose},
     null::LEVELS,
     reading::{ALGORITHMS, Read, Signed, job, unposed},
 };
@@ -232,14 +231,11 @@ fn pictures(results: &Path) -> String {
 }
 
 /// Draws the suspect, the original, and the suspect with its pose undone, side by side.
-pub(super) fn picture(model: &Model, original: &Path, pose: fn() -> Pose, blender: &Blender) -> Result<()> {
+pub(super) fn picture(original: &Original<'_>, pose: fn() -> Pose, blender: &Blender) -> Result<()> {
+    let Original { model, asset, .. } = original;
     let path = results::folder()?.join(picture_name(model.name));
-    if path.is_file() {
-        return Ok(());
-    }
-    let asset = Asset::open(original)?;
-    let signed = Signed::new(&asset)?;
-    let marked = blender.keep(model.name, original, &signed.file(&asset)?)?;
+    let signed = Signed::new(asset)?;
+    let marked = blender.keep(model.name, original.path, &signed.file(asset)?)?;
     let pose = pose();
     let files = blender.pose(&marked, std::slice::from_ref(&pose))?;
     let suspect = pose.suspect(&signed, files.first().and_then(Option::as_deref))?;

@@ -19,7 +19,12 @@ use evaluation::{
 use mesh_io::Asset;
 use serde::{Deserialize, Serialize};
 
-use crate::{kept, measure::median, peers::ONE_THREAD, wheel};
+use crate::{
+    kept::{self, Key},
+    measure::median,
+    peers::ONE_THREAD,
+    wheel,
+};
 
 /// The meshes that are compared on unless others are asked for.
 const MESHES: [&str; 3] = ["rocker_arm_10k", "stanford_bunny_bun_zipper_36k", "igea_134k"];
@@ -184,7 +189,8 @@ impl PythonBench {
         count: usize,
         operator: &Operator,
     ) -> Result<Vec<Measured>> {
-        let (mesh, vertices) = (name_of(path), Asset::open(path)?.mesh().vertex_count());
+        let asset = Asset::open(path)?;
+        let (mesh, vertices) = (name_of(path), asset.mesh().vertex_count());
         let line = |name, outcome, beside| Measured {
             mesh: mesh.clone(),
             vertices,
@@ -198,8 +204,11 @@ impl PythonBench {
         let ours = Outcome::median(rounds.collect::<Result<_>>()?);
         let mut lines = Vec::new();
         for peer in operator.peers {
-            let cell = format!("{mesh}-{count}-{:e}-{}", self.tolerance, peer.word);
-            let theirs = kept::figures(&solvers.folder, &cell, || solvers.solve(peer.word, path, count))?;
+            let key = Key::new(format!("{mesh}-{count}-{:e}-{}", self.tolerance, peer.word)).of_asset(&asset);
+            let enough = |kept: &Outcome| kept.had(self.limit);
+            let theirs = kept::figures_if(&solvers.folder, &key, enough, || {
+                solvers.solve(peer.word, path, count)
+            })?;
             let beside = (theirs.cpu() / ours.cpu(), theirs.difference(&ours));
             lines.push(line(peer.name, theirs, Some(beside)));
         }
@@ -259,6 +268,14 @@ impl Outcome {
         }
     }
 
+    /// Whether more than so many CPU seconds would have changed nothing, or it had as many.
+    fn had(&self, limit: u64) -> bool {
+        match *self {
+            Self::Done { .. } => true,
+            Self::Stopped { after } => after >= limit as f64,
+        }
+    }
+
     fn cpu(&self) -> f64 {
         match self {
             Self::Done { cpu, .. } => *cpu,
@@ -294,5 +311,12 @@ mod tests {
         assert!(matches!(ours, Outcome::Done { residual, .. } if residual == worst));
         assert_eq!(done(1.0, [1e-9, 2.0, 5.0]).difference(&ours), Some(0.25));
         assert_eq!(Outcome::Stopped { after: 900.0 }.difference(&ours), None);
+    }
+
+    #[test]
+    fn a_peer_that_was_stopped_is_asked_again_with_more_time_alone() {
+        let stopped = Outcome::Stopped { after: 60.0 };
+        assert!(stopped.had(60) && stopped.had(30) && !stopped.had(900));
+        assert!(Outcome::median(Vec::new()).had(900));
     }
 }

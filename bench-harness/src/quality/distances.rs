@@ -9,7 +9,10 @@ use quality::{DistanceOptions, SurfaceDistance, surface_distance};
 use serde::{Deserialize, Serialize};
 
 use super::inputs::SharedMesh;
-use crate::measure::{greatest, median, timed_in_rounds};
+use crate::{
+    kept::Key,
+    measure::{greatest, median, timed_in_rounds},
+};
 
 /// One pair of meshes, measured by both.
 pub(crate) struct ComparedDistance {
@@ -97,7 +100,8 @@ fn filter(
         let samples = samples.to_string();
         let [from_folder, to_folder] = [from, to].map(|mesh| mesh.folder.as_os_str());
         let arguments = [OsStr::new("hausdorff"), from_folder, to_folder, samples.as_ref()];
-        from.asked(python, &format!("hausdorff-{round}"), &arguments)
+        let key = Key::new(format!("hausdorff-{samples}-{round}")).of_mesh(&to.mesh);
+        from.asked(python, &key, &arguments)
     };
     let reports: Vec<FilterReport> = (0..rounds).map(round).collect::<Result<_>>()?;
     let figure = |of: fn(&FilterReport) -> f64| median(reports.iter().map(of));

@@ -11,7 +11,10 @@ use evaluation::python::Python;
 use mesh::{TriMesh, shapes};
 use serde::{Serialize, de::DeserializeOwned};
 
-use crate::{kept, results};
+use crate::{
+    kept::{self, Key},
+    results,
+};
 
 /// A mesh that lies in a folder for the peers, too: `positions.f64`, `triangles.u32`, little-endian, without headers.
 pub(crate) struct SharedMesh {
@@ -31,9 +34,9 @@ const DISTORTIONS: [Distortion; 2] = [
 ];
 
 impl SharedMesh {
-    /// Writes the mesh into a folder of its own within `parent`.
+    /// Writes the mesh into a folder of its own within `parent`. What was asked of it lies beside it, and so belongs to it alone.
     pub(crate) fn new(name: String, mesh: TriMesh, parent: &Path) -> Result<Self> {
-        let folder = parent.join(name.replace(", ", "-"));
+        let folder = parent.join(Key::new(name.replace(", ", "-")).of_mesh(&mesh).to_string());
         fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
         let positions = mesh.positions().as_flattened().iter();
         let positions: Vec<u8> = positions.flat_map(|x| x.to_le_bytes()).collect();
@@ -44,14 +47,14 @@ impl SharedMesh {
         Ok(Self { name, mesh, folder })
     }
 
-    /// What `peers/quality.py` says, once: kept under this name.
+    /// What `peers/quality.py` says of this mesh, once: kept by this key.
     pub(crate) fn asked<T: Serialize + DeserializeOwned>(
         &self,
         python: &Python,
-        name: &str,
+        key: &Key,
         arguments: &[&OsStr],
     ) -> Result<T> {
-        kept::figures(&self.folder, name, || {
+        kept::figures(&self.folder, key, || {
             let report = python.run("quality.py", arguments)?;
             serde_json::from_str(&report).context("the report of quality.py")
         })

@@ -9,7 +9,7 @@ use quality::{ShapeDna, ShapeDnaOptions};
 use serde::{Deserialize, Serialize};
 
 use super::inputs::SharedMesh;
-use crate::measure::timed_in_rounds;
+use crate::{kept::Key, measure::timed_in_rounds};
 
 /// Eigenvalues of a Shape-DNA: those of d_{2,50}.
 pub(crate) const COUNT: usize = 50;
@@ -56,7 +56,8 @@ impl ComparedSpectra {
         let beside = |python| {
             PEERS.map(|(name, script)| {
                 let arguments = [OsStr::new(script), mesh.folder.as_os_str(), count.as_ref()];
-                let report = mesh.asked(python, script, &arguments)?;
+                let key = Key::new(format!("{script}-{count}"));
+                let report = mesh.asked(python, &key, &arguments)?;
                 ComparedPeer::of(name, &report, ours.eigenvalues(), cpu)
             })
         };

@@ -29,7 +29,7 @@ use evaluation::{
 use mesh_io::Asset;
 
 use self::{runs::MeshRuns, trial::PoseTrial};
-use crate::kept;
+use crate::{kept, suspects::another};
 
 /// What to measure, and on what.
 #[derive(Args)]
@@ -68,7 +68,12 @@ impl RegistrationBench {
         let folder = kept::folder(&format!("registration/{code}"))?;
         let files = by_size(mesh_files(&self.meshes)?)?;
         let trials = PoseTrial::all().filter(|trial| is_chosen(trial.name(), &self.attack));
-        let trials: Vec<PoseTrial> = trials.collect();
+        let trials: Vec<PoseTrial> = trials
+            .filter(|trial| !trial.is_stranger() || files.len() > 1)
+            .collect();
+        if files.len() == 1 {
+            println!("One model alone: left out, as there is no other that may not align.");
+        }
         let mut draws = Vec::new();
         for (i, path) in files.iter().enumerate() {
             if !is_chosen(&name_of(path), &self.only) {
@@ -82,7 +87,7 @@ impl RegistrationBench {
                 name: name_of(path),
                 original: &original,
                 // Not a neighbour: those by size may be versions of one model.
-                stranger: &files[(i + 4) % files.len()],
+                stranger: another(i, 4, files.len()).map(|other| files[other].as_path()),
                 attacks: &attacks,
                 folder: folder.clone(),
                 prepared: None,

@@ -16,7 +16,7 @@ use super::{
     trial::PoseTrial,
 };
 use crate::{
-    kept,
+    kept::{self, Key},
     measure::timed,
     suspects::{attacked, misfit},
 };
@@ -28,8 +28,8 @@ const ROUND: u64 = 4;
 pub(crate) struct MeshRuns<'a> {
     pub(crate) name: String,
     pub(crate) original: &'a TriMesh,
-    /// The file of another model.
-    pub(crate) stranger: &'a Path,
+    /// The file of another model; none where there is no other, and no stranger among the trials.
+    pub(crate) stranger: Option<&'a Path>,
     pub(crate) attacks: &'a Python,
     /// Where finished draws are kept.
     pub(crate) folder: PathBuf,
@@ -81,12 +81,15 @@ impl MeshRuns<'_> {
     /// A draw as it was finished before, or now; none when the time is over.
     fn finished(&mut self, trial: PoseTrial, number: u64) -> Result<Option<PoseDraw>> {
         let kept: String = trial.name().chars().filter(char::is_ascii_alphanumeric).collect();
-        let name = format!("{}-{kept}-{number}", self.name);
+        let mut key = Key::new(format!("{}-{kept}-{number}", self.name)).of_mesh(self.original);
+        if let Some(stranger) = self.stranger.filter(|_| trial.is_stranger()) {
+            key = key.of_asset(&Asset::open(stranger)?);
+        }
         let folder = self.folder.clone();
-        if !kept::is_finished(&folder, &name) && !(self.may_begin)() {
+        if !kept::is_finished::<PoseDraw>(&folder, &key) && !(self.may_begin)() {
             return Ok(None);
         }
-        kept::figures(&folder, &name, || self.draw(trial, number)).map(Some)
+        kept::figures(&folder, &key, || self.draw(trial, number)).map(Some)
     }
 
     fn prepared(&mut self) -> Result<&mut (Aligner, MarkedMesh)> {
@@ -110,7 +113,10 @@ impl MeshRuns<'_> {
                 let suspect = attacked(attacks, marked, &marked_name, &attack.spec, seed)?;
                 (format!("{}-{seed}", attack.spec), suspect)
             }
-            None => (String::new(), Asset::open(self.stranger)?.mesh().clone()),
+            None => {
+                let stranger = self.stranger.context("there is no other model")?;
+                (String::new(), Asset::open(stranger)?.mesh().clone())
+            }
         };
         let there = shapes::moved(&suspect, &moved);
         let (aligner, marked) = self.prepared()?;

@@ -2,7 +2,12 @@
 
 mod page;
 
-use std::{num::NonZero, path::PathBuf, thread};
+use std::{
+    num::NonZero,
+    path::{Path, PathBuf},
+    sync::Arc,
+    thread,
+};
 
 use anyhow::{Result, ensure};
 use clap::Args;
@@ -19,7 +24,10 @@ use rand_chacha::{ChaCha20Rng, rand_core::SeedableRng};
 use serde::{Deserialize, Serialize};
 use sigmark::{Curve, Embedder, PayloadKind, SigningKey, Verdict, Verifier};
 
-use crate::{kept, suspects::attacked};
+use crate::{
+    kept::{self, Key},
+    suspects::attacked,
+};
 
 /// What to sign and attack.
 #[derive(Args)]
@@ -82,9 +90,15 @@ impl RobustnessBench {
             if self.only.is_empty() && asset.mesh().vertex_count() >= MOST_VERTICES {
                 continue;
             }
-            let figures = || of_model(&name, asset.mesh(), payload, &python);
-            let kept = format!("{name}-{}", payload.name());
-            models.push(kept::figures(&folder, &kept, figures)?);
+            let model = SignedModel {
+                name: &name,
+                mesh: asset.mesh(),
+                payload,
+                folder: &folder,
+            };
+            let all_read = |attacked: &Attacked| attacked.read.iter().all(|(_, read)| read.is_some());
+            let figures = || model.attacked(&python);
+            models.push(kept::figures_if(&folder, &model.key("all"), all_read, figures)?);
         }
         let shown = self.meshes.display();
         ensure!(
@@ -95,40 +109,54 @@ impl RobustnessBench {
     }
 }
 
-fn of_model(name: &str, mesh: &TriMesh, payload: PayloadKind, python: &Python) -> Result<Attacked> {
-    let job = Job::new(thread::available_parallelism().map_or(1, NonZero::get));
-    let key = SigningKey::generate(Curve::P256, &mut ChaCha20Rng::from_seed([1; 32]));
-    let embedder = Embedder::new(&key).payload(Some(payload));
-    let original = std::sync::Arc::new(embedder.cut(mesh, &job)?);
-    original.keep_bases(&job)?;
-    let foretold = embedder.predict(&original)?.margin;
-    let signed = embedder.embed_in(&original, &job)?;
-    let verifier = Verifier::with_original(&original, signed.certificate(), &key.public_key())?;
-    let mut read = Vec::new();
-    for (seed, attack) in (1..).zip(tables().of_marks()) {
-        // A decimation may stop short of what was asked for.
-        let verdict = match attacked(python, signed.mesh(), name, &attack.spec, seed) {
-            Ok(suspect) => {
-                let moved = shapes::moved(&suspect, &random_similarity(&suspect, seed));
-                Some(Read::of(&verifier.verify(moved, &job)?))
-            }
-            Err(error) => {
-                eprintln!("{name}: {}: {error:#}", attack.name);
-                None
-            }
-        };
-        println!(
-            "{name}: {}: {}",
-            attack.name,
-            verdict.as_ref().map_or("-", |read| &read.outcome)
-        );
-        read.push((attack.spec.clone(), verdict));
+/// A model, and what is kept of it.
+struct SignedModel<'a> {
+    name: &'a str,
+    mesh: &'a TriMesh,
+    payload: PayloadKind,
+    folder: &'a Path,
+}
+
+impl SignedModel<'_> {
+    fn key(&self, what: &str) -> Key {
+        let words = format!("{}-{}-{}", self.name, self.payload.name(), what.replace(':', "-"));
+        Key::new(words).of_mesh(self.mesh)
     }
-    Ok(Attacked {
-        model: name.into(),
-        foretold,
-        read,
-    })
+
+    /// What is read of it after every attack. An attack that failed is none of what is kept, and the next run tries it again.
+    fn attacked(&self, python: &Python) -> Result<Attacked> {
+        let job = Job::new(thread::available_parallelism().map_or(1, NonZero::get));
+        let key = SigningKey::generate(Curve::P256, &mut ChaCha20Rng::from_seed([1; 32]));
+        let embedder = Embedder::new(&key).payload(Some(self.payload));
+        let original = Arc::new(embedder.cut(self.mesh, &job)?);
+        original.keep_bases(&job)?;
+        let foretold = embedder.predict(&original)?.margin;
+        let signed = embedder.embed_in(&original, &job)?;
+        let verifier = Verifier::with_original(&original, signed.certificate(), &key.public_key())?;
+        let mut read = Vec::new();
+        for (seed, attack) in (1..).zip(tables().of_marks()) {
+            let after = || {
+                // A decimation may stop short of what was asked for.
+                let suspect = attacked(python, signed.mesh(), self.name, &attack.spec, seed);
+                let suspect =
+                    suspect.inspect_err(|error| eprintln!("{}: {}: {error:#}", self.name, attack.name));
+                let verdict = suspect.ok().map(|suspect| {
+                    let moved = shapes::moved(&suspect, &random_similarity(&suspect, seed));
+                    verifier.verify(moved, &job)
+                });
+                anyhow::Ok(verdict.transpose()?.as_ref().map(Read::of))
+            };
+            let after = kept::figures_if(self.folder, &self.key(&attack.spec), Option::is_some, after)?;
+            let outcome = after.as_ref().map_or("-", |read: &Read| &read.outcome);
+            println!("{}: {}: {outcome}", self.name, attack.name);
+            read.push((attack.spec.clone(), after));
+        }
+        Ok(Attacked {
+            model: self.name.into(),
+            foretold,
+            read,
+        })
+    }
 }
 
 impl Read {

@@ -20,16 +20,16 @@ pub(super) struct MeshFiles {
 }
 
 impl MeshFiles {
-    /// Writes the model, as binary PLY in single precision, unless it is there. What other code made of it is removed: it would be read in place
-    /// of what this code makes.
-    pub(super) fn of(name: &str, mesh: TriMesh, code: &str) -> Result<Self> {
+    /// Writes the model, as binary PLY in single precision, unless it is there. What other code made of it, or of another mesh of this name, is removed: it would be
+    /// read in place of what this code makes. `key` tells code and mesh from others.
+    pub(super) fn of(name: &str, mesh: TriMesh, key: &str) -> Result<Self> {
         let path = format!("seconds/files/{name}");
         let mut folder = kept::folder(&path)?;
-        let stamp = folder.join("code.txt");
-        if !fs::read_to_string(&stamp).is_ok_and(|made_by| made_by == code) {
+        let stamp = folder.join("key.txt");
+        if !fs::read_to_string(&stamp).is_ok_and(|made_by| made_by == key) {
             fs::remove_dir_all(&folder).with_context(|| folder.display().to_string())?;
             folder = kept::folder(&path)?;
-            results::write(&stamp, code)?;
+            results::write(&stamp, key)?;
         }
         let files = Self {
             name: name.into(),
@@ -85,11 +85,8 @@ fn exactly_moved(mesh: &TriMesh) -> TriMesh {
     shapes::shuffled(&shapes::moved(mesh, &EXACT_MOVE), 1)
 }
 
-/// Under a name of its own until it is whole.
 fn write(path: &Path, mesh: &TriMesh) -> Result<()> {
-    let partial = path.with_extension("partial");
-    results::write(&partial, write_mesh(mesh, Format::Ply, Precision::Single))?;
-    fs::rename(&partial, path).with_context(|| path.display().to_string())
+    results::write(path, write_mesh(mesh, Format::Ply, Precision::Single))
 }
 
 #[cfg(test)]

@@ -24,7 +24,7 @@ use self::{
     program::Sigmark,
     runs::{Layout, MeshRuns},
 };
-use crate::kept;
+use crate::kept::{self, Key};
 
 /// From so many vertices on a mesh is measured without being asked for, and one round has to do.
 const MANY: usize = 1_000_000;
@@ -80,14 +80,16 @@ impl SecondsBench {
                     LEAST_OF_DIVIDED,
                 ),
             ] {
+                let key = Key::new(&code).of_mesh(&mesh).to_string();
                 let runs = MeshRuns {
                     program: &program,
                     attacks: &attacks,
                     figures: &figures,
                     rounds: self.rounds_of(mesh.vertex_count()),
                     vertices: mesh.vertex_count(),
-                    files: files::MeshFiles::of(&name, mesh, &code)?,
+                    files: files::MeshFiles::of(&name, mesh, &key)?,
                     name,
+                    key,
                     least,
                 };
                 all.extend(runs.all(layouts)?);

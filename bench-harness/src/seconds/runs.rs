@@ -13,7 +13,7 @@ use super::{
     files::MeshFiles,
     program::{self, Report, Sigmark, Spent},
 };
-use crate::kept;
+use crate::kept::{self, Key};
 
 /// How marks are laid out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -98,6 +98,8 @@ pub(super) struct MeshRuns<'a> {
     /// Where finished figures are kept.
     pub(super) figures: &'a Path,
     pub(super) name: String,
+    /// What tells the code and the mesh from others.
+    pub(super) key: String,
     pub(super) vertices: usize,
     pub(super) files: MeshFiles,
     pub(super) rounds: usize,
@@ -115,13 +117,13 @@ impl MeshRuns<'_> {
                 let written = [self.files.marked(layout), self.files.certificate(layout)];
                 written.iter().all(|path| path.is_file())
             };
-            let name = self.name_of(layout, Work::Embed);
-            let embedded = kept::figures_if(self.figures, &name, has_written, || self.embed(layout))?;
+            let key = self.key_of(layout, Work::Embed);
+            let embedded = kept::figures_if(self.figures, &key, has_written, || self.embed(layout))?;
             let patches = embedded.patches;
             all.push(embedded);
             for work in layout.verifications(self.least) {
-                let name = self.name_of(layout, work);
-                all.push(kept::figures(self.figures, &name, || {
+                let key = self.key_of(layout, work);
+                all.push(kept::figures(self.figures, &key, || {
                     self.verify(layout, work, patches)
                 })?);
             }
@@ -129,11 +131,12 @@ impl MeshRuns<'_> {
         Ok(all)
     }
 
-    /// Under which figures are kept.
-    fn name_of(&self, layout: Layout, work: Work) -> String {
+    /// By which figures are kept.
+    fn key_of(&self, layout: Layout, work: Work) -> Key {
         let work = work.to_string().replace([',', '%'], "");
         let work: Vec<&str> = work.split_whitespace().collect();
-        format!("{}-{layout}-{}-{}", self.name, work.join("-"), self.rounds)
+        let words = format!("{}-{layout}-{}-{}", self.name, work.join("-"), self.rounds);
+        Key::new(words).of(self.key.as_bytes())
     }
 
     fn embed(&self, layout: Layout) -> Result<Timed> {

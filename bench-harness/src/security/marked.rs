@@ -47,6 +47,14 @@ impl<'a> MarkedModel<'a> {
         }
     }
 
+    pub(super) fn name(&self) -> &str {
+        self.name
+    }
+
+    pub(super) fn mesh(&self) -> &TriMesh {
+        self.mesh
+    }
+
     pub(super) fn get(&self) -> Result<&Marked> {
         if self.marked.get().is_none() {
             let marked = Marked::new(self.name, self.mesh)?;

@@ -9,7 +9,7 @@ mod null;
 mod page;
 mod removal;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Result, ensure};
 use clap::Args;
@@ -18,10 +18,14 @@ use evaluation::{
     python::Python,
     sources,
 };
+use mesh::TriMesh;
 use mesh_io::Asset;
 
 use self::{marked::MarkedModel, null::NullPair, removal::Removal};
-use crate::kept;
+use crate::{
+    kept::{self, Key},
+    suspects::another,
+};
 
 /// The models of the page.
 const MODELS: [&str; 4] = [
@@ -56,26 +60,39 @@ impl SecurityBench {
         let mut pairs: Vec<NullPair> = Vec::new();
         for (i, (name, mesh)) in models.iter().enumerate() {
             let marked = MarkedModel::new(name, mesh);
-            removals.extend(kept::figures(&folder, name, || {
+            let key = Key::new(format!("{name}-removal")).of_mesh(mesh);
+            removals.extend(kept::figures(&folder, &key, || {
                 removal::of(marked.get()?, &attacks)
             })?);
-            let stranger = &models[(i + 1) % models.len()].1;
-            let kept = format!("{name}-null-{}", self.trials);
-            pairs.extend(kept::figures(&folder, &kept, || {
-                null::of(marked.get()?, stranger, &attacks, self.trials)
-            })?);
+            let stranger = another(i, 1, models.len()).map(|other| &models[other].1);
+            if stranger.is_none() {
+                println!("{name}: the only model, so that no other is looked into for its mark");
+            }
+            pairs.extend(self.pairs(&marked, stranger, &folder, &attacks)?);
         }
         for (name, mesh, stranger) in null::shapes() {
             let marked = MarkedModel::new(name, &mesh);
-            let kept = format!("{name}-null-{}", self.trials);
-            pairs.extend(kept::figures(&folder, &kept, || {
-                null::of(marked.get()?, &stranger, &attacks, self.trials)
-            })?);
+            pairs.extend(self.pairs(&marked, Some(&stranger), &folder, &attacks)?);
         }
         page::write(&removals, &pairs, &attacks, &code)
     }
 
-    fn models(&self) -> Result<Vec<(String, mesh::TriMesh)>> {
+    /// All that a model's mark is looked for in without being there.
+    fn pairs(
+        &self,
+        marked: &MarkedModel<'_>,
+        stranger: Option<&TriMesh>,
+        folder: &Path,
+        attacks: &Python,
+    ) -> Result<Vec<NullPair>> {
+        let key = Key::new(format!("{}-null-{}", marked.name(), self.trials)).of_mesh(marked.mesh());
+        let key = stranger.into_iter().fold(key, Key::of_mesh);
+        kept::figures(folder, &key, || {
+            null::of(marked.get()?, stranger, attacks, self.trials)
+        })
+    }
+
+    fn models(&self) -> Result<Vec<(String, TriMesh)>> {
         let mut models = Vec::new();
         for path in mesh_files(&self.meshes)? {
             let name = name_of(&path);

@@ -47,10 +47,10 @@ pub(super) fn shapes() -> [(&'static str, TriMesh, TriMesh); 4] {
     ]
 }
 
-/// All suspects of a model. `another` is another model.
+/// All suspects of a model. `another` is another model, where there is one.
 pub(super) fn of(
     marked: &Marked,
-    another: &TriMesh,
+    another: Option<&TriMesh>,
     attacks: &Python,
     trials: usize,
 ) -> Result<Vec<NullPair>> {
@@ -91,12 +91,16 @@ pub(super) fn of(
 }
 
 /// None bears the owner's mark.
-fn suspects(marked: &Marked, another: &TriMesh, attacks: &Python) -> Result<Vec<(&'static str, TriMesh)>> {
+fn suspects(
+    marked: &Marked,
+    another: Option<&TriMesh>,
+    attacks: &Python,
+) -> Result<Vec<(&'static str, TriMesh)>> {
     let original = marked.signed.original();
     let mesh: &TriMesh = original.mesh();
     let theirs = Embedder::new(&key(2)).embed_in(original, &job())?;
     let name = format!("{}-unmarked", marked.name.replace(' ', "-"));
-    Ok(vec![
+    let suspects = [
         ("the original", mesh.clone()),
         ("the original, noisy", shapes::jittered(mesh, 0.3, 1)),
         ("the original with other triangles", shapes::flipped(mesh, 2)),
@@ -115,8 +119,9 @@ fn suspects(marked: &Marked, another: &TriMesh, attacks: &Python) -> Result<Vec<
             "the original with other bumps and triangles",
             shapes::flipped(&shapes::bumped(mesh, 0.005, 5), 3),
         ),
-        ("another model", another.clone()),
-    ])
+    ];
+    let another = another.map(|another| ("another model", another.clone()));
+    Ok(suspects.into_iter().chain(another).collect())
 }
 
 fn random_bits(bits: usize, suspect: usize, trial: usize) -> Vec<bool> {

@@ -22,7 +22,10 @@ use mesh_io::Asset;
 use serde::{Deserialize, Serialize};
 use sigmark::claim::{Trace, statistics::rademacher_tail};
 
-use crate::{kept, suspects::attacked};
+use crate::{
+    kept::{self, Key},
+    suspects::attacked,
+};
 use collusion::{Domain, RULES, Rule};
 use copies::{Layout, Shop};
 
@@ -130,11 +133,8 @@ impl TracingBench {
             }
             let asset = Asset::open(&path)?;
             let figures = || self.of_model(&name, asset.mesh(), &python);
-            models.push(kept::figures(
-                &folder,
-                &format!("{name}-{}", self.codes),
-                figures,
-            )?);
+            let key = Key::new(format!("{name}-{}", self.codes)).of_mesh(asset.mesh());
+            models.push(kept::figures(&folder, &key, figures)?);
             pictures = Some(path);
         }
         let shown = self.meshes.display();

@@ -25,7 +25,7 @@ use self::{
     page::Page,
     trial::{Marked, Outlasted, attacks},
 };
-use crate::kept;
+use crate::kept::{self, Key};
 
 /// Models whose marks are attacked in every way of Tables 4 and 5, where they are there.
 const ATTACKED: [&str; 4] = [
@@ -95,11 +95,14 @@ impl VisibilityBench {
                     continue;
                 }
             };
-            let kept = |layout: &TriedLayout, what: &str| {
-                format!("{name}-{}-{what}", layout.to_string().replace(':', "-"))
+            let key = |what: &str| Key::new(format!("{name}-{what}")).of_asset(&asset);
+            let key_of = |layout: &TriedLayout, what: &str| {
+                key(&format!("{}-{what}", layout.to_string().replace(':', "-")))
             };
+            // Whether there is MSDM2.
+            let seen = format!("seen-{}", self.most_vertices);
             for layout in layouts {
-                let seen = kept::figures(&folder, &kept(layout, "seen"), || {
+                let seen = kept::figures(&folder, &key_of(layout, &seen), || {
                     println!("{name}, {layout}: what is seen");
                     Ok(match Marked::new(&name, &asset, layout) {
                         Ok(marked) => Ok(marked.seen(self.most_vertices)?),
@@ -113,7 +116,7 @@ impl VisibilityBench {
             }
             if let Some(attackers) = attackers.as_ref().filter(|_| ATTACKED.contains(&name.as_str())) {
                 for layout in attacked {
-                    let outlasted = kept::figures(&folder, &kept(layout, "outlasted"), || {
+                    let outlasted = kept::figures(&folder, &key_of(layout, "outlasted"), || {
                         println!("{name}, {layout}: what it outlasts");
                         let marked = Marked::new(&name, &asset, layout)?;
                         Ok(Outlasted {
@@ -126,7 +129,7 @@ impl VisibilityBench {
                 }
             }
             if let Some(attackers) = attackers.as_ref().filter(|_| EQUAL.contains(&name.as_str())) {
-                let equal = kept::figures(&folder, &format!("{name}-equal"), || {
+                let equal = kept::figures(&folder, &key("equal"), || {
                     println!("{name}: what is seen of marks that outlast as much");
                     equal::of(&name, &asset, attackers)
                 })?;
