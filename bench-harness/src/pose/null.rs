@@ -34,7 +34,7 @@ const POSES: usize = 3;
 #[derive(Serialize, Deserialize)]
 pub(super) struct NullCopy {
     pub(super) pose: String,
-    /// By how many readings the best was chosen from: with and without the pose undone, counted in p.
+    /// Of how many readings the best was chosen, by all ways; those of its own way are counted in p.
     pub(super) readings: usize,
     pub(super) trials: usize,
     /// How many p-values were at most each of [`LEVELS`], and the smallest.
@@ -85,7 +85,7 @@ pub(super) fn of(
         .collect()
 }
 
-/// As the verifier judges: by any way the best of its readings, times the number of ways.
+/// As the verifier judges what has no parts: by any way the best of its readings, times the number of ways, whether or not they are taken.
 fn asked_of(
     suspect: &TriMesh,
     rig: &Rig,

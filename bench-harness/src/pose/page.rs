@@ -153,7 +153,7 @@ fn cell(read: &Read) -> String {
 fn nobody(found: &[Found]) -> Table {
     let header = "model | pose | readings | trials | p ≤ 0.1 | p ≤ 0.01 | p ≤ 10⁻³ | p ≤ 10⁻⁴ | smallest p";
     let mut table = Table::new("Without a mark", header.split(" | ")).text_columns(2).note(
-        "Unmarked originals, posed, each asked for random words as the verifier asks: with and without the pose undone, the better way, times two. p is an upper bound: at most a tenth, a hundredth, … of the trials may be below.",
+        "Unmarked originals, posed, each asked for random words: as it lies, with the pose undone by the rig, and, where something may have bent it, in the frames of each vertex' surroundings, by its vertices or brought back by its surface. p is the least of the ways in which it lies on the original, times their number: two, or three where it may have been bent; the verifier counts parts besides. p is an upper bound: at most a tenth, a hundredth, … of the trials may be below.",
     );
     let (mut trials, mut below) = (0, [0; LEVELS.len()]);
     for model in found {
