@@ -61,9 +61,11 @@ pub(crate) fn geometric_mean(ratios: impl IntoIterator<Item = f64>) -> f64 {
     (sum / f64::from(count)).exp()
 }
 
-/// The greatest; NaN of none.
+/// The greatest; NaN of none. Of errors and ratios, of which less is better: where one is NaN, which is no number to pass by, infinity.
 pub(crate) fn greatest(values: impl IntoIterator<Item = f64>) -> f64 {
-    values.into_iter().fold(f64::NAN, f64::max)
+    let values = values.into_iter();
+    let values = values.map(|value| if value.is_nan() { f64::INFINITY } else { value });
+    values.fold(f64::NAN, f64::max)
 }
 
 /// The least; NaN of none.
@@ -82,5 +84,12 @@ mod tests {
         assert!(median([]).is_nan() && geometric_mean([]).is_nan());
         assert!((geometric_mean([2.0, 8.0]) - 4.0).abs() < 1e-15);
         assert_eq!([greatest([1.0, 3.0, 2.0]), least([2.0, 1.0, 3.0])], [3.0, 1.0]);
+    }
+
+    #[test]
+    fn what_could_not_be_computed_is_the_greatest() {
+        assert_eq!(greatest([1.0, f64::NAN, 2.0]), f64::INFINITY);
+        assert_eq!(greatest([f64::NAN]), f64::INFINITY);
+        assert!(greatest([]).is_nan());
     }
 }

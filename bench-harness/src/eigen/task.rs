@@ -2,9 +2,9 @@
 
 use std::fmt;
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
-use crate::measure::median;
+use crate::measure::{greatest, median};
 
 /// How many pairs, and how accurate.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,6 +20,7 @@ pub(crate) enum SolveOutcome {
     Done {
         cpu: f64,
         wall: f64,
+        #[serde(deserialize_with = "number_or_infinity")]
         residual: f64,
     },
     /// Stopped after so many CPU seconds.
@@ -27,6 +28,11 @@ pub(crate) enum SolveOutcome {
         #[serde(rename = "stopped")]
         after: f64,
     },
+}
+
+/// JSON has no infinity, and null in its place.
+fn number_or_infinity<'de, D: Deserializer<'de>>(number: D) -> Result<f64, D::Error> {
+    Ok(Option::deserialize(number)?.unwrap_or(f64::INFINITY))
 }
 
 impl SolveOutcome {
@@ -45,7 +51,7 @@ impl SolveOutcome {
         Self::Done {
             cpu: median(figure(|cpu, _, _| cpu)),
             wall: median(figure(|_, wall, _| wall)),
-            residual: figure(|_, _, residual| residual).fold(0.0, f64::max),
+            residual: greatest(figure(|_, _, residual| residual)),
         }
     }
 

@@ -21,7 +21,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     kept::{self, Key},
-    measure::median,
+    measure::{greatest, median},
     peers::ONE_THREAD,
     wheel,
 };
@@ -289,7 +289,7 @@ impl Outcome {
             return None;
         };
         let pairs = a.iter().zip(b).skip(1);
-        Some(pairs.map(|(a, b)| (a / b - 1.0).abs()).fold(0.0, f64::max))
+        Some(greatest(pairs.map(|(a, b)| (a / b - 1.0).abs())))
     }
 }
 
@@ -310,6 +310,10 @@ mod tests {
         let worst = 3.0 / 1024.0;
         assert!(matches!(ours, Outcome::Done { residual, .. } if residual == worst));
         assert_eq!(done(1.0, [1e-9, 2.0, 5.0]).difference(&ours), Some(0.25));
+        assert_eq!(
+            done(1.0, [0.0, f64::NAN, 4.0]).difference(&ours),
+            Some(f64::INFINITY)
+        );
         assert_eq!(Outcome::Stopped { after: 900.0 }.difference(&ours), None);
     }
 
