@@ -293,9 +293,11 @@ fn false_accepts(accepts: &Accepts) -> String {
     let billion = log2 + 1e9f64.log2();
     format!(
         "## Noise taken for a payload\n\nA commitment of 128 bits that has nothing to do with the ratios is among the candidates of lists of {} with a probability of at most {lists} · 2⁻¹²⁸ = 2^{log2:.1}; \
-         in any of 10⁹ suspects with 2^{billion:.1}. That is a union bound and needs no experiment. As a check of the program {} vectors of noise were decoded with a list of {list} ({bits} bits in {length}): \
+         in any of 10⁹ decodings with 2^{billion:.1}. What is decoded of a suspect is chosen out of as many readings as its verdict's `tries` say, and each of these counts as a decoding: 10⁹ suspects of a thousand tries each come to 2^{:.1}. \
+         That is a union bound and needs no experiment. As a check of the program {} vectors of noise were decoded with a list of {list} ({bits} bits in {length}): \
          {} candidates, {} of them the commitment; the nearest agreed in {} of {bits} bits, where {:.0} independent payloads would reach about {:.0}.\n",
         code::LISTS.map(|list| list.to_string()).join(", "),
+        billion + 1e3f64.log2(),
         accepts.vectors,
         accepts.candidates,
         accepts.accepted,
