@@ -3,7 +3,10 @@
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use evaluation::{machine, sources, table::Table};
+use evaluation::{
+    machine, sources,
+    table::{MOST_MARGIN, Table},
+};
 use mesh::{TriMesh, shapes};
 use quality::picture::{Paint, Picture, View, linear};
 
@@ -142,7 +145,7 @@ fn cell(read: &Read) -> String {
     };
     let margin = read
         .margin
-        .map_or_else(String::new, |margin| format!(" {:.1}", margin.min(999.0)));
+        .map_or_else(String::new, |margin| format!(" {:.1}", margin.min(MOST_MARGIN)));
     let rate = read
         .rate()
         .map_or_else(String::new, |rate| format!(", {:.1} %", 100.0 * rate));

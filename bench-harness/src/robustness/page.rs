@@ -1,7 +1,13 @@
 //! The page of the robustness.
 
 use anyhow::Result;
-use evaluation::{attacks::tables, machine, python::Python, sources, table::Table};
+use evaluation::{
+    attacks::tables,
+    machine,
+    python::Python,
+    sources,
+    table::{MOST_MARGIN, Table},
+};
 use sigmark::PayloadKind;
 
 use super::{Attacked, Read};
@@ -67,7 +73,7 @@ fn wide(models: &[Attacked]) -> Table {
 fn cell(read: &Read) -> String {
     let margin = read
         .margin
-        .map_or_else(String::new, |margin| format!(" {:.0}", margin.min(999.0)));
+        .map_or_else(String::new, |margin| format!(" {:.0}", margin.min(MOST_MARGIN)));
     match read.outcome.as_str() {
         "verified" => format!("**V**{margin}"),
         "detected" if read.is_evidence => format!("*d*{margin}"),

@@ -190,9 +190,11 @@ fn the_published_cells_make_the_published_rates() {
         }
         assert_eq!(made, there, "{name}");
     }
-    for (made, there) in rows(&tables::cells(&results)).iter().zip(published("cells.csv")) {
+    let (made, there) = (rows(&tables::cells(&results)), published("cells.csv"));
+    assert_eq!(made.len(), there.len(), "lines of cells.csv");
+    for (made, there) in made.iter().zip(&there) {
         for (column, figure) in there {
-            assert_eq!(made[&column], figure, "{column}");
+            assert_eq!(&made[column], figure, "{column}");
         }
     }
 }

@@ -3,7 +3,7 @@
 use super::table;
 use crate::{
     attacks::{self, Attack},
-    output::table::{Entry, Measured, Table},
+    output::table::{Entry, MOST_MARGIN, Measured, Table},
     results::{Column, Results, Trial},
     study::{
         product::{SIGMARK, VERIFIER},
@@ -11,17 +11,16 @@ use crate::{
     },
 };
 
-/// A greater T₀ says only that there is hardly any noise.
-const MOST_MARGIN: f64 = 999.0;
-
 pub(super) fn steps(results: &Results) -> Table {
-    let note = "T₀ of Sigmark's marks, mean ± standard deviation over signatures; 999 stands for all that is greater. The same attacked meshes are read by ever better readers, each of which has what those above it have: \
+    let note = format!(
+        "T₀ of Sigmark's marks, mean ± standard deviation over signatures; {MOST_MARGIN} stands for all that is greater. The same attacked meshes are read by ever better readers, each of which has what those above it have: \
                 all patches in one look, in the pose of the registration, which least squares better from where misalignment is an unknown. Whatever the code, reading 512 bits takes T₀ ≥ 26.6 (Shannon: √(2 ln 2 · 512)). The code: how many signatures \
-                the verifier read whole; it tries other poses, too.";
+                the verifier read whole; it tries other poses, too."
+    );
     let attacks = &attacks::tables().table4;
     let names = attacks.iter().map(|attack| attack.name.as_str());
     let header = ["model", "reader"].into_iter().chain(names);
-    let mut table = table("What each part of the reader is worth", note, header);
+    let mut table = table("What each part of the reader is worth", &note, header);
     for (outcome, column) in results.columns() {
         let is_read = column.marked().any(|trial| !trial.cell.steps.is_empty());
         if column.algorithm != SIGMARK || !is_read {
