@@ -19,20 +19,24 @@ pub(crate) fn parse(command_line: &[OsString]) -> Result<Arguments, u8> {
             2
         }
         _ => {
-            let command = command_line
-                .get(1)
-                .map_or("".into(), |word| word.to_string_lossy());
-            let help = match Arguments::command().find_subcommand(&*command) {
-                Some(_) => format!("sigmark {command} --help"),
-                None => "sigmark --help".into(),
-            };
-            report::failure(&anyhow::anyhow!(
-                "{}; see `{help}`",
-                in_one_line(&error.to_string())
-            ));
+            let (words, help) = (in_one_line(&error.to_string()), help_of(command_line));
+            report::failure(&anyhow::anyhow!("{words}; see `{help}`"));
             2
         }
     })
+}
+
+/// What shows the help of the command that was asked for, or of one of its commands.
+fn help_of(command_line: &[OsString]) -> String {
+    let (mut command, mut words) = (Arguments::command(), String::from("sigmark "));
+    for word in command_line.iter().skip(1) {
+        let Some(next) = command.find_subcommand(word).cloned() else {
+            break;
+        };
+        words += &format!("{} ", next.get_name());
+        command = next;
+    }
+    words + "--help"
 }
 
 /// What the parser says in paragraphs, without its usage and its pointer to the help.

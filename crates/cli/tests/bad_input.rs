@@ -454,6 +454,10 @@ fn command_lines_that_are_wrong_are_refused_in_one_line() {
     let folder = Folder::with_signed_model();
     let table: &[(&str, &[&str])] = &[
         ("sing model.ply", &["sing", "see `sigmark --help`"]),
+        (
+            "library verify a.obj --loud",
+            &["--loud", "see `sigmark library verify --help`"],
+        ),
         ("embd model.ply", &["embd", "'embed'"]),
         ("--verbose", &["--verbose", "see `sigmark --help`"]),
         (

@@ -261,7 +261,7 @@ fn no_text_from_outside_becomes_markup() {
 #[test]
 fn files_beside_a_model_stand_in_the_table_of_what_was_read() {
     let folder = Folder::with_signed_model();
-    folder.write_gltf("in/model.gltf", &model(), "model.bin", b"a picture");
+    folder.write_gltf("in/model.gltf", &model(), "model.bin", b"\x89PNG a picture");
     std::fs::create_dir(folder.path("out")).unwrap();
     folder.done("embed in/model.gltf -o out/signed.gltf -k owner.pem --chip-rate 1");
     let line = "verify out/signed.gltf --original in/model.gltf --certificate out/signed.gltf.cert.json";

@@ -14,7 +14,7 @@ pub enum Precision {
     Double,
 }
 
-/// A new file with nothing but the mesh: OBJ, ASCII OFF, binary little-endian PLY, binary STL, glTF or GLB.
+/// A new file with nothing but the mesh: OBJ, ASCII OFF, binary little-endian PLY, binary STL, glTF, GLB or 3MF.
 ///
 /// STL and glTF have no double precision: their coordinates are single whatever is asked; normals of STL are those of the triangles.
 /// Beyond ±3.4e38, where single precision ends, numbers become infinite.

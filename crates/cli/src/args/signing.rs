@@ -33,7 +33,7 @@ impl Profile {
 /// What of the signature the shape holds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Payload {
-    /// The whole, or the tag where the model is too small for it
+    /// The whole, or the tag where the whole would not survive much
     #[default]
     Auto,
     /// The whole, 512 bits
