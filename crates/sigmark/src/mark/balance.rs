@@ -14,16 +14,16 @@
 use job::{Job, JobError};
 use mesh::{Edges, TriMesh, Vec3};
 
-use super::{Patch, settling::barycentric};
+use super::{
+    Patch,
+    planes::{Plane, pulls as pulls_of_planes},
+};
 
 /// Into which of the suspect's vertices each vertex of the original went, as it may have been (#V).
 pub(crate) type Draw = Vec<Option<u32>>;
 
 /// Of the mark, what pulls are off by where all draws agree: by rounding in a file, and by what is of second order.
 const LEAST_NOISE: f64 = 0.05;
-
-/// Where a corner of a triangle weighs more at a vertex of the suspect, the triangle is a needle: its plane says little, and what a displacement does to it says nothing.
-const MOST_WEIGHT: f64 = 50.0;
 
 /// Of the planes of a region, the least share in a patch for which its mark says something of the vertex.
 const LEAST_SHARE: f64 = 1e-3;
@@ -183,21 +183,13 @@ impl Balances {
         let mut inside = vec![[Vec3::ZERO; 3]; vertices.len()];
         for (t, corners) in mesh.triangles().iter().enumerate() {
             self.shares.of_corners(corners.map(whole), &mut regions);
-            let places = mesh.corners(t);
-            let normal = normal(places);
             for &(w, times) in &regions {
                 let Some((w, balance)) = number(w).zip(self.balances[w as usize]) else {
                     continue;
                 };
-                let weights = barycentric(places, balance.point);
-                if weights.iter().all(|weight| weight.abs() <= MOST_WEIGHT) {
-                    (0..3).for_each(|i| inside[w][i] += normal * (times * normal[i]));
-                    planes.push(Plane {
-                        region: w,
-                        corners: *corners,
-                        weights: weights.map(|weight| times * weight),
-                        normal,
-                    });
+                if let Some(plane) = Plane::of(*corners, mesh.corners(t), (w, balance.point), times) {
+                    (0..3).for_each(|i| inside[w][i] += plane.normal * (times * plane.normal[i]));
+                    planes.push(plane);
                 }
             }
         }
@@ -253,16 +245,6 @@ impl Equations {
     }
 }
 
-/// A plane of a region.
-#[derive(Debug)]
-struct Plane {
-    region: usize,
-    /// The corners of its triangle, among the vertices of the patch, and what each weighs at the suspect's vertex; of a plane that several corners bring, as many times as large.
-    corners: [u32; 3],
-    weights: [f64; 3],
-    normal: Vec3,
-}
-
 impl BalancesOfPatch {
     /// The equations of each vertex of the suspect; none where there are none.
     pub(crate) fn equations(&self) -> &[Option<Equations>] {
@@ -271,26 +253,14 @@ impl BalancesOfPatch {
 
     /// The pull of the original's planes at each vertex of the suspect when, before the decimation, the vertices of the patch were displaced by a function along each of the three axes.
     pub(crate) fn moved_by(&self, function: &[f64]) -> Vec<[Vec3; 3]> {
-        let mut sums = vec![[Vec3::ZERO; 3]; self.equations.len()];
-        for plane in &self.planes {
-            let values = plane.corners.iter().zip(plane.weights);
-            let value: f64 = values.map(|(&v, weight)| weight * function[v as usize]).sum();
-            for (row, n) in sums[plane.region].iter_mut().zip(plane.normal.0) {
-                *row += plane.normal * (n * value);
-            }
-        }
-        sums
+        pulls_of_planes(&self.planes, function, self.equations.len())
     }
 
     /// The same where they were displaced by vector fields.
     pub(crate) fn moved_by_fields<const N: usize>(&self, fields: &[[Vec3; N]]) -> Vec<[Vec3; N]> {
         let mut sums = vec![[Vec3::ZERO; N]; self.equations.len()];
         for plane in &self.planes {
-            let corners = plane.corners.map(|v| &fields[v as usize]);
-            for (k, sum) in sums[plane.region].iter_mut().enumerate() {
-                let value: f64 = (0..3)
-                    .map(|i| plane.weights[i] * plane.normal.dot(corners[i][k]))
-                    .sum();
+            for (sum, value) in sums[plane.region].iter_mut().zip(plane.moved_by(fields)) {
                 *sum += plane.normal * value;
             }
         }

@@ -13,6 +13,7 @@ mod error;
 mod layout;
 mod original;
 mod patches;
+mod planes;
 mod pool;
 mod reader;
 mod registered;

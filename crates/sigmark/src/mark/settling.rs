@@ -10,7 +10,10 @@
 
 use mesh::{TriMesh, Vec3};
 
-use super::Patch;
+use super::{
+    Patch,
+    planes::{Plane, pulls},
+};
 
 /// From which vertices of an original a decimated suspect's vertices came, and how these follow them. The suspect lies on the original.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,9 +34,6 @@ pub(crate) struct Lowest {
     /// A⁻¹, by rows.
     pub(crate) inverse: [Vec3; 3],
 }
-
-/// Where a corner of a triangle weighs more at the lowest point, the triangle is a needle: its plane says little, and what a displacement does to it says nothing.
-const MOST_WEIGHT: f64 = 50.0;
 
 impl Settling {
     /// The same for what is displaced within one patch.
@@ -76,15 +76,6 @@ pub(crate) struct SettlingOfPatch {
     planes: Vec<Plane>,
 }
 
-/// A plane of a region.
-struct Plane {
-    region: usize,
-    /// The corners of its triangle, among the vertices of the patch, and what each weighs at the region's lowest point; those of a plane that several corners bring are as many times as large.
-    corners: [u32; 3],
-    weights: [f64; 3],
-    normal: Vec3,
-}
-
 fn inverses(lowest: &[Option<Lowest>]) -> Vec<[Vec3; 3]> {
     let inverse = |lowest: &Option<Lowest>| lowest.map_or([Vec3::ZERO; 3], |lowest| lowest.inverse);
     lowest.iter().map(inverse).collect()
@@ -94,11 +85,6 @@ fn inverses(lowest: &[Option<Lowest>]) -> Vec<[Vec3; 3]> {
 fn planes(mesh: &TriMesh, regions: &[Option<usize>], lowest: &[Option<Lowest>]) -> Vec<Plane> {
     let mut planes = Vec::new();
     for (t, corners) in mesh.triangles().iter().enumerate() {
-        let [a, b, c] = mesh.corners(t);
-        let normal = (b - a).cross(c - a);
-        if normal.squared() == 0.0 {
-            continue;
-        }
         let of_corners = corners.map(|v| regions[v as usize]);
         for i in 0..3 {
             let is_first = !of_corners[..i].contains(&of_corners[i]);
@@ -108,16 +94,8 @@ fn planes(mesh: &TriMesh, regions: &[Option<usize>], lowest: &[Option<Lowest>]) 
             let Some(Lowest { point, .. }) = lowest[region] else {
                 continue;
             };
-            let weights = barycentric([a, b, c], point);
-            if weights.iter().all(|weight| weight.abs() <= MOST_WEIGHT) {
-                let times = of_corners.iter().filter(|&&of| of == Some(region)).count() as f64;
-                planes.push(Plane {
-                    region,
-                    corners: *corners,
-                    weights: weights.map(|weight| times * weight),
-                    normal: normal.unit(),
-                });
-            }
+            let times = of_corners.iter().filter(|&&of| of == Some(region)).count() as f64;
+            planes.extend(Plane::of(*corners, mesh.corners(t), (region, point), times));
         }
     }
     planes
@@ -126,16 +104,7 @@ fn planes(mesh: &TriMesh, regions: &[Option<usize>], lowest: &[Option<Lowest>]) 
 impl SettlingOfPatch {
     /// How far each vertex of the suspect moves when the vertices of the patch are displaced by a function along each of the three axes; 0 where that is not known.
     pub(crate) fn moved_by(&self, function: &[f64]) -> Vec<[Vec3; 3]> {
-        // Σ n nᵀ f(x), by rows.
-        let mut sums = vec![[Vec3::ZERO; 3]; self.inverses.len()];
-        for plane in &self.planes {
-            let values = plane.corners.iter().zip(plane.weights);
-            let value: f64 = values.map(|(&v, weight)| weight * function[v as usize]).sum();
-            let normal = plane.normal;
-            for (row, n) in sums[plane.region].iter_mut().zip(normal.0) {
-                *row += normal * (n * value);
-            }
-        }
+        let sums = pulls(&self.planes, function, self.inverses.len());
         // Sums are symmetric: their rows are their columns.
         let moved =
             |(rows, sum): (&[Vec3; 3], [Vec3; 3])| sum.map(|column| Vec3(rows.map(|row| row.dot(column))));
