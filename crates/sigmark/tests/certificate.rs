@@ -7,8 +7,9 @@ use mesh::{TriMesh, shapes};
 use rand_chacha::{ChaCha20Rng, rand_core::SeedableRng};
 use serde_json::{Value, json};
 use sigmark::{
-    Certificate, CertificateError, Curve, Embedder, GeometryDigest, SigmarkError, SigningKey,
-    claim::{LARGEST, VERSION},
+    Certificate, CertificateError, Curve, Embedder, GeometryDigest, PayloadKind, Scheme, SigmarkError,
+    SigningKey,
+    claim::{Carrier, LARGEST, PackedLabels, VERSION},
 };
 
 fn mesh() -> TriMesh {
@@ -193,6 +194,27 @@ fn functions_beyond_a_patch_are_refused_before_any_work() {
         refusal(&value),
         CertificateError::Field { field: "patches", .. }
     ));
+}
+
+/// Whoever reads a mark of another scheme reads pooled chips: the paper's carrier has other numbers of them.
+#[test]
+fn the_papers_carrier_is_refused_for_every_other_scheme() {
+    let mut statement = certificate(1).statement().clone();
+    statement.payload = PayloadKind::Tag;
+    statement.carrier = Carrier::Harmonics { chip_rate: 1 };
+    // Room for just the 256 bits of a tag's codeword.
+    (statement.functions, statement.alphas) = (vec![87], vec![1e-5]);
+    statement.labels = PackedLabels::pack(&vec![1; statement.original.vertices]);
+    for scheme in [Scheme::EcdsaP256Sha256, Scheme::EcdsaP256Sha1] {
+        statement.scheme = scheme;
+        assert!(matches!(
+            statement.hash(),
+            Err(CertificateError::Field { field: "carrier", .. })
+        ));
+    }
+    // The numbers suit it, but for that.
+    statement.carrier = Carrier::PooledHarmonics;
+    assert!(statement.hash().is_ok());
 }
 
 #[cfg(feature = "paper")]

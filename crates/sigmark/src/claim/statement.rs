@@ -92,6 +92,11 @@ impl Carrier {
         }
     }
 
+    /// Whether marks of a scheme are carried so: the paper's by its own carrier, and no others, since their readers count on pooled chips.
+    pub fn suits(self, scheme: Scheme) -> bool {
+        scheme.is_of_paper() == matches!(self, Self::Harmonics { .. })
+    }
+
     /// c, how often each bit stands in a patch, where that is a number.
     pub fn chip_rate(self) -> Option<usize> {
         match self {
@@ -154,8 +159,8 @@ impl Statement {
     /// little-endian, texts UTF-8 and keys DER; `docs/certificate.md` lists the fields.
     ///
     /// # Errors
-    /// [`CertificateError::Field`] where a value can't be meant: a strength that is not positive, labels of another number of vertices,
-    /// a patch without room for the bits.
+    /// [`CertificateError::Field`] where a value can't be meant: a carrier of another scheme, a strength that is not positive, labels of
+    /// another number of vertices, a patch without room for the bits.
     pub fn hash(&self) -> Result<[u8; 32], CertificateError> {
         Ok(self.checked()?.hash)
     }
@@ -223,6 +228,42 @@ impl Statement {
         }
     }
 
+    /// Whether payload and carrier are those of the scheme.
+    fn check_kinds(&self) -> Result<(), CertificateError> {
+        let Self {
+            scheme,
+            payload,
+            carrier,
+            ..
+        } = *self;
+        let never = |field, name: &str| CertificateError::Field {
+            field,
+            problem: format!("is \"{name}\", which marks of {scheme} never have"),
+        };
+        match (payload.suits(scheme), carrier.suits(scheme)) {
+            (false, _) => Err(never("payload", payload.name())),
+            (_, false) => Err(never("carrier", carrier.name())),
+            _ => Ok(()),
+        }
+    }
+
+    /// Whether there are no more vertices than any mesh has, and every strength is one.
+    fn check_numbers(&self) -> Result<(), CertificateError> {
+        if self.original.vertices > MOST_VERTICES {
+            return Err(CertificateError::Field {
+                field: "vertices",
+                problem: format!("is {}, more than any mesh has", self.original.vertices),
+            });
+        }
+        match self.alphas.iter().position(|&a| !(a > 0.0 && a.is_finite())) {
+            Some(i) => Err(CertificateError::Field {
+                field: "alpha",
+                problem: format!("of patch {} is {}, not a positive number", i + 1, self.alphas[i]),
+            }),
+            None => Ok(()),
+        }
+    }
+
     /// Checks every field that can be checked without the original, and hashes all; labels are unpacked piece by piece on the way, so
     /// that a small file can't ask for much memory.
     pub(super) fn checked(&self) -> Result<Checked, CertificateError> {
@@ -234,26 +275,9 @@ impl Statement {
         &self,
         unpack: impl FnOnce(&PackedLabels, usize, usize) -> Result<LabelsSummary, CertificateError>,
     ) -> Result<Checked, CertificateError> {
-        let Self { payload, scheme, .. } = self;
-        if !payload.suits(*scheme) {
-            return Err(CertificateError::Field {
-                field: "payload",
-                problem: format!("is \"{}\", which marks of {scheme} never hold", payload.name()),
-            });
-        }
+        self.check_kinds()?;
         self.check_room()?;
-        if self.original.vertices > MOST_VERTICES {
-            return Err(CertificateError::Field {
-                field: "vertices",
-                problem: format!("is {}, more than any mesh has", self.original.vertices),
-            });
-        }
-        if let Some(i) = self.alphas.iter().position(|&a| !(a > 0.0 && a.is_finite())) {
-            return Err(CertificateError::Field {
-                field: "alpha",
-                problem: format!("of patch {} is {}, not a positive number", i + 1, self.alphas[i]),
-            });
-        }
+        self.check_numbers()?;
         let mut hash = Sha256::new_with_prefix(b"sigmark statement\0");
         let mut field = |bytes: &[u8]| {
             hash.update((bytes.len() as u64).to_le_bytes());
