@@ -483,6 +483,41 @@ fn a_mark_that_was_copied_onto_another_shape_and_smoothed_is_not_found_there() {
     }
 }
 
+/// Its bits can be read off, every one of them; nobody who is told so may take it for evidence.
+#[test]
+fn what_is_read_of_a_mark_on_another_shape_counts_for_nothing() {
+    let (mesh, signed) = (original(), signed());
+    let marks = signed.positions().iter().zip(mesh.positions());
+    let flat = marks.map(|([x, y, z], [_, _, of_original])| [*x, *y, z - of_original]);
+    let copied = mesh.with_positions(flat.collect()).unwrap();
+    let beside = shapes::translated(&shapes::bumpy_torus(30, 20, 1), [9.0, 0.0, 0.0]);
+    let elsewhere = shapes::disjoint_union(&[beside, shapes::tetrahedron()]);
+    for suspect in [copied, elsewhere] {
+        let verdict = judge(&mesh, signed, &suspect);
+        assert!(verdict.mismatch.is_some());
+        assert_eq!(verdict.outcome, Outcome::NotFound { p: 1.0 });
+        assert_eq!((verdict.p_value, verdict.p_dispute()), (1.0, 1.0));
+        assert_eq!((verdict.tries, verdict.bits, verdict.patches_read), (1, 0, 0));
+        assert_eq!((verdict.extraction_rate, verdict.bit_errors), (None, None));
+        assert_eq!((verdict.margin, verdict.correlation), (None, 0.0));
+        assert!(verdict.soft.is_none() && verdict.attack_model.is_none());
+    }
+}
+
+#[test]
+fn what_is_not_found_holds_against_no_stranger_however_little_its_owner_lets_count() {
+    let (mesh, signed) = (original(), signed());
+    let suspect = shapes::jittered(signed.mesh(), 0.1, 3);
+    let certificate = signed.certificate();
+    let verifier = Verifier::new(&mesh, certificate, certificate.public_key()).unwrap();
+    let verdict = verifier.p_bound(0.0).verify(&suspect, &Job::default()).unwrap();
+    assert!(
+        !verdict.outcome.is_found() && verdict.p_value < 1e-30,
+        "{verdict:?}"
+    );
+    assert_eq!(verdict.p_dispute(), 1.0);
+}
+
 #[test]
 fn steps_of_smoothing_are_taken_out_whatever_their_strength() {
     let mesh = shapes::bumped(&shapes::jittered(&shapes::icosphere(4), 0.3, 4), 0.3, 4);

@@ -9,7 +9,7 @@ use mesh::{Similarity, TriMesh, Welded, components, shapes};
 use rand_chacha::{ChaCha20Rng, rand_core::SeedableRng};
 use registration::MatchedBy;
 use sigmark::{
-    Certificate, Curve, Embedder, SigningKey,
+    Certificate, Curve, Embedder, SigningKey, Verifier,
     claim::{CertificateReader, Trace, Tracer},
     mark::Original,
 };
@@ -300,5 +300,35 @@ fn certificates_of_other_originals_and_keys_are_refused() {
             .unwrap()
             .add(&issued)
             .is_err()
+    );
+}
+
+#[test]
+fn of_what_was_bent_and_cut_a_trace_sees_as_much_as_a_verdict() {
+    let shop = Shop::new(&shapes::bumpy_sphere(4, 3), 2);
+    let copy = &shop.copies[1];
+    let bent = copy.positions().iter().map(|&[x, y, z]| {
+        let (sin, cos) = (1.2 * x).sin_cos();
+        [x, y * cos - z * sin, y * sin + z * cos]
+    });
+    let bent: Vec<[f64; 3]> = bent.collect();
+    let is_kept = |corners: &&[u32; 3]| corners.iter().all(|&v| copy.positions()[v as usize][0] > -0.3);
+    let kept: Vec<[u32; 3]> = copy.triangles().iter().filter(is_kept).copied().collect();
+    let suspect = Welded::new(&bent, &kept).unwrap().into_mesh();
+
+    let job = Job::default();
+    let trace = shop.tracer().trace(&suspect, &job).unwrap();
+    let certificate = &shop.certificates[1];
+    let verifier = Verifier::new(shop.original.mesh(), certificate, certificate.public_key()).unwrap();
+    let verdict = verifier.verify(&suspect, &job).unwrap();
+    assert_eq!(named(&trace), [1]);
+    assert_eq!(
+        (trace.matched_by, verdict.matched_by),
+        (MatchedBy::LocalFrames, MatchedBy::LocalFrames)
+    );
+    assert!(verdict.coverage < 0.8, "{verdict:?}");
+    assert_eq!(
+        (trace.overlap, trace.coverage),
+        (verdict.overlap, verdict.coverage)
     );
 }

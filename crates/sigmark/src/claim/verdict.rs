@@ -19,7 +19,7 @@ pub enum Outcome {
     },
     /// Nothing that chance does not explain.
     NotFound {
-        /// See [`p_value`](super::statistics::p_value); 1 where the suspect does not fit the original at all.
+        /// See [`p_value`](super::statistics::p_value); 1 where the suspect is another shape.
         p: f64,
     },
 }
@@ -109,25 +109,25 @@ pub struct Verdict {
     pub compared_with: Compared,
     /// What the bits in the shape hold.
     pub payload: PayloadKind,
-    /// ER (eq. 18), of the bits of which something was read, from 0 to 1, before the code mends any; `None` if the suspect does not fit the original.
+    /// ER (eq. 18), of the bits of which something was read, from 0 to 1, before the code mends any; `None` if the suspect is another shape.
     pub extraction_rate: Option<f64>,
-    /// The probability of such agreement without the mark, an upper bound; 1 if the suspect does not fit. Where the best of several
+    /// The probability of such agreement without the mark, an upper bound; 1 if the suspect is another shape. Where the best of several
     /// readings was taken, since the suspect could lie in several ways or was read in two, it is multiplied by their number.
     pub p_value: f64,
-    /// T = Σ sₜ xₜ / √(Σ xₜ²).
+    /// T = Σ sₜ xₜ / √(Σ xₜ²); 0 if the suspect is another shape.
     pub correlation: f64,
-    /// T₀ = T / √(1 − T²/l), the signal-to-noise ratio of the whole mark; `None` if the suspect does not fit the original. By vertices and the paper's rule, bits that the
+    /// T₀ = T / √(1 − T²/l), the signal-to-noise ratio of the whole mark; `None` if the suspect is another shape. By vertices and the paper's rule, bits that the
     /// layout marks unequally spread as noise does: where all are right it says little.
     pub margin: Option<f64>,
-    /// The bits of the mark as they were read; `None` if the suspect does not fit.
+    /// The bits of the mark as they were read; `None` if the suspect is another shape.
     pub soft: Option<SoftBits>,
-    /// Of how many bits of the mark something was read, of l at most.
+    /// Of how many bits of the mark something was read, of l at most; 0 if the suspect is another shape.
     pub bits: usize,
-    /// How many of those are wrong, before the code mends any; `None` if the suspect does not fit.
+    /// How many of those are wrong, before the code mends any; `None` if the suspect is another shape.
     pub bit_errors: Option<usize>,
-    /// Of how many patches the bits were read; 0 if the suspect does not fit.
+    /// Of how many patches the bits were read; 0 if the suspect is another shape.
     pub patches_read: usize,
-    /// Of how many readings this one could have been chosen, by which the p-value is multiplied: looks, poses, rules and parts, whether or not they were taken. 1 if the suspect does not fit.
+    /// Of how many readings this one could have been chosen, by which the p-value is multiplied: looks, poses, rules and parts, whether or not they were taken. 1 if the suspect is another shape.
     pub tries: usize,
     /// How the suspect was laid onto the original: by its vertices, or by its surface.
     pub matched_by: MatchedBy,
@@ -143,13 +143,14 @@ pub struct Verdict {
     pub residual: Option<f64>,
     /// Takes the suspect to the original; `None` if it does not fit, or was [bent](MatchedBy::is_bent): then no one transform does.
     pub transform: Option<Similarity>,
-    /// What moved the suspect beside the mark; `None` where the paper's rule alone read it, or nothing did.
+    /// What moved the suspect beside the mark; `None` where the paper's rule alone read it, or the suspect is another shape.
     pub attack_model: Option<AttackModel>,
     /// Of the connected parts of the original that carry the mark, those of which the suspect shows at least half; the largest first.
     pub parts: Vec<FoundPart>,
     /// How many connected parts of the original carry the mark.
     pub marked_parts: usize,
-    /// Why the suspect is another shape, if it is.
+    /// Why the suspect is another shape, if it is. Then nothing that was read counts, since a mark can be copied onto any mesh with the original's triangles: only how it lies is told, and of a
+    /// suspect that does not fit not even that.
     pub mismatch: Option<Mismatch>,
 }
 
@@ -160,13 +161,13 @@ impl Verdict {
     }
 
     /// The probability that one of 2⁸⁰ claims that a stranger tried would have come as far, an upper bound: 2⁸⁰ p, at most 1. For marks
-    /// that do not bind the original it is 1, since they can be forged without trying; so it is where the verdict [informs the owner alone](Self::is_for_owner_alone). For a tag it is 2⁻⁴⁸ at least: whoever looks for statements under which some tag would be read needs a signature that has it, one of 2¹²⁸.
+    /// that do not bind the original it is 1, since they can be forged without trying; so it is where the verdict [informs the owner alone](Self::is_for_owner_alone), and where nothing is found. For a tag it is 2⁻⁴⁸ at least: whoever looks for statements under which some tag would be read needs a signature that has it, one of 2¹²⁸.
     pub fn p_dispute(&self) -> f64 {
         let of_one = match self.payload {
             PayloadKind::Tag => self.p_value.max(2f64.powi(-128)),
             _ => self.p_value,
         };
-        match self.is_bound() {
+        match self.is_bound() && self.outcome.is_found() {
             true => (STRANGERS_TRIES * of_one).min(1.0),
             false => 1.0,
         }

@@ -277,17 +277,30 @@ impl Verifier {
                 (verdict.overlap, verdict.coverage) = (alignment.overlap, alignment.coverage);
             }
             None => {
-                let in_place = reading.in_place;
-                (verdict.overlap, verdict.coverage) = (in_place, in_place * (1.0 - reading.missing));
-                let least = AlignOptions::default().least_overlap;
-                if in_place < least {
-                    // A mark can be copied onto any mesh with these triangles: that does not make it this model.
-                    verdict.outcome = Outcome::NotFound { p: verdict.p_value };
-                    verdict.mismatch = Some(Mismatch::Shape { in_place, least });
+                let by_vertices = ByVertices::of(&reading);
+                (verdict.overlap, verdict.coverage) = (by_vertices.overlap, by_vertices.coverage);
+                if let Some(mismatch) = by_vertices.mismatch {
+                    verdict = self.of_another_shape(verdict, mismatch);
                 }
             }
         }
         Ok(verdict)
+    }
+
+    /// The verdict on a suspect that has the original's triangles and is another shape: how it lies, and nothing of what was read. A mark can be copied onto any mesh with these triangles, and that does not make
+    /// it this model.
+    fn of_another_shape(&self, read: Verdict, mismatch: Mismatch) -> Verdict {
+        Verdict {
+            matched_by: read.matched_by,
+            poses: read.poses,
+            overlap: read.overlap,
+            coverage: read.coverage,
+            missing: read.missing,
+            residual: read.residual,
+            transform: read.transform,
+            parts: read.parts,
+            ..self.nothing_read(mismatch)
+        }
     }
 
     /// Judges parts of a suspect, each put back by itself.
@@ -312,7 +325,8 @@ impl Verifier {
 
     /// A verdict that could have been reached in so many ways: its probability counts as often.
     fn weighed(&self, verdict: Verdict, ways: usize) -> Verdict {
-        if ways < 2 {
+        // What is another shape was not read, and nothing was chosen.
+        if ways < 2 || verdict.mismatch.is_some() {
             return verdict;
         }
         let p = (ways as f64 * verdict.p_value).min(1.0);
@@ -399,6 +413,19 @@ impl Verifier {
 
     fn does_not_align(&self, alignment: &Alignment) -> Verdict {
         Verdict {
+            matched_by: alignment.matched_by,
+            overlap: alignment.overlap,
+            coverage: alignment.coverage,
+            ..self.nothing_read(Mismatch::Surface {
+                overlap: alignment.overlap,
+                least: AlignOptions::default().least_overlap,
+            })
+        }
+    }
+
+    /// The verdict on another shape, of which nothing is known yet.
+    fn nothing_read(&self, mismatch: Mismatch) -> Verdict {
+        Verdict {
             outcome: Outcome::NotFound { p: 1.0 },
             binds_original: self.certificate.statement().binds_original(),
             compared_with: self.compared_with(),
@@ -412,20 +439,39 @@ impl Verifier {
             bit_errors: None,
             patches_read: 0,
             tries: 1,
-            matched_by: alignment.matched_by,
+            matched_by: MatchedBy::Surface,
             poses: 0,
-            overlap: alignment.overlap,
-            coverage: alignment.coverage,
+            overlap: 0.0,
+            coverage: 0.0,
             missing: 1.0,
             residual: None,
             transform: None,
             attack_model: None,
             parts: Vec::new(),
             marked_parts: self.parts.len(),
-            mismatch: Some(Mismatch::Surface {
-                overlap: alignment.overlap,
-                least: AlignOptions::default().least_overlap,
-            }),
+            mismatch: Some(mismatch),
+        }
+    }
+}
+
+/// How a suspect lies on the original, as its vertices tell, one by one.
+pub(super) struct ByVertices {
+    /// Share of the suspect's that lie where those of the original do.
+    pub(super) overlap: f64,
+    /// Share of the original's that are seen there.
+    pub(super) coverage: f64,
+    /// Whether it is another shape.
+    pub(super) mismatch: Option<Mismatch>,
+}
+
+impl ByVertices {
+    pub(super) fn of(reading: &Reading) -> Self {
+        let in_place = reading.in_place;
+        let least = AlignOptions::default().least_overlap;
+        Self {
+            overlap: in_place,
+            coverage: in_place * (1.0 - reading.missing),
+            mismatch: (in_place < least).then_some(Mismatch::Shape { in_place, least }),
         }
     }
 }

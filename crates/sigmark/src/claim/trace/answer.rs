@@ -2,7 +2,7 @@ use mesh::Similarity;
 use registration::{AlignOptions, Alignment, MatchedBy};
 
 use crate::{
-    claim::Mismatch,
+    claim::{Mismatch, verify::ByVertices},
     mark::{AttackModel, Found, ReadParts, Reading},
 };
 
@@ -107,12 +107,13 @@ impl Trace {
         self.transform = (!self.matched_by.is_bent()).then_some(first.transform);
         self.attack_model = first.attack_model;
         if by_vertices {
-            (self.overlap, self.coverage) = (first.in_place, first.in_place);
-            let least = AlignOptions::default().least_overlap;
-            if first.in_place < least {
-                let in_place = first.in_place;
-                self.mismatch = Some(Mismatch::Shape { in_place, least });
-            }
+            let ByVertices {
+                overlap,
+                coverage,
+                mismatch,
+            } = ByVertices::of(first);
+            (self.overlap, self.coverage) = (overlap, coverage);
+            self.mismatch = mismatch.or(self.mismatch);
         }
     }
 
