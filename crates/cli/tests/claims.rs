@@ -215,3 +215,42 @@ fn an_original_that_was_exported_again_informs_its_owner_and_is_no_evidence() {
         &["not the original"],
     );
 }
+
+/// A tag is read where more bits of its codeword are lost than a stranger's claim may have wrong.
+#[test]
+fn a_tag_that_was_read_without_the_evidence_is_no_answer_to_who_asks_for_it() {
+    let folder = Folder::with_signed_model();
+    folder.done("embed model.ply -o tagged.ply -k owner.pem --payload tag --chip-rate 2");
+    let tagged = mesh_io::Asset::open(folder.path("tagged.ply")).unwrap();
+    std::fs::create_dir(folder.path("worn")).unwrap();
+    // The key is another each time, and so are the bits: of many that are about as worn, one is as it should be.
+    for seed in 0..48 {
+        let worn = shapes::jittered(tagged.mesh(), 0.025 + 1e-4 * seed as f64, seed);
+        folder.write_mesh(&format!("worn/{seed}.ply"), &worn, Precision::Double);
+    }
+    let claim = "--certificate tagged.ply.cert.json --original model.ply --public-key owner.pub.pem";
+    let reports = folder.done(&format!("verify worn {claim} --json")).out;
+    let reports = reports
+        .lines()
+        .map(|line| serde_json::from_str::<serde_json::Value>(line).unwrap());
+    let is_so = |report: &serde_json::Value| report["outcome"] == "verified" && report["evidence"] == false;
+    let report = reports.into_iter().find(is_so).unwrap();
+    let suspect = report["suspect"].as_str().unwrap();
+
+    let owner = folder.done(&format!("verify {suspect} {claim}")).out;
+    assert!(owner.starts_with(&format!("VERIFIED: {suspect}")), "{owner}");
+    let run = folder.run(&format!(
+        "verify {suspect} {claim} --dispute --report report.html"
+    ));
+    assert_eq!(run.code, Some(1));
+    assert!(
+        run.out.starts_with(&format!("NO EVIDENCE: {suspect}")),
+        "{}",
+        run.out
+    );
+    let page = folder.text("report.html");
+    assert!(
+        page.contains("No evidence") && page.contains("and this was asked") && !page.contains(">Verified<"),
+        "{page}"
+    );
+}

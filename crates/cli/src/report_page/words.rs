@@ -9,11 +9,12 @@ use crate::{args::Verify, claims::Claim, commands::verify::remark, report};
 
 /// What was found, in a word.
 pub(super) fn word(verdict: &Verdict, arguments: &Verify) -> &'static str {
+    let lacks_evidence = arguments.dispute && !verdict.is_evidence();
     match verdict.outcome {
         Outcome::Verified if !verdict.binds_original => "Verified, by the paper's profile",
         Outcome::Verified if verdict.is_for_owner_alone() => "Verified, for the owner alone",
+        Outcome::Verified | Outcome::Detected { .. } if lacks_evidence => "No evidence",
         Outcome::Verified => "Verified",
-        Outcome::Detected { .. } if arguments.dispute && !verdict.is_evidence() => "No evidence",
         Outcome::Detected { .. } if verdict.is_for_owner_alone() => "Detected, for the owner alone",
         Outcome::Detected { .. } => "Detected",
         _ => "Not found",
@@ -48,6 +49,12 @@ pub(super) fn sentences(verdict: &Verdict, arguments: &Verify, claim: &Claim) ->
              this informs the owner, and a claim needs that file.",
             what_was_read(verdict, all)
         ),
+        Outcome::Verified if arguments.dispute && !verdict.is_evidence() => format!(
+            "The suspect carries what was written into the original: {} read back from the suspect\u{2019}s shape. But only {agreeing} of \
+             the {bits} bits that stand for them there agree, the code mends the others, and so a claim is not ruled out which somebody \
+             made up after he had seen the suspect; and this was asked.",
+            what_was_read(verdict, all)
+        ),
         Outcome::Verified if verdict.matched_by.is_by_rig() => format!(
             "The suspect carries the signature that was written into the original: {} read back from the suspect\u{2019}s shape, after its pose had been undone by the \
              original\u{2019}s joints and morph targets. The signature is valid, by the key named below, over this very original, with all that poses it, mark and message.",
@@ -72,30 +79,36 @@ pub(super) fn sentences(verdict: &Verdict, arguments: &Verify, claim: &Claim) ->
                 false => "",
             }
         ),
-        _ => match verdict.mismatch {
-            Some(Mismatch::Shape { in_place, least }) => format!(
-                "The suspect has the original\u{2019}s triangles, but another shape: {:.1} % of its vertices lie where those of \
-                     the original \
-                 do, and {:.0} % are needed. A mark can be copied onto any model with these triangles, so what was read of one counts for \
-                 nothing.",
-                100.0 * in_place,
-                100.0 * least
-            ),
-            Some(mismatch) => format!(
-                "The suspect is not the original, nor a copy or a part of it, as far as its shape tells: it {}. So no mark could be looked \
-                 for.",
-                remark(mismatch)
-            ),
-            None => format!(
-                "The suspect has the shape of the original, but nothing of its mark was found: {agreeing} of {bits} bits agree, \
-                     about as many \
-                 as agree by chance. Either it was never marked{}, or the mark was damaged beyond recognition.",
-                match claim.certificate.statement().recipient.is_empty() {
-                    true => "",
-                    false => " for this recipient",
-                }
-            ),
-        },
+        _ => why_not_found(verdict, claim, agreeing),
+    }
+}
+
+/// Another shape, or the same without the mark, of which so many bits agree.
+fn why_not_found(verdict: &Verdict, claim: &Claim, agreeing: usize) -> String {
+    let bits = verdict.bits;
+    match verdict.mismatch {
+        Some(Mismatch::Shape { in_place, least }) => format!(
+            "The suspect has the original\u{2019}s triangles, but another shape: {:.1} % of its vertices lie where those of \
+                 the original \
+             do, and {:.0} % are needed. A mark can be copied onto any model with these triangles, so what was read of one counts for \
+             nothing.",
+            100.0 * in_place,
+            100.0 * least
+        ),
+        Some(mismatch) => format!(
+            "The suspect is not the original, nor a copy or a part of it, as far as its shape tells: it {}. So no mark could be looked \
+             for.",
+            remark(mismatch)
+        ),
+        None => format!(
+            "The suspect has the shape of the original, but nothing of its mark was found: {agreeing} of {bits} bits agree, \
+                 about as many \
+             as agree by chance. Either it was never marked{}, or the mark was damaged beyond recognition.",
+            match claim.certificate.statement().recipient.is_empty() {
+                true => "",
+                false => " for this recipient",
+            }
+        ),
     }
 }
 

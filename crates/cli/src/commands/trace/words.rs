@@ -2,13 +2,12 @@
 
 use std::path::Path;
 
-use registration::MatchedBy;
 use sigmark::claim::{Accused, Trace};
 
 use super::issued::{Copies, IssuedCopy};
 use crate::{
     args,
-    commands::verify::{caveat, probability, recognised_by, remark},
+    commands::verify::{caveat, probability, registered, remark},
     report::{self, Lines, Seconds},
 };
 
@@ -63,7 +62,8 @@ pub(super) fn summary(
         },
     );
     if let Some(by) = trace.registration() {
-        lines.field("registered", registered(by, trace));
+        let registered = registered(by, trace.poses, trace.overlap, trace.missing);
+        lines.field("registered", registered);
     }
     if !accused.is_empty() {
         lines.field(
@@ -118,17 +118,4 @@ fn tell_of_certificates(lines: &mut Lines, trace: &Trace, copies: &Copies) {
             format!("{path}: its mark is there, but the key did not sign it: it was edited"),
         );
     }
-}
-
-fn registered(by: MatchedBy, trace: &Trace) -> String {
-    let poses = match trace.poses {
-        0 | 1 => String::new(),
-        poses => format!("; it could lie there in {poses} ways, which the probability allows for"),
-    };
-    format!(
-        "{}: {:.1} % of the suspect lies on the original, {:.1} % of the original's vertices were seen{poses}",
-        recognised_by(by),
-        100.0 * trace.overlap,
-        100.0 * (1.0 - trace.missing)
-    )
 }

@@ -20,7 +20,7 @@ use crate::{
     suspects::{Inquiry, Session},
 };
 
-pub(crate) use words::{caveat, found_parts, probability, recognised_by, remark};
+pub(crate) use words::{caveat, found_parts, probability, recognised_by, registered, remark};
 
 pub(crate) fn run(arguments: &Verify) -> Result<Answer> {
     check_enough(arguments)?;

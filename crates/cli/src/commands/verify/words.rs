@@ -21,8 +21,29 @@ pub(super) fn summary(
     stamps: &Stamps,
     seconds: &Seconds,
 ) -> Lines {
+    let mut lines = Lines::new(headline(suspect, arguments, verdict, claim));
+    if let Some(mismatch) = verdict.mismatch {
+        lines.field("reason", remark(mismatch));
+    }
+    if let Compared::SameGeometry { residual } = verdict.compared_with {
+        lines.field("original", another_file(residual));
+    }
+    tell_who(&mut lines, verdict, claim);
+    stamps.tell("existed", &mut lines);
+    tell_what_was_read(&mut lines, arguments, verdict, claim);
+    tell_how_it_lies(&mut lines, verdict);
+    if verdict.outcome.is_found() && verdict.marked_parts > 1 {
+        lines.field("parts", found_parts(verdict, claim));
+    }
+    lines.field("time", report::seconds_text(seconds));
+    lines
+}
+
+/// What was found, in a line.
+fn headline(suspect: &Path, arguments: &Verify, verdict: &Verdict, claim: &Claim) -> String {
     let (suspect, original) = (suspect.display(), claim.original_path.display());
-    let headline = match verdict.outcome {
+    let lacks_evidence = arguments.dispute && !verdict.is_evidence();
+    match verdict.outcome {
         Outcome::Verified if !verdict.binds_original => {
             format!(
                 "VERIFIED, paper's profile: {suspect} carries a signature of a message, which is over no model"
@@ -33,10 +54,14 @@ pub(super) fn summary(
                 "VERIFIED, for the owner alone: {suspect} carries the signature that was written into the model of {original}"
             )
         }
+        Outcome::Verified if lacks_evidence => format!(
+            "NO EVIDENCE: {suspect} carries what was written into {original}, but so many of its bits are lost or wrong that a \
+             stranger's claim is not ruled out"
+        ),
         Outcome::Verified => {
             format!("VERIFIED: {suspect} carries the signature that was written into {original}")
         }
-        Outcome::Detected { .. } if arguments.dispute && !verdict.is_evidence() => format!(
+        Outcome::Detected { .. } if lacks_evidence => format!(
             "NO EVIDENCE: {suspect} agrees with the mark of {original}, but not so well that a stranger's claim is ruled out"
         ),
         Outcome::Detected { p } => format!(
@@ -47,63 +72,56 @@ pub(super) fn summary(
             format!("NOT FOUND: {suspect} is not {original}, nor a part of it")
         }
         _ => format!("NOT FOUND: {suspect} has the shape of {original}, but nothing of its mark"),
+    }
+}
+
+/// How many bits agree, from how many patches, and what that is worth; nothing where none was read.
+fn tell_what_was_read(lines: &mut Lines, arguments: &Verify, verdict: &Verdict, claim: &Claim) {
+    let (Some(rate), Some(errors)) = (verdict.extraction_rate, verdict.bit_errors) else {
+        return;
     };
-    let mut lines = Lines::new(headline);
-    if let Some(mismatch) = verdict.mismatch {
-        lines.field("reason", remark(mismatch));
-    }
-    if let Compared::SameGeometry { residual } = verdict.compared_with {
-        lines.field("original", another_file(residual));
-    }
-    tell_who(&mut lines, verdict, claim);
-    stamps.tell("existed", &mut lines);
-    if let (Some(rate), Some(errors)) = (verdict.extraction_rate, verdict.bit_errors) {
-        let (bits, rate) = (verdict.bits, 100.0 * rate);
-        let mended = match verdict.outcome {
-            Outcome::Verified if errors > 0 => ", which the code mends",
-            _ => "",
-        };
-        let patches = claim.certificate.statement().alphas.len();
-        let read = match verdict.patches_read {
-            read if read < patches => {
-                let enough = match (verdict.outcome, arguments.enough) {
-                    (Outcome::Detected { p }, Some(enough)) if p <= enough => ", which is enough",
-                    _ => "",
-                };
-                format!(", read from {read} of {patches} patches{enough}")
-            }
-            _ => String::new(),
-        };
-        lines.field(
-            "bits",
-            format!("{} of {bits} agree ({rate:.2} %){mended}{read}", bits - errors),
-        );
-        if let Some(margin) = verdict.margin.filter(|_| errors > 0) {
-            lines.field("margin", format!("T0 = {margin:.1}"));
+    let (bits, rate) = (verdict.bits, 100.0 * rate);
+    let mended = match verdict.outcome {
+        Outcome::Verified if errors > 0 => ", which the code mends",
+        _ => "",
+    };
+    let patches = claim.certificate.statement().alphas.len();
+    let read = match verdict.patches_read {
+        read if read < patches => {
+            let enough = match (verdict.outcome, arguments.enough) {
+                (Outcome::Detected { p }, Some(enough)) if p <= enough => ", which is enough",
+                _ => "",
+            };
+            format!(", read from {read} of {patches} patches{enough}")
         }
-        tell_how_sure(&mut lines, verdict);
+        _ => String::new(),
+    };
+    lines.field(
+        "bits",
+        format!("{} of {bits} agree ({rate:.2} %){mended}{read}", bits - errors),
+    );
+    if let Some(margin) = verdict.margin.filter(|_| errors > 0) {
+        lines.field("margin", format!("T0 = {margin:.1}"));
     }
-    if let (Some(by), Some(residual)) = (verdict.registration(), verdict.residual) {
-        lines.field("registered", registered(by, verdict));
-        let placed = verdict.transform.map_or_else(String::new, |transform| {
-            let mirrored = if transform.mirrors() { ", mirrored" } else { "" };
-            format!(", scale {:.6}{mirrored}", transform.scale)
-        });
-        let apart = format!("{residual:.2e} of the diagonal apart (RMS){placed}");
-        lines.field("alignment", apart);
-    }
-    if let Some(caveat) = verdict
-        .registration()
-        .and_then(caveat)
-        .filter(|_| verdict.outcome.is_found())
-    {
+    tell_how_sure(lines, verdict);
+}
+
+/// How the suspect was laid onto the original, and what is to be minded there; nothing where it was not.
+fn tell_how_it_lies(lines: &mut Lines, verdict: &Verdict) {
+    let (Some(by), Some(residual)) = (verdict.registration(), verdict.residual) else {
+        return;
+    };
+    let registered = registered(by, verdict.poses, verdict.overlap, verdict.missing);
+    lines.field("registered", registered);
+    let placed = verdict.transform.map_or_else(String::new, |transform| {
+        let mirrored = if transform.mirrors() { ", mirrored" } else { "" };
+        format!(", scale {:.6}{mirrored}", transform.scale)
+    });
+    let apart = format!("{residual:.2e} of the diagonal apart (RMS){placed}");
+    lines.field("alignment", apart);
+    if let Some(caveat) = caveat(by).filter(|_| verdict.outcome.is_found()) {
         lines.field("mind", caveat);
     }
-    if verdict.outcome.is_found() && verdict.marked_parts > 1 {
-        lines.field("parts", found_parts(verdict, claim));
-    }
-    lines.field("time", report::seconds_text(seconds));
-    lines
 }
 
 /// Which connected parts were found, by name where they have one.
@@ -249,17 +267,17 @@ pub(crate) fn caveat(by: MatchedBy) -> Option<&'static str> {
     by.is_bent().then_some(OF_A_BEND)
 }
 
-/// What the suspect was recognised by, and how much of the original it is.
-fn registered(by: MatchedBy, verdict: &Verdict) -> String {
-    let poses = match verdict.poses {
+/// What a suspect was recognised by, in how many ways it could lie there, and how much of the original it is.
+pub(crate) fn registered(by: MatchedBy, poses: usize, overlap: f64, missing: f64) -> String {
+    let poses = match poses {
         0 | 1 => String::new(),
         poses => format!("; it could lie there in {poses} ways, which the probability allows for"),
     };
     format!(
         "{}: {:.1} % of the suspect lies on the original, {:.1} % of the original's vertices were seen{poses}",
         recognised_by(by),
-        100.0 * verdict.overlap,
-        100.0 * (1.0 - verdict.missing)
+        100.0 * overlap,
+        100.0 * (1.0 - missing)
     )
 }
 
