@@ -104,6 +104,84 @@ fn nobody_is_named_for_the_original_another_copy_or_another_shape() {
     assert!(run.out.ends_with("Somebody named in 0 of 2\n"), "{run:?}");
 }
 
+/// Copies lie where other certificates do, too, some of them first.
+#[test]
+fn the_key_is_that_of_the_first_certificate_that_is_of_this_original_and_signed() {
+    let folder = folder();
+    folder.write_mesh("found.ply", &copy(&folder, "order-4"), Precision::Double);
+    folder.write_mesh("torus.ply", &shapes::bumpy_torus(40, 24, 3), Precision::Double);
+    folder.done("embed torus.ply -o copies/0.ply -k other.pem --chip-rate 1");
+    let damaged = folder
+        .text("theirs.ply.cert.json")
+        .replace("order-4712", "order-4713");
+    folder.write("copies/1.cert.json", damaged);
+    folder.write("copies/2.cert.json", "{");
+    let run = folder.run("trace found.ply --original model.ply --certificates copies --json");
+    let report: Value = serde_json::from_str(&run.out).unwrap();
+    assert_eq!(
+        (run.code, named(&report)),
+        (Some(0), vec!["order-4"]),
+        "{}",
+        run.err
+    );
+    assert_eq!(
+        (&report["candidates"], &report["passed_over"]),
+        (&12.into(), &1.into())
+    );
+    assert_eq!(report["unreadable"].as_array().unwrap().len(), 2);
+    assert!(run.err.contains("1.cert.json") && run.err.contains("2.cert.json"));
+    assert_eq!(report["own_key"], true);
+}
+
+#[test]
+fn where_two_keys_signed_copies_it_is_asked_which() {
+    let folder = folder();
+    folder.write_mesh("found.ply", &copy(&folder, "order-4"), Precision::Double);
+    for name in ["copies/0.cert.json", "copies/z.cert.json"] {
+        folder.write(name, folder.text("theirs.ply.cert.json"));
+        let run = folder.run("trace found.ply --original model.ply --certificates copies");
+        assert_eq!((run.code, run.out.as_str()), (Some(2), ""));
+        for words in [name, "order-0", "two keys", "--public-key"] {
+            assert!(run.err.contains(words), "{}", run.err);
+        }
+        let report = folder.done(&format!("trace found.ply {TRACE} --json")).json();
+        assert_eq!(
+            (named(&report), &report["passed_over"]),
+            (vec!["order-4"], &1.into())
+        );
+        fs::remove_file(folder.path(name)).unwrap();
+    }
+}
+
+#[test]
+fn an_original_that_is_none_is_blamed_and_not_the_certificate() {
+    let folder = folder();
+    folder.refused(
+        "trace model.ply --original signed.ply --certificates copies/order-3/model.ply.cert.json",
+        &[
+            "sigmark: signed.ply",
+            "copies/order-3/model.ply.cert.json",
+            "not the original",
+        ],
+    );
+}
+
+#[test]
+fn marks_of_the_papers_profile_are_no_copies_that_can_be_told_apart() {
+    let folder = folder();
+    folder.done("keygen -o paper.pem --profile paper");
+    folder.done("embed model.ply -o p.ply --key paper.pem --profile paper --chip-rate 2");
+    let run = folder.run("trace p.ply --original model.ply --certificates p.ply.cert.json");
+    assert_eq!(run.code, Some(2), "{run:?}");
+    assert!(
+        run.err.contains("p.ply.cert.json") && run.err.contains("paper's profile"),
+        "{}",
+        run.err
+    );
+    // That is an option of another command.
+    assert!(!run.err.contains("--profile"), "{}", run.err);
+}
+
 #[test]
 fn what_can_t_be_asked_is_said_with_its_remedy() {
     let folder = folder();

@@ -23,7 +23,8 @@ p is the probability that somebody is named whose copy is not in it, at most: it
 the original, and all rounds; and it holds whatever was done to the copies. It says that the file was made of that copy, not who gave it away: \
 a copy can be stolen from its owner, and who issues copies has them all. SECURITY.md says what may be concluded.
 
-Certificates of other originals and other keys are passed over and counted. Exit code 0 if somebody is named, 1 if nobody is; of several suspects 0 if \
+Certificates of other originals and other keys are passed over and counted. Without --public-key it is asked for the copies of the key that signed certificates of this original; where two keys did, \
+say which. Exit code 0 if somebody is named, 1 if nobody is; of several suspects 0 if \
 in one, and 2 if one could not be judged.
 
 --json prints: an object a suspect, each in a line, of suspect (file name), accused (whose copies are in it, the surest first: recipient, message, certificate (file name), p_value, correlation, margin (T0, beside those \

@@ -47,7 +47,7 @@ impl Verifier {
         public_key: &PublicKey,
     ) -> Result<Self, SigmarkError> {
         check_key(certificate, public_key)?;
-        check_digest(certificate, original)?;
+        check_digest(certificate, GeometryDigest::of(original))?;
         Self::expecting(&cut_as(original, certificate.statement())?, certificate)
     }
 
@@ -63,7 +63,7 @@ impl Verifier {
     ) -> Result<Self, SigmarkError> {
         check_key(certificate, public_key)?;
         let statement = certificate.statement();
-        let unknown = || another_original(certificate, given);
+        let unknown = || another_original(certificate, GeometryDigest::of(given));
         let sketch = certificate.sketch_for(given).ok_or_else(unknown)?;
         let recognised = sketch.recognise(given).ok_or_else(unknown)?;
         let patches = Patches::from_labels(&recognised.mesh, sketch.labels())?;
@@ -97,7 +97,7 @@ impl Verifier {
         public_key: &PublicKey,
     ) -> Result<Self, SigmarkError> {
         check_key(certificate, public_key)?;
-        check_digest(certificate, original.mesh())?;
+        check_digest(certificate, GeometryDigest::of(original.mesh()))?;
         let statement = certificate.statement();
         let labels = statement.labels.unpack(original.mesh().vertex_count())?;
         if labels != original.patches().labels()
@@ -511,17 +511,18 @@ pub(super) fn cut_as(original: &TriMesh, statement: &Statement) -> Result<Origin
         .with_borders(statement.carrier.borders()))
 }
 
-fn check_digest(certificate: &Certificate, original: &TriMesh) -> Result<(), SigmarkError> {
-    match certificate.statement().original.digest == GeometryDigest::of(original) {
+/// Whether a certificate is of the original with a digest.
+pub(super) fn check_digest(certificate: &Certificate, found: GeometryDigest) -> Result<(), SigmarkError> {
+    match certificate.statement().original.digest == found {
         true => Ok(()),
-        false => Err(another_original(certificate, original)),
+        false => Err(another_original(certificate, found)),
     }
 }
 
-pub(super) fn another_original(certificate: &Certificate, given: &TriMesh) -> SigmarkError {
+fn another_original(certificate: &Certificate, found: GeometryDigest) -> SigmarkError {
     SigmarkError::AnotherOriginal {
         expected: certificate.statement().original.digest.to_string(),
-        found: GeometryDigest::of(given).to_string(),
+        found: found.to_string(),
     }
 }
 

@@ -2,11 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, anyhow, bail};
 use job::Job;
+use mesh::TriMesh;
 use sigmark::{
-    PublicKey, SigmarkError,
-    claim::{CertificateReader, Issued, Tracer},
+    GeometryDigest, PublicKey, SigmarkError,
+    claim::{CertificateReader, Issued, Tracer, trace::signer_of},
 };
 
 use crate::{
@@ -41,19 +42,25 @@ pub(crate) struct Copies {
 }
 
 impl Copies {
-    /// Reads certificates, which lie where some paths were named, for an original; without a key by that of the first.
+    /// Reads certificates, which lie where some paths were named, for an original; without a key by that of the first that is of this original and was signed.
     pub(crate) fn read(
-        original: &mesh::TriMesh,
+        (original_path, original): (&Path, &TriMesh),
         key: Option<PublicKey>,
         named: &[PathBuf],
         paths: &[PathBuf],
         job: &Job,
     ) -> Result<Self> {
         let reader = CertificateReader::new();
+        let asker = |key| -> Result<Asker, SigmarkError> {
+            let tracer = Tracer::new(original, &key)?;
+            Ok(Asker { key, tracer })
+        };
         let mut all = Collected {
+            original_path,
             original,
-            key,
-            tracer: None,
+            digest: GeometryDigest::of(original),
+            is_key_given: key.is_some(),
+            asker: key.map(asker).transpose()?,
             copies: Vec::new(),
             refused: None,
             passed_over: 0,
@@ -73,11 +80,20 @@ impl Copies {
     }
 }
 
+/// Who asks for the copies that a key signed.
+struct Asker {
+    key: PublicKey,
+    tracer: Tracer,
+}
+
 /// What was read so far.
 struct Collected<'a> {
-    original: &'a mesh::TriMesh,
-    key: Option<PublicKey>,
-    tracer: Option<Tracer>,
+    original_path: &'a Path,
+    original: &'a TriMesh,
+    digest: GeometryDigest,
+    is_key_given: bool,
+    /// None until there is a key.
+    asker: Option<Asker>,
     copies: Vec<IssuedCopy>,
     /// Why the first was passed over.
     refused: Option<anyhow::Error>,
@@ -90,65 +106,94 @@ impl Collected<'_> {
         let issued = match issued {
             Ok(issued) => issued,
             Err(error) => {
-                report::failure(&error);
-                self.unreadable.push(path.into());
+                self.add_unreadable(path, &error);
                 return Ok(());
             }
         };
-        let certificate = issued.unchecked();
-        let key = *self.key.get_or_insert(*certificate.public_key());
-        if self.tracer.is_none() {
-            self.tracer = Some(Tracer::new(self.original, &key)?);
-        }
-        let Some(tracer) = &mut self.tracer else {
-            return Ok(());
-        };
-        let statement = certificate.statement();
-        let copy = IssuedCopy {
-            recipient: statement.recipient.clone(),
-            message: statement.message.clone(),
-            certificate: path.into(),
-        };
-        match tracer.add(&issued) {
-            Ok(_) => self.copies.push(copy),
+        match self.ask_for(&issued) {
+            Ok(()) => {
+                let statement = issued.unchecked().statement();
+                self.copies.push(IssuedCopy {
+                    recipient: statement.recipient.clone(),
+                    message: statement.message.clone(),
+                    certificate: path.into(),
+                });
+            }
+            Err(SigmarkError::AnotherKey { .. }) if self.is_signed_by_another(&issued) => {
+                let known = self.copies.first().map(|copy| copy.certificate.display());
+                bail!(
+                    "{} and {}: two keys signed copies of this original; say whose copies are asked for with --public-key",
+                    known.map(|path| path.to_string()).unwrap_or_default(),
+                    path.display()
+                );
+            }
             Err(
                 error @ (SigmarkError::AnotherKey { .. }
                 | SigmarkError::AnotherOriginal { .. }
                 | SigmarkError::PaperProfile),
             ) => {
                 self.passed_over += 1;
-                let error = anyhow::Error::new(error).context(path.display().to_string());
+                let error = self.blame(error, path);
                 self.refused.get_or_insert(error);
             }
             Err(error @ SigmarkError::Certificate(_)) => {
-                report::failure(&anyhow::Error::new(error).context(path.display().to_string()));
-                self.unreadable.push(path.into());
+                self.add_unreadable(path, &self.blame(error, path));
             }
-            Err(error) => return Err(anyhow::Error::new(error).context(path.display().to_string())),
+            Err(error) => return Err(self.blame(error, path)),
         }
         Ok(())
     }
 
+    fn add_unreadable(&mut self, path: &Path, error: &anyhow::Error) {
+        report::failure(error);
+        self.unreadable.push(path.into());
+    }
+
+    /// Asks for a copy, too. The first that is of this original and was signed brings the key, where none was given: what others wrote can lie anywhere, and first.
+    fn ask_for(&mut self, issued: &Issued) -> Result<(), SigmarkError> {
+        match &mut self.asker {
+            Some(asker) => asker.tracer.add(issued)?,
+            None => {
+                let key = signer_of(issued, self.digest)?;
+                let mut tracer = Tracer::new(self.original, &key)?;
+                let number = tracer.add(issued)?;
+                self.asker = Some(Asker { key, tracer });
+                number
+            }
+        };
+        Ok(())
+    }
+
+    /// Whether a certificate with another key could have brought the key as well as the one that did.
+    fn is_signed_by_another(&self, issued: &Issued) -> bool {
+        !self.is_key_given && signer_of(issued, self.digest).is_ok()
+    }
+
+    /// The error with the name of the file that it is about.
+    fn blame(&self, error: SigmarkError, certificate: &Path) -> anyhow::Error {
+        let (original, certificate) = (self.original_path.display(), certificate.display());
+        match error {
+            SigmarkError::AnotherOriginal { .. } => {
+                anyhow::Error::new(error).context(format!("{original}, by {certificate}"))
+            }
+            SigmarkError::PaperProfile => anyhow!(
+                "{certificate}: {error}, and no copy be told from another; sign copies with a key on P-256"
+            ),
+            error => anyhow::Error::new(error).context(certificate.to_string()),
+        }
+    }
+
     fn finished(self, named: &[PathBuf]) -> Result<Copies> {
-        let Self {
-            tracer,
-            copies,
-            key,
-            passed_over,
-            unreadable,
-            refused,
-            ..
-        } = self;
-        match (tracer, key, refused) {
-            (_, _, Some(refused)) if copies.is_empty() => Err(refused),
-            (Some(tracer), Some(key), _) => Ok(Copies {
+        match (self.asker, self.refused) {
+            (Some(Asker { key, tracer }), _) if !self.copies.is_empty() => Ok(Copies {
                 tracer,
-                copies,
+                copies: self.copies,
                 key,
                 key_file: None,
-                passed_over,
-                unreadable,
+                passed_over: self.passed_over,
+                unreadable: self.unreadable,
             }),
+            (_, Some(refused)) => Err(refused),
             _ => {
                 let named: Vec<String> = named.iter().map(|path| path.display().to_string()).collect();
                 bail!(

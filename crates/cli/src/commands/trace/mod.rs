@@ -55,7 +55,8 @@ fn copies(arguments: &args::Trace, session: &Session<'_>, original: &Asset) -> R
     let progress = Arc::new(Progress::within(arguments.time_limit.duration()));
     progress.begin("certificates", "reading certificates");
     let job = progress.job(arguments.common.threads());
-    let copies = Copies::read(original.mesh(), key, &arguments.certificates, &paths, &job);
+    let of = (&*arguments.original, original.mesh());
+    let copies = Copies::read(of, key, &arguments.certificates, &paths, &job);
     let mut copies = session.within_limit(copies, &job)?;
     copies.tracer = copies
         .tracer

@@ -45,7 +45,7 @@ use super::{
     Certificate, Issued, SigmarkError, Statement,
     keys::PublicKey,
     statistics::{margin_of, rademacher_tail},
-    verify::{another_original, cut_as},
+    verify::{check_digest, check_key, cut_as},
 };
 use crate::{
     mark::{Found, JointEstimator, MarkLayout, MarkStage, Reader, ReadingMethod},
@@ -72,6 +72,26 @@ pub struct Tracer {
     candidates: Vec<Candidate>,
     decoys: Option<Decoys>,
     p_bound: f64,
+}
+
+/// The key that signed the certificate of a copy, where nobody said whose copies are asked for: none is taken from a certificate that another may have written, or that is of another original.
+///
+/// # Errors
+/// [`SigmarkError::AnotherOriginal`] where it is not of the original with this digest; [`SigmarkError::PaperProfile`], as [`Tracer::add`]; [`SigmarkError::Certificate`] where the key that it names did not sign it.
+pub fn signer_of(issued: &Issued, original: GeometryDigest) -> Result<PublicKey, SigmarkError> {
+    let certificate = issued.unchecked();
+    check_copy(certificate, original)?;
+    certificate.check()?;
+    Ok(*certificate.public_key())
+}
+
+/// Whether a certificate is of an original with this digest, and of a mark that tells copies apart.
+fn check_copy(certificate: &Certificate, original: GeometryDigest) -> Result<(), SigmarkError> {
+    check_digest(certificate, original)?;
+    match certificate.statement().binds_original() {
+        true => Ok(()),
+        false => Err(SigmarkError::PaperProfile),
+    }
 }
 
 /// Patterns that nobody has, of the first lot: numbered after the candidates, and made when they are asked for.
@@ -151,13 +171,8 @@ impl Tracer {
     pub fn add(&mut self, issued: &Issued) -> Result<usize, SigmarkError> {
         let certificate = issued.unchecked();
         let statement = certificate.statement();
-        super::verify::check_key(certificate, &self.public_key)?;
-        if statement.original.digest != self.digest {
-            return Err(another_original(certificate, &self.original));
-        }
-        if !statement.binds_original() {
-            return Err(SigmarkError::PaperProfile);
-        }
+        check_key(certificate, &self.public_key)?;
+        check_copy(certificate, self.digest)?;
         let hash = *certificate.statement_hash();
         let (signature, sealed, seal) = certificate.parts();
         let lot = match self.lot_of(certificate) {
