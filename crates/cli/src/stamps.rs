@@ -1,8 +1,8 @@
 //! The time stamps of a certificate.
 
-use std::path::Path;
+use std::{fmt, path::Path};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use serde_json::{Value, json};
 use sigmark::Certificate;
 use time_stamp::{Roots, Stamp, Stamped};
@@ -16,11 +16,31 @@ use crate::{
 pub(crate) enum Stamps {
     /// So many are there, and nobody asked.
     Unchecked(usize),
-    Checked(Vec<Stamped>),
+    Checked {
+        stamped: Vec<Stamped>,
+        refused: Vec<Refused>,
+    },
+}
+
+/// A stamp that does not check. It counts for nothing, and against nobody: stamps are not sealed, so anybody can add some.
+pub(crate) struct Refused {
+    /// Which of the certificate's, from 1.
+    number: usize,
+    reason: String,
+}
+
+impl fmt::Display for Refused {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { number, reason } = self;
+        write!(
+            f,
+            "time stamp {number} of the certificate does not check, and counts for nothing: {reason}"
+        )
+    }
 }
 
 impl Stamps {
-    /// Checks every stamp of a certificate against root certificates, if there are any.
+    /// Checks every stamp of a certificate against root certificates, if there are any; fails where it has stamps and none of them checks.
     pub(crate) fn of(certificate: &Certificate, path: &Path, roots: Option<&Path>) -> Result<Self> {
         let Some(roots) = roots else {
             return Ok(Self::Unchecked(certificate.stamps().len()));
@@ -28,18 +48,41 @@ impl Stamps {
         let text = files::read_text(roots, Text::Roots)?;
         let roots = Roots::from_pem(&text).with_context(|| roots.display().to_string())?;
         let digest = certificate.digest();
-        let checked = certificate.stamps().iter().enumerate().map(|(i, reply)| {
-            let stamped = Stamp::from_reply(reply).and_then(|stamp| stamp.verify(&digest, &roots));
-            stamped.with_context(|| format!("{}: time stamp {}", path.display(), i + 1))
-        });
-        Ok(Self::Checked(checked.collect::<Result<_>>()?))
+        let (mut stamped, mut refused) = (Vec::new(), Vec::new());
+        for (number, reply) in (1..).zip(certificate.stamps()) {
+            match Stamp::from_reply(reply).and_then(|stamp| stamp.verify(&digest, &roots)) {
+                Ok(checked) => stamped.push(checked),
+                Err(error) => refused.push(Refused {
+                    number,
+                    reason: error.to_string(),
+                }),
+            }
+        }
+        if stamped.is_empty() && !refused.is_empty() {
+            let why = refused
+                .iter()
+                .map(|Refused { number, reason }| format!("time stamp {number}: {reason}"));
+            bail!("{}: {}", path.display(), why.collect::<Vec<_>>().join("; "));
+        }
+        Ok(Self::Checked { stamped, refused })
     }
 
-    /// null where nobody asked.
+    /// Those that check; null where nobody asked.
     pub(crate) fn json(&self) -> Value {
         match self {
             Self::Unchecked(_) => Value::Null,
-            Self::Checked(stamps) => stamps.iter().map(object).collect(),
+            Self::Checked { stamped, .. } => stamped.iter().map(object).collect(),
+        }
+    }
+
+    /// Those that do not, and why; null where nobody asked.
+    pub(crate) fn refused_json(&self) -> Value {
+        match self {
+            Self::Unchecked(_) => Value::Null,
+            Self::Checked { refused, .. } => refused
+                .iter()
+                .map(|Refused { number, reason }| json!({ "number": number, "reason": reason }))
+                .collect(),
         }
     }
 
@@ -52,12 +95,15 @@ impl Stamps {
                 let remedy = "give the root certificates of their authorities with --stamp-roots";
                 lines.field(name, format!("{stamps}, not checked: {remedy}"));
             }
-            Self::Checked(stamps) if stamps.is_empty() => {
+            Self::Checked { stamped, .. } if stamped.is_empty() => {
                 lines.field(name, "no time stamp says since when");
             }
-            Self::Checked(stamps) => {
-                for Stamped { time, authority, .. } in stamps {
+            Self::Checked { stamped, refused } => {
+                for Stamped { time, authority, .. } in stamped {
                     lines.field(name, format!("time-stamped {time} by {authority}"));
+                }
+                for refused in refused {
+                    lines.field(name, refused);
                 }
             }
         }

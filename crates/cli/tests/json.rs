@@ -255,6 +255,10 @@ fn the_page_says_what_is_printed_and_nothing_else() {
         "stamps[].authority",
         "stamps[].serial",
         "stamps[].*",
+        "stamps_refused[]",
+        "stamps_refused[].number",
+        "stamps_refused[].reason",
+        "stamps_refused[].*",
     ];
     for command in COMMANDS.into_iter().filter(|command| *command != "stamp attach") {
         let keys = &documented[command];

@@ -215,7 +215,72 @@ fn replies_that_are_no_stamps_of_this_certificate_are_refused() {
 }
 
 #[test]
-fn a_stamp_that_does_not_check_is_an_error_that_says_which_and_why() {
+fn no_more_stamps_are_attached_than_are_read() {
+    let folder = folder();
+    folder.done(&format!("stamp request {CERTIFICATE} -o query.tsq"));
+    answer(&folder, "query.tsq", "reply.tsr");
+    let mut certificate: Value = serde_json::from_str(&folder.text(CERTIFICATE)).expect("JSON");
+    certificate["stamps"] = vec!["AA=="; 99].into();
+    folder.write(CERTIFICATE, certificate.to_string());
+    folder.done(&format!("stamp attach {CERTIFICATE} reply.tsr"));
+    answer(&folder, "query.tsq", "second.tsr");
+    folder.refused(
+        &format!("stamp attach {CERTIFICATE} second.tsr"),
+        &[CERTIFICATE, "100 time stamps", "nothing was changed"],
+    );
+    folder.done(VERIFY);
+}
+
+/// Stamps are no part of what is sealed: who has the certificate in his hands can add some.
+#[test]
+fn stamps_that_do_not_check_are_told_and_never_count() {
+    let folder = folder();
+    folder.done(&format!("stamp request {CERTIFICATE} -o query.tsq"));
+    answer(&folder, "query.tsq", "reply.tsr");
+    let mut forged = folder.read("reply.tsr");
+    let last = forged.len() - 1;
+    forged[last] ^= 1;
+    folder.write("forged.tsr", &forged);
+    folder.done(&format!("stamp attach {CERTIFICATE} forged.tsr"));
+    folder.done(&format!("stamp attach {CERTIFICATE} reply.tsr"));
+    let report = verified(&folder, "--stamp-roots root.pem");
+    assert_eq!(report["stamps"].as_array().map(Vec::len), Some(1));
+    assert_eq!(report["stamps"][0]["serial"], "4712");
+    let refused = &report["stamps_refused"];
+    assert_eq!(refused.as_array().map(Vec::len), Some(1));
+    assert_eq!(refused[0]["number"], 1);
+    let why = "the signature of the stamp does not check";
+    assert!(
+        refused[0]["reason"]
+            .as_str()
+            .is_some_and(|reason| reason.contains(why))
+    );
+    assert_eq!(verified(&folder, "")["stamps_refused"], Value::Null);
+
+    let run = folder.done(&format!("{VERIFY} --stamp-roots root.pem --report report.html"));
+    assert!(run.out.contains("time-stamped 20"), "{}", run.out);
+    let told = "time stamp 1 of the certificate does not check, and counts for nothing";
+    for text in [run.out, folder.text("report.html")] {
+        assert!(text.contains(told) && text.contains(why), "{text}");
+    }
+    let claim = |signed: &str, key: &str| {
+        format!(
+            r#"{{"original": "model.ply", "certificate": "{signed}.cert.json", "public_key": "{key}.pub.pem"}}"#
+        )
+    };
+    folder.write("mine.json", claim("signed.ply", "owner"));
+    folder.write("theirs.json", claim("theirs.ply", "other"));
+    let dispute = "dispute mine.json theirs.json --stamp-roots root.pem";
+    let report = folder.run(&format!("{dispute} --json")).json();
+    assert_eq!(report["stamps"][0].as_array().map(Vec::len), Some(1));
+    assert_eq!(report["stamps_refused"][0][0]["number"], 1);
+    assert_eq!(report["stamps_refused"][1], json!([]));
+    let text = folder.run(dispute).out;
+    assert!(text.contains(told), "{text}");
+}
+
+#[test]
+fn stamps_none_of_which_checks_are_an_error_that_says_which_and_why() {
     let folder = folder();
     folder.done(&format!("stamp request {CERTIFICATE} -o query.tsq"));
     answer(&folder, "query.tsq", "reply.tsr");
@@ -233,9 +298,11 @@ fn a_stamp_that_does_not_check_is_an_error_that_says_which_and_why() {
     );
     folder.done(&format!("stamp attach {CERTIFICATE} forged.tsr"));
     folder.refused(
-        &format!("{VERIFY} --stamp-roots root.pem"),
+        &format!("{VERIFY} --stamp-roots stranger.pem"),
         &[
-            "signed.ply.cert.json: time stamp 2",
+            "signed.ply.cert.json: time stamp 1",
+            "none has issued for CN=Root",
+            "time stamp 2",
             "the signature of the stamp does not check",
         ],
     );

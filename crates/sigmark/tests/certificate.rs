@@ -39,7 +39,7 @@ fn refusal(value: &Value) -> CertificateError {
 
 #[test]
 fn it_reads_back() {
-    let certificate = certificate(1).with_stamp(vec![1, 2, 3]);
+    let certificate = certificate(1).with_stamp(vec![1, 2, 3]).unwrap();
     let json = certificate.to_json().unwrap();
     assert_eq!(Certificate::from_json(&json).unwrap(), certificate);
     assert_eq!(Certificate::from_json(&json).unwrap().to_json().unwrap(), json);

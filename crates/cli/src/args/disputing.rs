@@ -23,7 +23,7 @@ Exit code 0 if one came first, 1 if that is undecided.
 
 --json prints: outcome (first, second or undecided), reasons, first_in_second, second_in_first, first_in_suspect, second_in_suspect \
 (each as `sigmark verify --json` prints it, or null), stamps (of both, each a list of time, authority and serial, or null where \
---stamp-roots was not given), seconds (of each stage).")]
+--stamp-roots was not given), stamps_refused (of both, likewise, number and reason of those that do not check and count for nothing), seconds (of each stage).")]
 pub(crate) struct Dispute {
     /// The first claim
     #[arg(value_name = "A")]

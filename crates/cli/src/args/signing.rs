@@ -270,7 +270,7 @@ bit_errors (how many of those are wrong, before the code mends any), patches_rea
 suspect's surface that lies on the original, 0 to 1), coverage (share of the original's that lies on the suspect), missing \
 (share of the original's vertices that were not seen), residual (fraction of the diagonal), transform (4 × 4, suspect to \
 original; null where it was bent or posed: then no one transform does), mirrored (null likewise), attack_model (of what moved the suspect, the shares of squared displacements that mark, misalignment, offset, \
-smoothing, tessellation_bias, bending and noise explain; null where the paper's rule alone read it), remark (why it is another shape), parts (connected parts of the original that were seen: part, its number, name, seen, 0 to 1, and transform if it was put back alone), marked_parts (how many carry the mark), message, recipient, public_key (fingerprint), stamps (time, authority and serial of each; null where --stamp-roots is not given), seconds (of each stage). What can't be said \
+smoothing, tessellation_bias, bending and noise explain; null where the paper's rule alone read it, or it is another shape), remark (why it is another shape), parts (connected parts of the original that were seen: part, its number, name, seen, 0 to 1, and transform if it was put back alone), marked_parts (how many carry the mark), message, recipient, public_key (fingerprint), stamps (time, authority and serial of each that checks; null where --stamp-roots is not given), stamps_refused (number and reason of each that does not, and counts for nothing; null likewise), seconds (of each stage). What can't be said \
 is null. Of one of several suspects that could not be judged: suspect and error alone.")]
 pub(crate) struct Verify {
     /// The meshes in question, or folders of them; what is computed of the original for the first serves the others
@@ -291,7 +291,7 @@ pub(crate) struct Verify {
     /// Read marks of the paper's profile, too, which do not say whose the model is
     #[arg(long, value_enum)]
     pub(crate) profile: Option<Profile>,
-    /// Check the certificate's time stamps against these root certificates, in PEM [default: stamps are mentioned, not checked]
+    /// Check the certificate's time stamps against these root certificates, in PEM; those that don't check are told and count for nothing [default: stamps are mentioned, not checked]
     #[arg(long, value_name = "PEM")]
     pub(crate) stamp_roots: Option<PathBuf>,
     /// The largest probability of being wrong that counts as detected

@@ -51,6 +51,7 @@ pub(crate) fn run(arguments: &args::Dispute) -> Result<Answer> {
         "first_in_suspect": suspect.map(|[first, _]| described(first, 0)),
         "second_in_suspect": suspect.map(|[_, second]| described(second, 1)),
         "stamps": stamps.each_ref().map(Stamps::json),
+        "stamps_refused": stamps.each_ref().map(Stamps::refused_json),
         "seconds": report::seconds_json(&seconds),
     });
     let lines = summary(arguments, &dispute, &claims, &stamps, &seconds);

@@ -63,7 +63,9 @@ fn attach(arguments: &Attach) -> Result<Answer> {
             path.display()
         );
     }
-    let certificate = certificate.with_stamp(reply);
+    let certificate = certificate
+        .with_stamp(reply)
+        .with_context(|| format!("{}: nothing was changed", path.display()))?;
     let text = certificate
         .to_json()
         .with_context(|| path.display().to_string())?;

@@ -12,7 +12,7 @@ use super::{
 use crate::{
     claims::{ReadFile, ReadMesh},
     report,
-    stamps::Stamps,
+    stamps::{Refused, Stamps},
 };
 
 impl Page<'_> {
@@ -208,15 +208,14 @@ impl Stamps {
                 "{}, not checked: that takes the root certificates of their authorities (--stamp-roots).",
                 report::counted(*count, "time stamp", "time stamps")
             )),
-            Self::Checked(stamps) if stamps.is_empty() => Html::markup("no time stamp says since when."),
-            Self::Checked(stamps) => stamps
+            Self::Checked { stamped, .. } if stamped.is_empty() => Html::markup("no time stamp says since when."),
+            Self::Checked { stamped, refused } => stamped
                 .iter()
-                .map(|stamp| {
-                    let text = format!("{}, by {} (serial number {})", stamp.time, stamp.authority, stamp.serial);
-                    Html::foreign(text).within("p", None)
-                })
+                .map(|stamp| format!("{}, by {} (serial number {})", stamp.time, stamp.authority, stamp.serial))
+                .chain(refused.iter().map(Refused::to_string))
+                .map(|text| Html::foreign(text).within("p", None))
                 .collect::<Html>()
-                .and(Html::markup("Each signature was checked up to the root certificates that were given; whether a certificate \
+                .and(Html::markup("Each stamp was checked up to the root certificates that were given; whether a certificate \
                      was withdrawn since was not asked.").within("p", Some("note"))),
         }
     }

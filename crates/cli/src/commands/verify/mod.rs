@@ -135,6 +135,7 @@ impl<'a> Inquiry for &'a Judging<'_> {
         let mut object = described(&verdict, claim);
         object.insert("suspect".into(), json!(path));
         object.insert("stamps".into(), stamps.json());
+        object.insert("stamps_refused".into(), stamps.refused_json());
         object.insert("seconds".into(), report::seconds_json(&seconds));
         let lines = words::summary(path, arguments, &verdict, claim, stamps, &seconds);
         report::print(arguments.common.json, &object.into(), &lines)?;

@@ -4,7 +4,7 @@ use base64::{Engine, engine::general_purpose::STANDARD as BASE64};
 use mhb_core::LaplacianKind;
 use serde::{Deserialize, Serialize};
 
-use super::{Certificate, CertificateError, Contents, PackedLabels, VERSION};
+use super::{Certificate, CertificateError, Contents, MOST_STAMPS, PackedLabels, VERSION};
 use crate::{
     claim::{
         keys::PublicKey,
@@ -14,9 +14,6 @@ use crate::{
 };
 
 const FORMAT: &str = "sigmark-certificate";
-
-/// More than anybody asks for.
-const MOST_STAMPS: usize = 100;
 
 /// What tells whether a text is a certificate, and of which version. Everything else is passed over.
 #[derive(Deserialize)]

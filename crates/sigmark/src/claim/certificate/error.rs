@@ -1,4 +1,4 @@
-use super::{LARGEST, VERSION};
+use super::{LARGEST, MOST_STAMPS, VERSION};
 use crate::payload::SignatureError;
 
 /// Why a certificate is not accepted, or could not be issued.
@@ -55,6 +55,11 @@ pub enum CertificateError {
          ask the signer for the certificate as it was issued"
     )]
     Seal,
+    /// No more time stamps are read.
+    #[error(
+        "the certificate has {MOST_STAMPS} time stamps already, and is not read with more; take out those that nobody needs"
+    )]
+    Stamps,
     /// The key does not suit the scheme.
     #[error(transparent)]
     Signature(#[from] SignatureError),

@@ -27,6 +27,9 @@ pub const VERSION: u64 = 8;
 /// The longest text of a certificate, in bytes.
 pub const LARGEST: usize = 16 << 20;
 
+/// No certificate is read with more time stamps; nobody asks for so many.
+pub(super) const MOST_STAMPS: usize = 100;
+
 /// What a verifier needs besides the original and the public key: a [`Statement`], the signature over it that stands in the shape, and
 /// what the verifier's own computation is compared with.
 ///
@@ -239,9 +242,15 @@ impl Certificate {
     }
 
     /// The same certificate with one more reply of a time stamping authority.
-    pub fn with_stamp(mut self, reply: Vec<u8>) -> Self {
+    ///
+    /// # Errors
+    /// [`CertificateError::Stamps`], where it has as many as are read.
+    pub fn with_stamp(mut self, reply: Vec<u8>) -> Result<Self, CertificateError> {
+        if self.stamps.len() >= MOST_STAMPS {
+            return Err(CertificateError::Stamps);
+        }
         self.stamps.push(reply);
-        self
+        Ok(self)
     }
 
     /// The signature in the shape, then what is sealed, and the seal.
