@@ -46,8 +46,7 @@ pub enum SigmarkError {
     },
     /// The mark is of the paper's profile, and that was not asked for.
     #[error(
-        "the mark is of the paper's profile: its signature is over the message alone, so that anybody who has the model could claim it; \
-         ask for --profile paper to have it read all the same"
+        "the mark is of the paper's profile: its signature is over the message alone, so that anybody who has the model could claim it"
     )]
     PaperProfile,
     /// A certificate can't be read.

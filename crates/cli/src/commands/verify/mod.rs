@@ -2,7 +2,7 @@ mod words;
 
 use std::{path::Path, sync::Arc, time::SystemTime};
 
-use anyhow::{Result, ensure};
+use anyhow::{Result, anyhow, ensure};
 use job::JobError;
 use serde_json::{Map, Value, json};
 use sigmark::{GeometryDigest, SigmarkError, Verdict, Verifier, claim::EVIDENCE, mark::MarkError};
@@ -171,8 +171,12 @@ pub(crate) fn described(verdict: &Verdict, claim: &Claim) -> Map<String, Value> 
 fn blame(error: SigmarkError, arguments: &Verify, claim: &Claim, suspect: &Path) -> anyhow::Error {
     let file: &Path = match error {
         SigmarkError::Job(JobError::Cancelled) => return arguments.time_limit.exceeded(),
+        SigmarkError::PaperProfile => {
+            let certificate = arguments.certificate.display();
+            return anyhow!("{certificate}: {error}; ask for --profile paper to have it read all the same");
+        }
         SigmarkError::AnotherKey { .. } => arguments.public_key.as_deref().unwrap_or(&arguments.certificate),
-        SigmarkError::Certificate(_) | SigmarkError::PaperProfile => &arguments.certificate,
+        SigmarkError::Certificate(_) => &arguments.certificate,
         SigmarkError::Mark(MarkError::Registration(_) | MarkError::Mesh(_)) => suspect,
         _ => &claim.original_path,
     };
@@ -190,7 +194,7 @@ fn the_wrong_way_round(error: &SigmarkError, suspects: &[Found], claim: &Claim) 
     };
     let suspect = suspects.iter().find(is_original)?.path.display();
     let original = claim.original_path.display();
-    Some(anyhow::anyhow!(
+    Some(anyhow!(
         "{suspect}: is the original, and {original} is not: the two are the wrong way round; \
          try `sigmark verify {original} --original {suspect} …`"
     ))
