@@ -44,8 +44,14 @@ impl Roots {
         }
     }
 
+    /// Those that the file held beside the trusted ones.
     pub(crate) fn helpers(&self) -> &[Certificate] {
         &self.helpers
+    }
+
+    /// All that the file held.
+    pub(crate) fn all(&self) -> impl Iterator<Item = &Certificate> {
+        self.helpers.iter().chain(&self.trusted)
     }
 
     /// That a chain of certificates leads from the signer's to a root (RFC 5280 section 6.1), every one of them good at `time`.

@@ -58,6 +58,31 @@ fn stamps_of_every_kind_of_key_and_answer_check() {
     }
 }
 
+/// Who asks for no certificates gets none; then the signer's has to be at hand.
+#[test]
+fn an_authority_that_is_a_root_itself_needs_to_send_no_certificate() {
+    let authority = Authority::new();
+    authority.key("self", "P-256");
+    authority.root("self", "self", "tsa");
+    authority.key("other", "P-256");
+    authority.root("other", "other", "ca");
+    authority.make(&format!(
+        "ts -query -digest {} -sha256 -no_nonce -out bare.tsq",
+        hex(&digest())
+    ));
+    let query = authority.read("bare.tsq");
+    let reply = authority.reply(&query, "self", "self", "self", "answers");
+    let stamped = ours(&reply, &digest(), &authority.pem("self"));
+    assert_eq!(
+        stamped.map(|stamped| stamped.authority),
+        Ok("CN=self,O=Test".into())
+    );
+    assert_eq!(
+        ours(&reply, &digest(), &authority.pem("other")),
+        Err(time_stamp::StampError::NoCertificate)
+    );
+}
+
 #[test]
 fn what_the_authority_says_is_kept() {
     let authority = chain("P-256", "P-256", "P-256");
