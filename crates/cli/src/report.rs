@@ -36,8 +36,14 @@ pub(crate) fn in_one_line(error: &anyhow::Error) -> String {
 /// A text from a file or a file's name without what could break the line or steer the terminal.
 pub(crate) fn printable(text: &str) -> String {
     text.chars()
-        .map(|c| if c.is_control() { '\u{fffd}' } else { c })
+        .map(|c| if steers(c) { '\u{fffd}' } else { c })
         .collect()
+}
+
+/// Characters that are not seen, but change what is: controls, and what turns the direction of writing.
+pub(crate) fn steers(c: char) -> bool {
+    c.is_control()
+        || matches!(c, '\u{61c}' | '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{2069}' | '\u{feff}')
 }
 
 /// A report for people.
@@ -137,6 +143,10 @@ mod tests {
         assert_eq!(
             printable("a\nb\x1b[2Jc\r\u{9b}"),
             "a\u{fffd}b\u{fffd}[2Jc\u{fffd}\u{fffd}"
+        );
+        assert_eq!(
+            printable("a\u{202e}b\u{2028}c\u{200b}d\u{feff}"),
+            "a\u{fffd}b\u{fffd}c\u{fffd}d\u{fffd}"
         );
         assert_eq!(
             printable("© 2026 «Studio», 注文 4711"),

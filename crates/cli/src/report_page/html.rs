@@ -4,6 +4,8 @@ use std::fmt::{self, Write};
 
 use base64::{Engine, engine::general_purpose::STANDARD as BASE64};
 
+use crate::report::steers;
+
 /// A piece of a page, well-formed by itself.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Html(String);
@@ -104,12 +106,6 @@ impl FromIterator<Html> for Html {
         pieces.into_iter().for_each(|piece| all.push(&piece));
         all
     }
-}
-
-/// Characters that are not seen, but change what is: controls, and what turns the direction of writing.
-fn steers(c: char) -> bool {
-    c.is_control()
-        || matches!(c, '\u{61c}' | '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{2069}' | '\u{feff}')
 }
 
 /// A table of two columns: what, and how it is.
