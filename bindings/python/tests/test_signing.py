@@ -126,7 +126,7 @@ def test_of_a_file_only_positions_change_and_the_command_agrees(
     own = verdict.to_dict()
     assert set(own) - set(printed) == {"mismatch"}
     assert {name: own[name] for name in own if name in printed} == {name: printed[name] for name in own if name in printed}
-    left_out = {"suspect", "original", "parts", "remark", "stamps", "seconds"}
+    left_out = {"suspect", "original", "parts", "remark", "stamps", "stamps_refused", "seconds"}
     assert set(printed) - set(own) == left_out
 
     pem = tmp_path / "owner.pem"
