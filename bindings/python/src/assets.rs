@@ -129,10 +129,26 @@ impl Asset {
         Ok(Self::new(moved.map_err(Failure::from)?))
     }
 
-    /// The bytes that `save` writes.
+    /// The names of the files that this one refers to, such as buffers and textures of glTF, from its folder: `save` writes them beside it.
+    #[getter]
+    fn companions(&self) -> Vec<&str> {
+        self.0.companions().map(|(name, _)| name).collect()
+    }
+
+    /// The bytes of the file itself. Where it has `companions` they are not all of it, and a mark may lie in one of those: `save` writes all.
     fn to_bytes<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
         let bytes = py.detach(|| self.0.to_bytes());
         PyBytes::new(py, &bytes)
+    }
+
+    /// Whether `save` accepts a name.
+    ///
+    /// Raises
+    /// ------
+    /// AssetError
+    ///     It does not end as the format demands; the message says how it should.
+    fn check_name(&self, path: PathBuf) -> PyResult<()> {
+        Ok(self.0.check_name(path).map_err(Failure::from)?)
     }
 
     /// Writes the file, and beside it what it refers to by name. A failure leaves nothing half-written.

@@ -45,6 +45,15 @@ def glb(mesh: sigmark.Mesh) -> bytes:
     return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
 
 
+def gltf(mesh: sigmark.Mesh, buffer: str) -> tuple[bytes, bytes]:
+    """The same as a document and its buffer, a file of this name beside it."""
+    plain = glb(mesh)
+    length = struct.unpack_from("<I", plain, 12)[0]
+    document = json.loads(plain[20 : 20 + length])
+    document["buffers"][0]["uri"] = buffer
+    return json.dumps(document).encode(), plain[28 + length :]
+
+
 def rigged_glb(mesh: sigmark.Mesh, weights: np.ndarray[tuple[int, int], np.dtype[np.float64]]) -> bytes:
     """The model with a joint for each column of weights, four at most."""
     joints, count = weights.shape[1], len(mesh.vertices)

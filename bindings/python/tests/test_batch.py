@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 
 import sigmark
-from files import obj
+from files import gltf, obj
 
 pa = pytest.importorskip("pyarrow", reason="batches need pyarrow")
 pytest.importorskip("daft", reason="batches are run by Daft")
@@ -204,6 +204,19 @@ def test_copies_are_those_of_embed(folder: Path, tmp_path: Path, key: sigmark.Si
     again = batch.embed(orders, tmp_path / "third", **arguments).table().to_pylist()
     assert "is another file" in again[0]["error"] and again[1]["error"] is None
     assert Path(orders["output"][0].as_py()).read_text() == "mine"
+
+
+def test_a_copy_is_one_file_of_the_models_format_or_an_error(folder: Path, tmp_path: Path, torus: sigmark.Mesh) -> None:
+    document, buffer = gltf(torus, "model.bin")
+    (tmp_path / "model.gltf").write_bytes(document)
+    (tmp_path / "model.bin").write_bytes(buffer)
+    outputs = [tmp_path / "copies/Anna.gltf", tmp_path / "copies/Anna.glb"]
+    orders = pa.table({"model": [str(tmp_path / "model.gltf"), str(folder / "model.obj")], "output": list(map(str, outputs))})
+    summary = batch.embed(orders, tmp_path / "out", key=str(folder / "owner.pem"), engine="serial")
+    beside, misnamed = (row["error"] for row in summary.table().to_pylist())
+    assert "refers to model.bin" in beside and "save the model as GLB" in beside
+    assert misnamed.startswith("AssetError") and ".obj" in misnamed
+    assert not (tmp_path / "copies").exists()
 
 
 def test_on_ray(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

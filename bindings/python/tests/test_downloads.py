@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 import sigmark
-from files import obj
+from files import gltf, obj
 
 pytest.importorskip("fastapi", reason="the service is FastAPI's")
 pytest.importorskip("httpx", reason="FastAPI's test client needs httpx")
@@ -65,6 +65,15 @@ def test_what_is_not_there_or_cannot_be_signed_is_said(shop: Any, tmp_path: Path
     assert broken.status_code == 500 and "broken.obj" in broken.json()["detail"]
     assert not (tmp_path / "certificates/4711/broken.obj.cert.json").exists()
     assert shop.get("/orders/4711/vase.obj").status_code == 200
+
+
+def test_a_model_that_keeps_its_shape_in_another_file_is_never_sent_without_its_mark(shop: Any, tmp_path: Path, torus: sigmark.Mesh) -> None:
+    document, buffer = gltf(torus, "vase.bin")
+    (tmp_path / "models/vase.gltf").write_bytes(document)
+    (tmp_path / "models/vase.bin").write_bytes(buffer)
+    answer = shop.get("/orders/4711/vase.gltf")
+    assert answer.status_code == 500 and "vase.bin" in answer.json()["detail"] and "GLB" in answer.json()["detail"]
+    assert not (tmp_path / "certificates/4711").exists()
 
 
 def test_a_certificate_of_another_key_is_not_replaced(shop: Any, tmp_path: Path, torus: sigmark.Mesh) -> None:

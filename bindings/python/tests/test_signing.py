@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 import sigmark
 import sigmark.shapes
-from files import glb, glb_parts, obj, rigged_glb, with_broken_rig
+from files import glb, glb_parts, gltf, obj, rigged_glb, with_broken_rig
 
 SCRIPT = [sys.executable, "-m", "sigmark"]
 
@@ -149,6 +149,21 @@ def test_of_a_glb_all_but_positions_stays(tmp_path: Path, torus: sigmark.Mesh, k
     assert np.array_equal(before[1][positions:], after[1][positions:])
     assert not np.array_equal(before[1][:positions], after[1][:positions])
     assert sigmark.verify(signed.asset, signed.certificate, model).outcome == "verified"
+
+
+def test_of_a_gltf_the_mark_lies_in_the_buffer_beside_it(tmp_path: Path, torus: sigmark.Mesh, key: sigmark.SigningKey) -> None:
+    document, buffer = gltf(torus, "model.bin")
+    (tmp_path / "model.gltf").write_bytes(document)
+    (tmp_path / "model.bin").write_bytes(buffer)
+    signed = sigmark.embed(tmp_path / "model.gltf", key)
+    assert signed.asset is not None and signed.asset.companions == ["model.bin"]
+    assert sigmark.Asset.from_bytes(glb(torus)).companions == []
+    with pytest.raises(sigmark.AssetError, match=".gltf"):
+        signed.asset.check_name("signed.glb")
+    (tmp_path / "signed").mkdir()
+    signed.save(tmp_path / "signed/model.gltf")
+    assert (tmp_path / "signed/model.bin").read_bytes() != buffer
+    assert sigmark.verify(tmp_path / "signed/model.gltf", signed.certificate, tmp_path / "model.gltf").outcome == "verified"
 
 
 def test_arrays_are_saved_by_whoever_reads_them(tmp_path: Path, signed: sigmark.Signed) -> None:

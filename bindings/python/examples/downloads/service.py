@@ -43,7 +43,7 @@ class Shelf:
             self.kept.move_to_end(model)
         if first:
             try:
-                future.set_result(sigmark.prepare(self.models / model, self.key, message=self.message))
+                future.set_result(sigmark.prepare(self._one_file(model), self.key, message=self.message))
             except BaseException as error:
                 with self.lock:
                     del self.kept[model]
@@ -51,6 +51,13 @@ class Shelf:
                 raise
             self._make_room()
         return future.result()
+
+    def _one_file(self, model: str) -> sigmark.Asset:
+        """A download is one file: what a model keeps in others, the mark among it, would stay behind."""
+        asset = sigmark.read(self.models / model)
+        if asset.companions:
+            raise HTTPException(500, f"{model} refers to {', '.join(asset.companions)}: save it as GLB, with all that belongs to it inside")
+        return asset
 
     def _make_room(self) -> None:
         with self.lock:

@@ -100,13 +100,14 @@ def _embed(worker: Worker, job: dict[str, Any]) -> dict[str, Any]:
         options = worker.options
         key = sigmark.SigningKey.from_pem(Place(options["key"]).read().decode(), options["passphrase"])
         return sigmark.prepare(
-            _asset(model), key, message=message, payload=options["payload"], strength=options["strength"], threads=options["threads"]
+            _asset_alone(model), key, message=message, payload=options["payload"], strength=options["strength"], threads=options["threads"]
         )
 
     kept = worker.keep(json.dumps([model, message]), prepared)
     signed = kept.embed(job.get("recipient") or "", threads=worker.options["threads"])
     if signed.asset is None:
         raise ValueError(f"{model}: no file")
+    signed.asset.check_name(Place(output).path)
     # Last the certificate: it says that its copy is whole.
     _write_once(Place(output), signed.asset.to_bytes(), private=False)
     _write_once(Place(certificate), signed.certificate.to_json().encode(), private=True)
@@ -129,6 +130,14 @@ def _asset(name: str) -> sigmark.Asset:
     place = Place(name)
     # A glTF may name files beside it, which a path alone leads to.
     return sigmark.read(place.path) if place.is_local else sigmark.Asset.from_bytes(place.read())
+
+
+def _asset_alone(name: str) -> sigmark.Asset:
+    """A file that needs no others: beside a copy, theirs would meet those of other copies."""
+    asset = _asset(name)
+    if asset.companions:
+        raise ValueError(f"{name}: refers to {', '.join(asset.companions)}, and a copy is one file: save the model as GLB, with all that belongs to it inside")
+    return asset
 
 
 def _write_once(place: Place, data: bytes, *, private: bool) -> None:
