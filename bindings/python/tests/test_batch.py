@@ -97,6 +97,24 @@ def test_complete_results_are_not_replaced_unasked(folder: Path, tmp_path: Path)
     assert batch.verify(one, tmp_path / "out", engine="serial", overwrite=True).rows == 1
 
 
+def test_tables_that_no_run_wrote_are_never_deleted(folder: Path, tmp_path: Path) -> None:
+    import pyarrow.parquet as pq
+
+    one = jobs(folder, "found0.obj")
+    pq.write_table(one, tmp_path / "jobs.parquet")
+    for overwrite in (False, True):
+        with pytest.raises(FileExistsError, match="holds jobs.parquet.*name another folder"):
+            batch.verify(tmp_path / "jobs.parquet", tmp_path, engine="serial", overwrite=overwrite)
+    assert pq.read_table(tmp_path / "jobs.parquet").equals(one)
+    assert [path.name for path in tmp_path.iterdir()] == ["jobs.parquet"]
+
+
+def test_a_run_that_ended_before_its_first_row_is_taken_up(folder: Path, tmp_path: Path) -> None:
+    (tmp_path / "_ledger").mkdir()
+    (tmp_path / "part-0.parquet").write_text("half")
+    assert batch.verify(jobs(folder, "found0.obj"), tmp_path, engine="serial").rows == 1
+
+
 def test_jobs_that_make_no_sense_are_refused(folder: Path, tmp_path: Path) -> None:
     one = jobs(folder, "found0.obj")
     with pytest.raises(ValueError, match="no column 'certificate'"):

@@ -105,11 +105,15 @@ def _until_it_ends(run: Callable[[], Any], output: Place, ledger: Place) -> None
             discard_parts(output)
 
 
+def is_part(name: str) -> bool:
+    """Whether a file of this name would be taken for one of the results."""
+    return name.endswith(".parquet")
+
+
 def discard_parts(output: Place) -> None:
     """Deletes what a run that ended early has written; its rows are in the ledger."""
-    for name in output.entries():
-        if name.endswith(".parquet"):
-            (output / name).delete()
+    for name in filter(is_part, output.entries()):
+        (output / name).delete()
 
 
 def _count(ledger: Place) -> int:

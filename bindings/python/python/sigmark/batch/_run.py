@@ -13,7 +13,7 @@ import pyarrow.dataset
 import pyarrow.parquet as pq
 
 from .. import __version__
-from ._engines import by_daft, discard_parts, in_this_process
+from ._engines import by_daft, discard_parts, in_this_process, is_part
 from ._ledger import Ledger
 from ._operations import OPERATIONS, TEXT, Operation
 from ._places import Place
@@ -138,16 +138,26 @@ def _run(
         raise FileExistsError(f"{place.name} has complete results already: name another folder, or give overwrite=True")
     table = _numbered(_read(jobs), operation)
     options |= {"columns": table.column_names}
-    place.system.create_dir(place.path, recursive=True)
-    if (place / ENDED).exists():
-        (place / ENDED).delete()
-    discard_parts(place)
     ledger = Ledger((place / "_ledger").name)
+    _take(place, ledger)
     if engine == "serial":
         in_this_process(table, place, operation, options, ledger.folder.name)
     else:
         by_daft(table, place, operation, options, ledger.folder.name, engine, workers or os.cpu_count() or 1)
     return _ended(place, ledger, table.num_rows)
+
+
+def _take(place: Place, ledger: Ledger) -> None:
+    """Makes a folder this run's: what lies there of another run goes, and nothing else."""
+    is_ours = (place / ENDED).exists() or ledger.folder.exists()
+    others = [name for name in place.entries() if is_part(name)]
+    if others and not is_ours:
+        raise FileExistsError(f"{place.name} holds {others[0]}, which is of no run of this kind and would be deleted: name another folder")
+    # First the ledger, by which a later call knows the folder however this one ends.
+    ledger.folder.system.create_dir(ledger.folder.path, recursive=True)
+    if (place / ENDED).exists():
+        (place / ENDED).delete()
+    discard_parts(place)
 
 
 def _ended(place: Place, ledger: Ledger, jobs: int) -> Summary:
