@@ -224,6 +224,37 @@ def test_copies_are_those_of_embed(folder: Path, tmp_path: Path, key: sigmark.Si
     assert Path(orders["output"][0].as_py()).read_text() == "mine"
 
 
+def test_numbers_are_recipients_as_they_are_written(folder: Path, tmp_path: Path) -> None:
+    """In a CSV 0042 is not 42, and 0 is somebody; an empty cell is nobody, and a row without a message has the run's."""
+    names = ["0042", "0", ""]
+    lines = [f"{folder / 'model.obj'},{tmp_path / f'copy{i}.obj'},{name},{'7' if i == 0 else ''}" for i, name in enumerate(names)]
+    (tmp_path / "orders.csv").write_text("\n".join(["model,output,recipient,message", *lines]) + "\n")
+    arguments: dict[str, Any] = {"key": str(folder / "owner.pem"), "message": "© 2026 Studio", "engine": "serial"}
+    rows = batch.embed(tmp_path / "orders.csv", tmp_path / "csv", **arguments).table().to_pylist()
+    certificates = [sigmark.Certificate.read(row["certificate"]) for row in rows]
+    assert [certificate.recipient for certificate in certificates] == names
+    assert [certificate.message for certificate in certificates] == ["7", "© 2026 Studio", "© 2026 Studio"]
+
+    orders = pa.table({"model": [str(folder / "model.obj")] * 2, "output": [str(tmp_path / f"number{i}.obj") for i in range(2)], "recipient": [0, None]})
+    rows = batch.embed(orders, tmp_path / "numbers", **arguments).table().to_pylist()
+    assert [sigmark.Certificate.read(row["certificate"]).recipient for row in rows] == ["0", ""]
+    with pytest.raises(ValueError, match="'recipient' is of type double: make it text, or whole numbers"):
+        batch.embed(orders.set_column(2, "recipient", [[0.5, 1.5]]), tmp_path / "fractions", **arguments)
+
+
+@pytest.mark.parametrize("engine", ["serial", "native"])
+def test_columns_of_any_type_stay_beside_the_results(folder: Path, tmp_path: Path, engine: Any) -> None:
+    from datetime import date, datetime
+    from decimal import Decimal
+
+    others = {"day": date(2026, 1, 2), "at": datetime(2026, 1, 2, 3, 4), "price": Decimal("9.90"), "blob": b"\xff\x00"}
+    table = jobs(folder, "found0.obj")
+    for name, value in others.items():
+        table = table.append_column(name, [[value]])
+    [row] = batch.verify(table, tmp_path / "out", engine=engine, workers=1).table().to_pylist()
+    assert row["outcome"] == "verified" and {name: row[name] for name in others} == others
+
+
 def test_a_copy_is_one_file_of_the_models_format_or_an_error(folder: Path, tmp_path: Path, torus: sigmark.Mesh) -> None:
     document, buffer = gltf(torus, "model.bin")
     (tmp_path / "model.gltf").write_bytes(document)

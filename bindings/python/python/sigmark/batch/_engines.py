@@ -31,7 +31,7 @@ def table_of(operation: Operation, jobs: pa.Table, results: list[dict[str, Any]]
 def in_this_process(jobs: pa.Table, output: Place, operation: Operation, options: dict[str, Any], ledger: str) -> None:
     """One row after the other."""
     child = Child(operation.name, options, ledger)
-    results = [child.result(row.pop("row"), row) for row in jobs.to_pylist()]
+    results = [child.result(row.pop("row"), row) for row in jobs.select(options["columns"]).to_pylist()]
     child.close()
     rows = table_of(operation, jobs, results)
     pq.write_table(rows, (output / "part-0.parquet").path, filesystem=output.system)
@@ -51,7 +51,7 @@ def by_daft(jobs: pa.Table, output: Place, operation: Operation, options: dict[s
     if engine == "ray":
         # Several a worker, so that none waits long for the slowest.
         frame = frame.into_partitions(max(1, min(jobs.num_rows, 4 * workers)))
-    frame = frame.with_column("result", work(*[daft.col(name) for name in jobs.column_names]))
+    frame = frame.with_column("result", work(*[daft.col(name) for name in options["columns"]]))
     result = daft.col("result")
     columns = [result[name].alias(name) for name in operation.gives.names]
     frame = frame.select(*jobs.column_names, *columns)

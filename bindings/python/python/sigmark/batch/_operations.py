@@ -30,9 +30,16 @@ class Operation:
     name: str
     needs: tuple[str, ...]
     """The columns without which there is nothing to do."""
+    may_have: tuple[str, ...]
+    """Those that it reads where they are there."""
     gives: pa.Schema
     """The columns of a result. `details` is JSON; `error` says why the others are empty."""
     does: Callable[[Worker, dict[str, Any]], dict[str, Any]]
+
+    @property
+    def reads(self) -> tuple[str, ...]:
+        """All columns that a result may depend on; they are text."""
+        return self.needs + self.may_have
 
 
 @dataclass
@@ -163,6 +170,7 @@ OPERATIONS = {
         Operation(
             "verify",
             ("suspect", "original", "certificate"),
+            ("public_key",),
             _columns(
                 outcome=TEXT,
                 p_value=pa.float64(),
@@ -177,6 +185,7 @@ OPERATIONS = {
         Operation(
             "embed",
             ("model", "output"),
+            ("recipient", "message"),
             _columns(certificate=TEXT, digest=TEXT, margin_predicted=pa.float64()),
             _embed,
         ),

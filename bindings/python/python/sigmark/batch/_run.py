@@ -103,7 +103,8 @@ def embed(
     Parameters
     ----------
     jobs : pyarrow.Table, or the place of a Parquet or CSV file
-        Columns `model` and `output`, the places of the original and of its copy; if wanted `recipient`, and `message`.
+        Columns `model` and `output`, the places of the original and of its copy; if wanted `recipient`, text or whole numbers, and `message`. A copy is one file: a glTF with buffers
+        or textures beside it is an error of its row.
     output : str
         A folder for the results.
     key : str
@@ -136,8 +137,9 @@ def _run(
         raise ValueError(f'engine is {engine!r}; it is "native", "ray" or "serial"')
     if (place / ENDED).exists() and not overwrite:
         raise FileExistsError(f"{place.name} has complete results already: name another folder, or give overwrite=True")
-    table = _numbered(_read(jobs), operation)
-    options |= {"columns": table.column_names}
+    table = _numbered(_read(jobs, operation), operation)
+    # What else a table holds may be of any type, and nobody who works on a row needs it.
+    options |= {"columns": ["row", *(name for name in operation.reads if name in table.column_names)]}
     ledger = Ledger((place / "_ledger").name)
     _take(place, ledger)
     if engine == "serial":
@@ -175,12 +177,16 @@ def _rows(place: Place, columns: list[str] | None = None) -> pa.Table:
     return pyarrow.dataset.dataset(place.path, filesystem=place.system, format="parquet").to_table(columns=columns)
 
 
-def _read(jobs: pa.Table | str | os.PathLike[str]) -> pa.Table:
+def _read(jobs: pa.Table | str | os.PathLike[str], operation: Operation) -> pa.Table:
     if isinstance(jobs, pa.Table):
         return jobs
     place = Place(os.fspath(jobs))
     with place.system.open_input_file(place.path) as file:
-        return pyarrow.csv.read_csv(file) if place.path.endswith(".csv") else pq.read_table(file)
+        if not place.path.endswith(".csv"):
+            return pq.read_table(file)
+        # An order 0042 is not 42.
+        as_written = pyarrow.csv.ConvertOptions(column_types=dict.fromkeys(operation.reads, TEXT))
+        return pyarrow.csv.read_csv(file, convert_options=as_written)
 
 
 def _numbered(jobs: pa.Table, operation: Operation) -> pa.Table:
@@ -193,6 +199,16 @@ def _numbered(jobs: pa.Table, operation: Operation) -> pa.Table:
         raise ValueError(f"results have a column {', '.join(map(repr, taken))} of their own: rename the jobs'")
     if not jobs.num_rows:
         raise ValueError("there are no jobs")
-    fields = [field.with_type(TEXT) if pa.types.is_string(field.type) else field for field in jobs.schema]
+    fields = [field.with_type(TEXT) if _becomes_text(field, operation) else field for field in jobs.schema]
     jobs = jobs.cast(pa.schema(fields))
     return jobs.add_column(0, "row", pa.array(range(jobs.num_rows), pa.int64()))
+
+
+def _becomes_text(field: pa.Field, operation: Operation) -> bool:
+    """Strings do, and whatever the operation reads: an order's number is its name."""
+    if field.name not in operation.reads:
+        return bool(pa.types.is_string(field.type))
+    values = field.type.value_type if pa.types.is_dictionary(field.type) else field.type
+    if any(is_such(values) for is_such in (pa.types.is_string, pa.types.is_large_string, pa.types.is_string_view, pa.types.is_integer, pa.types.is_null)):
+        return True
+    raise ValueError(f"the column {field.name!r} is of type {field.type}: make it text, or whole numbers")
