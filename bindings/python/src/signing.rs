@@ -115,7 +115,7 @@ pub(crate) fn embed(
 }
 
 /// All that signing a mesh for any recipient takes: `prepare(mesh, key).embed(recipient)` is `embed(mesh, key, recipient=recipient)`, and a copy for one more costs
-/// little.
+/// little. Where `strength` is left open, all copies of a file have that which nobody's copy needs.
 ///
 /// Parameters, but for `recipient`, and exceptions are those of `embed`.
 ///
@@ -143,9 +143,8 @@ pub(crate) fn prepare(
 ) -> PyResult<Prepared> {
     let options = Options::new(key, message, payload, strength, patches, chip_rate, laplacian)?;
     run(py, Running::new(threads, progress), move |job| {
-        let embedder = options.embedder_of(&mesh);
         Ok(Prepared {
-            prepared: Arc::new(embedder.prepare(&mesh.surface(), job)?),
+            prepared: Arc::new(options.prepare(&mesh, job)?),
             input: mesh,
             laplacian: options.laplacian,
         })
@@ -208,6 +207,26 @@ impl Options {
                 signed(&embedder.strength(Strength::STRONG))
             }
             other => other,
+        }
+    }
+
+    /// What all copies have in common may not depend on whom they are for: nobody's copy says whether the file's precision takes a stronger mark.
+    fn prepare(&self, input: &Input, job: &Job) -> Result<sigmark::Prepared, Failure> {
+        let embedder = self.embedder_of(input);
+        let original = Arc::new(embedder.cut(&input.surface(), job)?);
+        let prepared = embedder.prepare_in(&original)?;
+        prepared.keep_bases(job)?;
+        if !self.leaves_strength_open || matches!(input, Input::Mesh(_)) {
+            return Ok(prepared);
+        }
+        match Signed::of(&prepared, input, "", self.laplacian, &job.quiet()) {
+            Ok(_) => Ok(prepared),
+            Err(Failure::Precision(_)) => {
+                let stronger = embedder.strength(Strength::STRONG).prepare_in(&original)?;
+                stronger.keep_bases(job)?;
+                Ok(stronger)
+            }
+            Err(error) => Err(error),
         }
     }
 }

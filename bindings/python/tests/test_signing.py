@@ -151,6 +151,21 @@ def test_of_a_glb_all_but_positions_stays(tmp_path: Path, torus: sigmark.Mesh, k
     assert sigmark.verify(signed.asset, signed.certificate, model).outcome == "verified"
 
 
+def test_copies_of_a_coarse_file_are_those_of_embed(key: sigmark.SigningKey) -> None:
+    """So far from the origin single precision has too few digits for the standard mark, and enough for the strong one."""
+    torus = sigmark.shapes.bumpy_torus()
+    asset = sigmark.Asset.from_bytes(glb(sigmark.Mesh(torus.vertices + 4e4, torus.faces)), "glb")
+    with pytest.raises(sigmark.SigmarkError, match="precision of this file"):
+        sigmark.embed(asset, key, recipient="Anna", strength="standard")
+    alone = sigmark.embed(asset, key, recipient="Anna")
+    prepared = sigmark.prepare(asset, key)
+    copy = prepared.embed("Anna")
+    assert alone.asset and copy.asset and copy.asset.to_bytes() == alone.asset.to_bytes()
+    assert copy.certificate.to_json() == alone.certificate.to_json()
+    with pytest.raises(sigmark.SigmarkError, match="precision of this file"):
+        sigmark.prepare(asset, key, strength="standard").embed("Anna")
+
+
 def test_of_a_gltf_the_mark_lies_in_the_buffer_beside_it(tmp_path: Path, torus: sigmark.Mesh, key: sigmark.SigningKey) -> None:
     document, buffer = gltf(torus, "model.bin")
     (tmp_path / "model.gltf").write_bytes(document)
