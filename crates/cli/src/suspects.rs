@@ -168,7 +168,13 @@ impl<'a> Session<'a> {
     fn conclude(&self, mut lines: Option<Lines>, page: Option<impl ReportPage>) -> Result<()> {
         if let (Some(path), Some(page)) = (self.report, page) {
             let html = page.html();
-            files::write_together(&[Output::public((path, html.as_bytes()))], self.force)?;
+            // It says what the certificate does.
+            let page = Output {
+                path,
+                bytes: html.as_bytes(),
+                private: true,
+            };
+            files::write_together(&[page], self.force)?;
             let written = format!("The report is in {}", path.display());
             match &mut lines {
                 Some(lines) => lines.line(written),

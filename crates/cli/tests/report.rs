@@ -326,6 +326,12 @@ fn a_report_replaces_nothing_unless_told_and_leaves_the_json_as_it_is() {
     let json = folder
         .done(&format!("{verify} --json --report report.html"))
         .json();
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        let metadata = std::fs::metadata(folder.path("report.html")).unwrap();
+        assert_eq!(metadata.permissions().mode() & 0o777, 0o600);
+    }
     let without = folder.done(&format!("{verify} --json")).json();
     let keys = |value: &serde_json::Value| value.as_object().unwrap().keys().cloned().collect::<Vec<_>>();
     assert_eq!(keys(&json), keys(&without));

@@ -237,7 +237,7 @@ certificate's own. A third party has the key from its owner:
       --public-key owner.pub.pem --dispute --report report.html
 
 The report is a page for people, with pictures, in one file: what was asked and found, what it means, and how to repeat it. It shows where \
-the surface was moved: give it to those alone who may see the original or the certificate.
+the surface was moved: give it to those alone who may see the original or the certificate; on Unix its owner alone can read it.
 
 Exit code 0 if the signature was read back (verified) or its presence is beyond doubt (detected), 1 if it was not found; of several \
 suspects 0 if it was found in one, and 2 if one could not be judged. Folders are walked for meshes; hidden files and linked folders are \
