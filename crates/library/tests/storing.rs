@@ -29,11 +29,13 @@ fn geometry_comes_back_and_an_original_is_there_once() {
         let AddedAs::New(id) = library.add(&without.lying_in(record("a"))).expect("added") else {
             panic!("it is new");
         };
+        assert!(!library.keeps(&record("a")).expect("an answer"));
         let with = Entry::of("again", &mesh, true)
             .expect("a shape")
             .lying_in(record("b"));
         assert_eq!(library.add(&with).expect("added"), AddedAs::Known(id));
         assert!(library.knows(&record("a")).expect("an answer"));
+        assert!(library.keeps(&record("a")).expect("an answer"));
         let other = FileRecord {
             modified: 10,
             ..record("a")
@@ -54,6 +56,30 @@ fn geometry_comes_back_and_an_original_is_there_once() {
     // Closed, it is one file.
     drop(library);
     assert_eq!(fs::read_dir(folder.path()).expect("a folder").count(), 1);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_library_is_its_owners_alone_with_all_that_lies_beside_it() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("lib.sigmark");
+    let mut library = Library::create(&path).expect("a library");
+    library.add(&entry(1)).expect("added");
+    let entries = fs::read_dir(folder.path()).expect("a folder");
+    let modes: Vec<u32> = entries
+        .map(|entry| {
+            entry
+                .expect("a file")
+                .metadata()
+                .expect("metadata")
+                .permissions()
+                .mode()
+                & 0o777
+        })
+        .collect();
+    // The file, the log ahead of it, and the log's index.
+    assert_eq!(modes, [0o600; 3]);
 }
 
 #[test]

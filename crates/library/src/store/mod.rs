@@ -119,11 +119,24 @@ impl Library {
     /// # Errors
     /// When the library can't be read.
     pub fn knows(&self, file: &FileRecord) -> Result<bool, LibraryError> {
-        let question = "SELECT count(*) FROM file WHERE path = ?1 AND size = ?2 AND modified = ?3";
+        self.is_noted("file", file)
+    }
+
+    /// Whether a file was read when it was as it is now, and the geometry that was in it is here.
+    ///
+    /// # Errors
+    /// When the library can't be read.
+    pub fn keeps(&self, file: &FileRecord) -> Result<bool, LibraryError> {
+        self.is_noted("file JOIN geometry USING (original)", file)
+    }
+
+    /// Whether a file is among these rows as it is now.
+    fn is_noted(&self, rows: &str, file: &FileRecord) -> Result<bool, LibraryError> {
+        let question = format!("SELECT count(*) FROM {rows} WHERE path = ?1 AND size = ?2 AND modified = ?3");
         let given = params![file.path, file.size as i64, file.modified];
         let count = self
             .connection
-            .query_row(question, given, |row| row.get::<_, i64>(0));
+            .query_row(&question, given, |row| row.get::<_, i64>(0));
         Ok(self.read(count)? > 0)
     }
 

@@ -1,7 +1,9 @@
 //! Opening a database that may be anybody's, and making one.
 
 use std::{
-    path::Path,
+    fs::{self, OpenOptions},
+    path::{Path, PathBuf},
+    sync::{Mutex, PoisonError},
     thread,
     time::{Duration, Instant},
 };
@@ -21,16 +23,29 @@ const SCHEMA: &str = include_str!("schema.sql");
 /// How long one waits for another writer. An original takes some milliseconds to write.
 const PATIENCE: Duration = Duration::from_secs(60);
 
+/// Held while a file is made or opened: whoever closes a file takes away all locks that this process has on it, those of other connections among them.
+static OPENING: Mutex<()> = Mutex::new(());
+
 /// Opens a library that is there.
 pub(super) fn open(path: &Path) -> Result<Connection, LibraryError> {
     if !path.exists() {
         return Err(LibraryError::Missing { path: path.into() });
     }
-    let connection = connect(path, OpenFlags::SQLITE_OPEN_READ_WRITE).or_else(|error| match error {
+    let open = |flags| checked(connect(path, path, flags)?, path);
+    open(OpenFlags::SQLITE_OPEN_READ_WRITE).or_else(|error| match &error {
+        // Nobody can put SQLite's files beside it here: it is read as what stays as it is, unless somebody's log says that it does not.
+        LibraryError::Database { source, .. } if is_of_writing(source) && !has_log(path) => {
+            let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_URI;
+            checked(connect(path, &unchanging(path), flags)?, path)
+        }
         // A medium that can't be written to.
-        LibraryError::Database { .. } => connect(path, OpenFlags::SQLITE_OPEN_READ_ONLY),
-        error => Err(error),
-    })?;
+        LibraryError::Database { .. } => open(OpenFlags::SQLITE_OPEN_READ_ONLY),
+        _ => Err(error),
+    })
+}
+
+/// The connection, if it is to a library.
+fn checked(connection: Connection, path: &Path) -> Result<Connection, LibraryError> {
     match state(&connection, path)? {
         State::Ours => check_tables(&connection, path)?,
         State::Empty => {
@@ -43,10 +58,48 @@ pub(super) fn open(path: &Path) -> Result<Connection, LibraryError> {
     Ok(connection)
 }
 
+/// Whether a file or its folder can't be written to.
+fn is_of_writing(error: &rusqlite::Error) -> bool {
+    matches!(
+        error.sqlite_error_code(),
+        Some(ErrorCode::ReadOnly | ErrorCode::CannotOpen)
+    )
+}
+
+/// Whether a log of changes lies beside a library.
+fn has_log(path: &Path) -> bool {
+    let mut log = fs::canonicalize(path)
+        .unwrap_or_else(|_| path.into())
+        .into_os_string();
+    log.push("-wal");
+    Path::new(&log).exists()
+}
+
+/// The name by which SQLite reads a file without locks and without files beside it.
+fn unchanging(path: &Path) -> PathBuf {
+    let full = std::path::absolute(path).unwrap_or_else(|_| path.into());
+    let bytes = full.as_os_str().as_encoded_bytes();
+    let mut name = String::from(if bytes.starts_with(b"/") {
+        "file:"
+    } else {
+        "file:/"
+    });
+    for &byte in bytes {
+        match byte {
+            b'\\' if cfg!(windows) => name.push('/'),
+            b'/' | b':' | b'.' | b'-' | b'_' => name.push(byte.into()),
+            _ if byte.is_ascii_alphanumeric() => name.push(byte.into()),
+            _ => name.push_str(&format!("%{byte:02X}")),
+        }
+    }
+    name.push_str("?immutable=1");
+    name.into()
+}
+
 /// Opens a library, or makes one where there is none.
 pub(super) fn create(path: &Path) -> Result<Connection, LibraryError> {
-    let flags = OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_CREATE;
-    let mut connection = connect(path, flags)?;
+    make_private(path);
+    let mut connection = connect(path, path, OpenFlags::SQLITE_OPEN_READ_WRITE)?;
     // Nothing is written to a file before it is known to be ours, or empty.
     if let State::Empty = state(&connection, path)? {
         write_ahead(&connection, path)?;
@@ -69,9 +122,23 @@ pub(super) fn create(path: &Path) -> Result<Connection, LibraryError> {
     Ok(connection)
 }
 
-fn connect(path: &Path, flags: OpenFlags) -> Result<Connection, LibraryError> {
+/// Makes an empty file that its owner alone can read, if there is none: certificates will be in it. SQLite's files beside it take after it. Why it can't be made, SQLite says when it opens it.
+fn make_private(path: &Path) {
+    let mut new = OpenOptions::new();
+    new.write(true).create_new(true);
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::mode(&mut new, 0o600);
+    let _alone = OPENING.lock().unwrap_or_else(PoisonError::into_inner);
+    drop(new.open(path));
+}
+
+/// Connects to a library by a name of its file, with which SQLite is told how to read it.
+fn connect(path: &Path, name: &Path, flags: OpenFlags) -> Result<Connection, LibraryError> {
     let set = || -> rusqlite::Result<Connection> {
-        let connection = Connection::open_with_flags(path, flags | OpenFlags::SQLITE_OPEN_NO_MUTEX)?;
+        let connection = {
+            let _alone = OPENING.lock().unwrap_or_else(PoisonError::into_inner);
+            Connection::open_with_flags(name, flags | OpenFlags::SQLITE_OPEN_NO_MUTEX)?
+        };
         connection.busy_timeout(PATIENCE)?;
         // What a stranger's file would have functions do is not done, and its pages are looked at before they are believed.
         connection.pragma_update(None, "trusted_schema", false)?;
