@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used)] // in the helpers of tests, too
 
-use std::{fs, process::Stdio, thread, time::Duration};
+use std::{fs, path::Path, process::Stdio, thread, time::Duration};
 
 use crate::common::Folder;
 use mesh::{TriMesh, shapes};
@@ -201,13 +201,18 @@ fn without_geometry_marks_are_read_while_the_file_stays() {
         .json();
     assert_eq!(found["outcome"], "verified");
     fs::rename(folder.path("model.ply"), folder.path("elsewhere.ply")).unwrap();
-    let run = folder.run("library search signed.ply --library lib.sigmark --json");
-    assert_eq!(run.code, Some(1));
-    assert!(
-        run.err.contains("was not kept, and its file is gone"),
-        "{}",
-        run.err
-    );
+    // That it is none of the originals is what nobody can say now.
+    for ask in ["search", "verify"] {
+        folder.refused(
+            &format!("library {ask} signed.ply --library lib.sigmark --json"),
+            &[
+                "signed.ply: can't be judged",
+                "model.ply",
+                "was not kept, and its file is gone",
+                "sigmark library add",
+            ],
+        );
+    }
     // Added again from where it is, with its geometry, it is the same original.
     let added = folder
         .done("library add elsewhere.ply --library lib.sigmark --json")
@@ -220,6 +225,103 @@ fn without_geometry_marks_are_read_while_the_file_stays() {
             .json()["outcome"],
         "verified"
     );
+}
+
+#[test]
+fn the_geometry_of_files_that_were_added_without_it_is_kept_once_it_is_asked_for() {
+    let folder = Folder::with_signed_model();
+    let add = "library add model.ply signed.ply.cert.json --library lib.sigmark --json";
+    folder.done(&format!("{add} --no-geometry"));
+    let counts = |line: &str| {
+        let added = folder.done(line).json();
+        (number(&added, "known"), number(&added, "unchanged"))
+    };
+    assert_eq!(counts(&format!("{add} --no-geometry")), (0, 2));
+    assert_eq!(counts(add), (1, 1));
+    assert_eq!(counts(add), (0, 2));
+    // Nor is what is kept given up.
+    assert_eq!(counts(&format!("{add} --no-geometry")), (0, 2));
+    fs::remove_file(folder.path("model.ply")).unwrap();
+    let found = folder
+        .done("library search signed.ply --library lib.sigmark --json")
+        .json();
+    assert_eq!(found["outcome"], "verified");
+}
+
+/// Of the model's shape, whatever marks are in it that a search does not read.
+#[test]
+fn certificates_of_the_papers_profile_are_passed_over_and_hide_no_shape() {
+    let folder = Folder::with_signed_model();
+    folder.done("keygen -o paper.pem --profile paper");
+    for message in ["one", "two"] {
+        folder.done(&format!(
+            "embed model.ply -o {message}.ply -k paper.pem --profile paper --chip-rate 2 -m {message}"
+        ));
+    }
+    for (certificates, counted) in [
+        ("one.ply.cert.json", "1 certificate of model.ply passed over"),
+        ("two.ply.cert.json", "2 certificates of model.ply passed over"),
+    ] {
+        folder.done(&format!(
+            "library add model.ply {certificates} --library lib.sigmark"
+        ));
+        let run = folder.run("library search model.ply one.ply --library lib.sigmark");
+        assert_eq!(run.code, Some(0), "{run:?}");
+        assert_eq!(run.out.matches("SHAPE FOUND").count(), 2, "{}", run.out);
+        assert!(
+            run.out.contains("none that could be read with") && !run.out.contains("asked for"),
+            "{}",
+            run.out
+        );
+        assert!(
+            run.err.contains(counted)
+                && run.err.contains("`sigmark verify --profile paper`")
+                && run.err.lines().count() == 1,
+            "{}",
+            run.err
+        );
+    }
+    // Nor do they hide a mark that is read, and none of them counts.
+    folder.done("library add signed.ply.cert.json --library lib.sigmark");
+    let run = folder.run("library search signed.ply --library lib.sigmark --json");
+    let found: Value = serde_json::from_str(&run.out).unwrap();
+    assert_eq!(
+        (&found["outcome"], number(&found, "readings")),
+        (&"verified".into(), 1),
+        "{found}"
+    );
+}
+
+/// In somebody else's folder, where nothing can be written. For root there is none: then nobody asks.
+#[cfg(unix)]
+#[test]
+fn a_library_that_cannot_be_written_to_is_read() {
+    use std::os::unix::{fs::PermissionsExt, process::CommandExt};
+    let folder = Folder::with_signed_model();
+    fs::create_dir(folder.path("50% of a #?")).unwrap();
+    let library = folder.path("50% of a #?/lib.sigmark");
+    let mut add = folder.command(["library", "add", "model.ply", "signed.ply.cert.json", "--library"]);
+    assert!(add.arg(&library).output().unwrap().status.success());
+    let set = |path: &Path, mode| fs::set_permissions(path, fs::Permissions::from_mode(mode)).unwrap();
+    set(&folder.path("."), 0o755);
+    set(&folder.path("signed.ply"), 0o644);
+    set(&library, 0o444);
+    set(&folder.path("50% of a #?"), 0o555);
+    let mut search = folder.command(["library", "search", "signed.ply", "--json", "--library"]);
+    search.arg(&library);
+    if fs::File::options().write(true).open(&library).is_ok() {
+        search.uid(65534).gid(65534);
+    }
+    match search.output() {
+        Ok(output) => {
+            let found: Value =
+                serde_json::from_slice(&output.stdout).unwrap_or_else(|_| panic!("{output:?}"));
+            assert_eq!(found["outcome"], "verified", "{found}");
+        }
+        // Nobody can't run what root built here.
+        Err(error) => assert_eq!(error.kind(), std::io::ErrorKind::PermissionDenied),
+    }
+    set(&folder.path("50% of a #?"), 0o755);
 }
 
 #[test]

@@ -13,7 +13,7 @@ Example:
   sigmark library search found.obj --library lib.sigmark
 
 A library is one file with all your originals and certificates. A suspect is searched in it without saying which model it \
-might be, or whose copy. The file is an SQLite database. It holds no signing key; but who has originals and certificates can remove marks: keep it as you keep them.")]
+might be, or whose copy. The file is an SQLite database. It holds no signing key; but who has originals and certificates can remove marks: keep it as you keep them. On Unix it is made so that its owner alone can read it. Where it can be read and not written to, it is searched as it is.")]
 pub(crate) struct Library {
     #[command(subcommand)]
     pub(crate) step: LibraryStep,
@@ -38,14 +38,14 @@ Example:
 
 Folders are walked for meshes and for certificates (their names end in .cert.json), in any order and in several runs: a certificate finds its \
 original by the digest of the geometry. A mesh that lies beside a certificate of its own name is a signed copy and no original, unless a certificate names it as \
-its original; it is passed over and counted. Files that have not changed since they were added are not read again.
+its original; it is passed over and counted. Files that have not changed since they were added are not read again, unless their geometry was not kept and is to be kept now.
 
 Of each original the geometry itself is kept, without loss, so that a file that is moved, lost or exported anew costs no claim. With --no-geometry only \
 descriptors and the file's path are kept: then the file has to stay where it is for marks to be read. The library is whole whenever the program is stopped, and several may add at once.
 
 Exit code 2 if a file could not be added, with the reason on standard error; the others are added.
 
---json prints: library (file name), originals (how many are new), known (files with a geometry that was there), unchanged (files that were not read again), copies (signed copies, \
+--json prints: library (file name), originals (how many are new), known (files of originals that were there), unchanged (files that were not read again), copies (signed copies, \
 which were passed over), certificates (how many are new), waiting (certificates in the library whose originals are not in it), failed (files that could not be added), total (originals in the library), seconds (of each stage).")]
 pub(crate) struct LibraryAdd {
     /// Meshes and certificates, or folders of them
@@ -90,7 +90,8 @@ with the joints and morph targets that were signed. The library says what was si
 verified and detected are a mark, and the answer says whose. shape: the suspect is, or lies on, an original, but no mark of its certificates was found in it, or it has none: that says which model it is, and is no \
 claim. p counts all originals and certificates with which the suspect was, or would have been, read.
 
-Exit code 0 if an original was found, with or without a mark, 1 if none; of several suspects 0 if of one, and 2 if one could not be judged.
+Exit code 0 if an original was found, with or without a mark, 1 if none; of several suspects 0 if of one, and 2 if one could not be judged: \
+one that resembles an original whose geometry was not kept, and whose file is gone, can't be, unless another is found.
 
 --json prints: an object a suspect, each in a line, of suspect (file name), outcome (verified, detected, shape or not_found), original (number, name, digest and files of the one that was found), recipient, message, public_key (fingerprint), p_value (all readings counted), \
 evidence (whether that is at most 2^-120), readings (how many were counted), margin (T0), overlap (share of the suspect's surface that lies on the original), coverage (share of the original's on the suspect), registration (what it was recognised by, as `sigmark verify` has it), transform (4 × 4, suspect to \

@@ -5,7 +5,7 @@ use std::{
 
 use anyhow::{Context, Result};
 use job::Job;
-use library::{AddedAs, CertificateRecord, Entry, FileRecord, Library};
+use library::{AddedAs, CertificateRecord, Entry, FileRecord, Library, LibraryError};
 use serde_json::json;
 use sigmark::{Certificate, GeometryDigest};
 
@@ -60,7 +60,7 @@ pub(crate) fn run(arguments: &LibraryAdd) -> Result<Answer> {
         arguments.library.display()
     ));
     for (count, what, why) in [
-        (counts.known, "known", "its geometry was there already"),
+        (counts.known, "known", "their originals were there already"),
         (counts.unchanged, "unchanged", "not read again"),
         (
             counts.copies,
@@ -148,7 +148,7 @@ impl Adding<'_> {
                 text,
             })
         };
-        for chunk in self.changed(paths)?.chunks(64) {
+        for chunk in self.changed(paths, Library::knows)?.chunks(64) {
             let records = self.job.map(chunk.len(), 1, |i| read(&chunk[i].0))?;
             for ((_, file), record) in chunk.iter().zip(records) {
                 self.job.go_on()?;
@@ -166,12 +166,17 @@ impl Adding<'_> {
     }
 
     fn add_meshes(&mut self, paths: &[PathBuf]) -> Result<()> {
-        let changed = self.changed(paths)?;
+        let keeps_geometry = !self.arguments.no_geometry;
+        // Geometry that was not kept is read again where it is to be kept now.
+        let is_there = match keeps_geometry {
+            true => Library::keeps,
+            false => Library::knows,
+        };
+        let changed = self.changed(paths, is_there)?;
         let at_a_time = A_THREAD * self.job.threads();
         let total = changed.len().max(1);
         for (number, chunk) in changed.chunks(at_a_time).enumerate() {
             self.job.progress((number * at_a_time) as f64 / total as f64)?;
-            let keeps_geometry = !self.arguments.no_geometry;
             let read = self.job.map(chunk.len(), 1, |i| {
                 read_mesh(&chunk[i].0, &chunk[i].1, keeps_geometry)
             })?;
@@ -205,11 +210,15 @@ impl Adding<'_> {
     }
 
     /// Those that are not there as they are now.
-    fn changed(&mut self, paths: &[PathBuf]) -> Result<Vec<(PathBuf, FileRecord)>> {
+    fn changed(
+        &mut self,
+        paths: &[PathBuf],
+        is_there: fn(&Library, &FileRecord) -> Result<bool, LibraryError>,
+    ) -> Result<Vec<(PathBuf, FileRecord)>> {
         let mut changed = Vec::new();
         for path in paths {
             match record_of(path) {
-                Ok(file) if self.library.knows(&file)? => self.counts.unchanged += 1,
+                Ok(file) if is_there(&self.library, &file)? => self.counts.unchanged += 1,
                 Ok(file) => changed.push((path.clone(), file)),
                 Err(error) => self.failed(&error),
             }

@@ -1,8 +1,8 @@
 //! From a suspect to its original: candidates by descriptors, then alignment and reading, the nearest first.
 
-use std::{cell::Cell, path::Path};
+use std::{cell::RefCell, collections::BTreeSet, path::Path};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use job::{Job, JobError};
 use library::{Candidate, Index, Library, OriginalRecord, Query};
 use mesh::{Rig, Similarity, TriMesh};
@@ -23,17 +23,31 @@ pub(super) struct Catalogue {
     pub(super) key: Option<PublicKey>,
     p_bound: f64,
     most: usize,
-    /// Whether somebody was told of an original without geometry.
-    told: Cell<bool>,
+    /// The warnings that were given, each of which is given once.
+    told: RefCell<BTreeSet<String>>,
 }
 
 /// What is known of a candidate.
 pub(super) struct Looked {
     pub(super) candidate: Candidate,
     pub(super) record: OriginalRecord,
+    /// Those that a search reads with.
     pub(super) certificates: Vec<Certificate>,
+    /// Those that it does not: of the paper's profile.
+    of_paper: usize,
+    /// With how many certificates it was read.
+    pub(super) read: usize,
     /// None where it was not read.
     pub(super) finding: Option<Finding>,
+    /// Whether it was to be read, and has no geometry.
+    is_unread: bool,
+}
+
+impl Looked {
+    /// Whether somebody has a certificate of it, even if no search reads with that.
+    pub(super) fn is_claimed(&self) -> bool {
+        self.of_paper > 0 || !self.certificates.is_empty()
+    }
 }
 
 /// What came of laying a suspect onto a candidate.
@@ -132,7 +146,7 @@ impl Catalogue {
             key,
             p_bound: arguments.p_bound,
             most: arguments.candidates,
-            told: Cell::new(false),
+            told: RefCell::default(),
         })
     }
 
@@ -161,8 +175,8 @@ impl Catalogue {
             if best.is_some() && looked.certificates.is_empty() {
                 continue;
             }
-            let found = self.judge(looked, &suspect, p_bound, job).with_context(shown)?;
-            looked.finding = found;
+            self.judge(looked, &suspect, p_bound, job).with_context(shown)?;
+            looked.is_unread = looked.finding.is_none();
             match &looked.finding {
                 Some(Finding::Marked(_)) => {
                     best = Some(number);
@@ -173,6 +187,9 @@ impl Catalogue {
                 _ => {}
             }
         }
+        let unread = candidates.iter().filter(|looked| looked.is_unread);
+        let unread: Vec<&OriginalRecord> = unread.map(|looked| &looked.record).collect();
+        self.tell_unread(&unread, best.is_some(), path)?;
         Ok(LookedUp {
             candidates,
             best,
@@ -182,14 +199,13 @@ impl Catalogue {
 
     fn candidate(&self, candidate: Candidate) -> Result<Looked> {
         let record = self.library.original(candidate.original)?;
-        let mut certificates = Vec::new();
+        let (mut certificates, mut of_paper) = (Vec::new(), 0);
         for stored in self.library.certificates(&record.digest)? {
             // They were checked when they were added; the file may have been anywhere since.
             match Certificate::from_json(&stored.text) {
-                Ok(certificate) if self.key.is_none_or(|key| key == *certificate.public_key()) => {
-                    certificates.push(certificate);
-                }
-                Ok(_) => {}
+                Ok(certificate) if self.key.is_some_and(|key| key != *certificate.public_key()) => {}
+                Ok(certificate) if certificate.statement().binds_original() => certificates.push(certificate),
+                Ok(_) => of_paper += 1,
                 Err(error) => report::warning(&format!(
                     "{}: a certificate of {} is passed over: {error}",
                     self.library.path().display(),
@@ -197,11 +213,22 @@ impl Catalogue {
                 )),
             }
         }
+        if of_paper > 0 && candidate.is_worth_a_look {
+            self.warn(format!(
+                "{}: {} of {} passed over: of the paper's profile, which `sigmark verify --profile paper` reads",
+                self.library.path().display(),
+                report::counted(of_paper, "certificate", "certificates"),
+                record.name
+            ));
+        }
         Ok(Looked {
             candidate,
             record,
             certificates,
+            of_paper,
+            read: 0,
             finding: None,
+            is_unread: false,
         })
     }
 
@@ -217,14 +244,37 @@ impl Catalogue {
                 return Ok(Some(asset.mesh().clone()));
             }
         }
-        if !self.told.replace(true) {
-            report::warning(&format!(
-                "{}: the geometry of {} was not kept, and its file is gone or has changed; add it again",
-                self.library.path().display(),
-                record.name
-            ));
-        }
         Ok(None)
+    }
+
+    /// Says which originals could not be looked at. Where nothing else was found, the suspect may be one of them.
+    fn tell_unread(&self, unread: &[&OriginalRecord], is_found: bool, suspect: &Path) -> Result<()> {
+        let of = |records: &[&OriginalRecord]| {
+            let names: Vec<String> = records.iter().map(|record| record.name.clone()).collect();
+            let library = self.library.path().display();
+            format!(
+                "the geometry of {} was not kept, and its file is gone or has changed; add it again: sigmark library add FILE --library {library}",
+                report::listed(&names)
+            )
+        };
+        if !is_found && !unread.is_empty() {
+            bail!(
+                "{}: can't be judged: it resembles what can't be read: {}",
+                suspect.display(),
+                of(unread)
+            );
+        }
+        for record in unread {
+            self.warn(of(&[record]));
+        }
+        Ok(())
+    }
+
+    fn warn(&self, warning: String) {
+        if !self.told.borrow().contains(&warning) {
+            report::warning(&warning);
+            self.told.borrow_mut().insert(warning);
+        }
     }
 
     /// What poses an original, as one of its files says where a certificate binds it: the library keeps geometry alone.
@@ -243,41 +293,95 @@ impl Catalogue {
         Ok(None)
     }
 
-    fn judge(
-        &self,
-        looked: &Looked,
-        suspect: &PreparedMesh,
-        p_bound: f64,
-        job: &Job,
-    ) -> Result<Option<Finding>> {
+    /// Lays a suspect onto a candidate, and reads it with its certificates until a mark is found. What has no geometry stays without a finding.
+    fn judge(&self, looked: &mut Looked, suspect: &PreparedMesh, p_bound: f64, job: &Job) -> Result<()> {
         let Some(mesh) = self.geometry(&looked.record)? else {
-            return Ok(None);
+            return Ok(());
         };
         let rig = self.rig(looked)?;
         let original = (&mesh, rig.as_ref());
-        let mut best = None;
         for group in groups(&looked.certificates) {
             let found = match group.as_slice() {
-                [one] => verify(original, &looked.certificates, *one, suspect, p_bound, job),
-                several => trace(original, &looked.certificates, several, suspect, p_bound, job),
+                [one] => verify(original, &looked.certificates, *one, suspect, p_bound, job)
+                    .map(|finding| Some((finding, 1))),
+                several => self.trace(original, looked, several, suspect, p_bound, job),
             };
             match found {
-                Ok(found @ Finding::Marked(_)) => return Ok(Some(found)),
-                Ok(found) => best = best.or(Some(found)),
-                Err(error @ SigmarkError::Job(_)) => return Err(error.into()),
-                Err(error @ SigmarkError::Mark(MarkError::Registration(_) | MarkError::Mesh(_))) => {
-                    return Err(error.into());
+                Ok(Some((finding, read))) => {
+                    looked.read += read;
+                    let is_marked = matches!(finding, Finding::Marked(_));
+                    if is_marked || looked.finding.is_none() {
+                        looked.finding = Some(finding);
+                    }
+                    if is_marked {
+                        return Ok(());
+                    }
                 }
-                Err(error) => {
-                    let name = &looked.record.name;
-                    report::warning(&format!("a certificate of {name} can't be read with: {error}"));
-                }
+                Ok(None) => {}
+                Err(error) => self.pass_over(looked, error)?,
             }
         }
-        match best {
-            Some(found) => Ok(Some(found)),
-            None => Ok(Some(align(&mesh, suspect, job)?)),
+        if looked.finding.is_none() {
+            looked.finding = Some(align(&mesh, suspect, job)?);
         }
+        Ok(())
+    }
+
+    /// Says that a certificate is of no use, unless it is the suspect that can't be read, or nothing is to be read any more.
+    fn pass_over(&self, looked: &Looked, error: SigmarkError) -> Result<(), SigmarkError> {
+        match error {
+            SigmarkError::Job(_) | SigmarkError::Mark(MarkError::Registration(_) | MarkError::Mesh(_)) => {
+                Err(error)
+            }
+            error => {
+                let name = &looked.record.name;
+                report::warning(&format!("a certificate of {name} can't be read with: {error}"));
+                Ok(())
+            }
+        }
+    }
+
+    /// Names the buyer, as `sigmark trace` does, and judges by his certificate. Tells how many were asked for; nothing where none can be.
+    fn trace(
+        &self,
+        (mesh, rig): Posable<'_>,
+        looked: &Looked,
+        group: &[usize],
+        suspect: &PreparedMesh,
+        p_bound: f64,
+        job: &Job,
+    ) -> Result<Option<(Finding, usize)>, SigmarkError> {
+        let certificates = &looked.certificates;
+        let tracer = Tracer::new(mesh, certificates[group[0]].public_key())?;
+        let mut tracer = tracer.p_bound(p_bound).with_rig(rig.cloned());
+        let mut added = Vec::new();
+        for &number in group {
+            match tracer.add(&certificates[number].clone().into()) {
+                Ok(_) => added.push(number),
+                Err(error) => self.pass_over(looked, error)?,
+            }
+        }
+        if added.is_empty() {
+            return Ok(None);
+        }
+        let trace = tracer.trace(suspect, job)?;
+        let accused = trace.accused.first();
+        let finding = match accused.and_then(|accused| Some((accused, *added.get(accused.candidate)?))) {
+            Some((accused, number)) => Finding::Marked(Box::new(Marked {
+                verdict: verdict((mesh, rig), &certificates[number], suspect, p_bound, job)?,
+                certificate: number,
+                p_value: accused.p_value,
+                margin: Some(accused.margin),
+            })),
+            None if trace.mismatch.is_none() && trace.registration().is_some() => Finding::Shape(Lying {
+                overlap: trace.overlap,
+                coverage: trace.coverage,
+                transform: trace.transform,
+                registration: trace.registration(),
+            }),
+            None => Finding::Another,
+        };
+        Ok(Some((finding, added.len())))
     }
 }
 
@@ -299,16 +403,14 @@ fn groups(certificates: &[Certificate]) -> Vec<Vec<usize>> {
 
 /// Judges by one certificate, as `sigmark verify` does.
 fn verify(
-    (mesh, rig): Posable<'_>,
+    original: Posable<'_>,
     certificates: &[Certificate],
     number: usize,
     suspect: &PreparedMesh,
     p_bound: f64,
     job: &Job,
 ) -> Result<Finding, SigmarkError> {
-    let certificate = &certificates[number];
-    let verifier = Verifier::new(mesh, certificate, certificate.public_key())?.with_rig(rig.cloned());
-    let verdict = verifier.p_bound(p_bound).verify(suspect, job)?;
+    let verdict = verdict(original, &certificates[number], suspect, p_bound, job)?;
     Ok(match (verdict.outcome.is_found(), verdict.mismatch) {
         (true, _) => Finding::Marked(Box::new(Marked {
             p_value: verdict.p_value,
@@ -326,54 +428,16 @@ fn verify(
     })
 }
 
-/// Names the buyer, as `sigmark trace` does, and judges by his certificate.
-fn trace(
+/// What `sigmark verify` says by a certificate.
+fn verdict(
     (mesh, rig): Posable<'_>,
-    certificates: &[Certificate],
-    group: &[usize],
+    certificate: &Certificate,
     suspect: &PreparedMesh,
     p_bound: f64,
     job: &Job,
-) -> Result<Finding, SigmarkError> {
-    let tracer = Tracer::new(mesh, certificates[group[0]].public_key())?;
-    let mut tracer = tracer.p_bound(p_bound).with_rig(rig.cloned());
-    let mut added = Vec::new();
-    for &number in group {
-        match tracer.add(&certificates[number].clone().into()) {
-            Ok(_) => added.push(number),
-            // Marks of the paper's profile tell no copies apart.
-            Err(SigmarkError::PaperProfile) => {}
-            Err(error) => return Err(error),
-        }
-    }
-    let trace = tracer.trace(suspect, job)?;
-    let Some((accused, &number)) = trace
-        .accused
-        .first()
-        .and_then(|accused| Some((accused, added.get(accused.candidate)?)))
-    else {
-        let lying = Lying {
-            overlap: trace.overlap,
-            coverage: trace.coverage,
-            transform: trace.transform,
-            registration: trace.registration(),
-        };
-        return Ok(match trace.mismatch.is_none() && trace.registration().is_some() {
-            true => Finding::Shape(lying),
-            false => Finding::Another,
-        });
-    };
-    let certificate = &certificates[number];
-    let verdict = Verifier::new(mesh, certificate, certificate.public_key())?
-        .with_rig(rig.cloned())
-        .p_bound(p_bound)
-        .verify(suspect, job)?;
-    Ok(Finding::Marked(Box::new(Marked {
-        verdict,
-        certificate: number,
-        p_value: accused.p_value,
-        margin: Some(accused.margin),
-    })))
+) -> Result<Verdict, SigmarkError> {
+    let verifier = Verifier::new(mesh, certificate, certificate.public_key())?.with_rig(rig.cloned());
+    verifier.p_bound(p_bound).verify(suspect, job)
 }
 
 /// Without a certificate the surface is all there is to compare.

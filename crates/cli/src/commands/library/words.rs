@@ -72,7 +72,10 @@ fn of_original(suspect: &str, catalogue: &Catalogue, found: &LookedUp, best: &Lo
             let mut lines = Lines::new(format!(
                 "SHAPE FOUND: {suspect} has the shape of {name}, or of a part of it; no mark was found"
             ));
-            let certificates = match best.certificates.len() {
+            let certificates = match best.read {
+                0 if best.is_claimed() => {
+                    "none that could be read with: this says which model it is, and is no claim".into()
+                }
                 0 => "none for this original: this says which model it is, and is no claim".into(),
                 count => format!(
                     "{} asked for, and nothing of their marks",
