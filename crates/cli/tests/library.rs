@@ -248,6 +248,40 @@ fn the_geometry_of_files_that_were_added_without_it_is_kept_once_it_is_asked_for
     assert_eq!(found["outcome"], "verified");
 }
 
+#[test]
+fn a_verdict_by_one_of_several_certificates_counts_them_all() {
+    let folder = shop();
+    folder.done("library add model.ply sold --library lib.sigmark");
+    let copy = Asset::open(folder.path(copy_for(&folder, "anna"))).unwrap();
+    let verify = format!(
+        "verify worn.ply --certificate {}.cert.json --original model.ply --json",
+        copy_for(&folder, "anna")
+    );
+    // So much noise that the mark is seen, but not its signature.
+    let p = (1..20).find_map(|step| {
+        let worn = shapes::jittered(copy.mesh(), 0.03 * f64::from(step), 3);
+        folder.write_mesh("worn.ply", &worn, Precision::Double);
+        let judged = folder.run(&verify).json();
+        (judged["outcome"] == "detected").then(|| judged["p_value"].as_f64().unwrap())
+    });
+    let p = p.expect("a mark that is seen and not read");
+    for (bound, code, outcome) in [(1.5 * p, 1, "not_found"), (2.5 * p, 0, "detected")] {
+        let alone = folder.done(&format!("{verify} --p-bound {bound:e}")).json();
+        assert_eq!(alone["outcome"], "detected");
+        let run = folder.run(&format!(
+            "library verify worn.ply --library lib.sigmark --json --p-bound {bound:e}"
+        ));
+        let judged = run.json();
+        assert_eq!(
+            (run.code, &judged["outcome"], &judged["recipient"]),
+            (Some(code), &outcome.into(), &"Anna".into()),
+            "{judged}"
+        );
+        // What was searched for and judged has one clock.
+        assert!(judged["seconds"]["search"].is_number(), "{judged}");
+    }
+}
+
 /// Of the model's shape, whatever marks are in it that a search does not read.
 #[test]
 fn certificates_of_the_papers_profile_are_passed_over_and_hide_no_shape() {

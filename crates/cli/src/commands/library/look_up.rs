@@ -3,7 +3,7 @@
 use std::{cell::RefCell, collections::BTreeSet, path::Path};
 
 use anyhow::{Context, Result, bail};
-use job::{Job, JobError};
+use job::Job;
 use library::{Candidate, Index, Library, OriginalRecord, Query};
 use mesh::{Rig, Similarity, TriMesh};
 use registration::{AlignOptions, MatchedBy, PreparedMesh};
@@ -13,7 +13,7 @@ use sigmark::{
     mark::MarkError,
 };
 
-use crate::{args::Searching, files, interrupt, keys, report};
+use crate::{args::Searching, files, keys, report};
 
 /// A library that suspects are looked up in.
 pub(super) struct Catalogue {
@@ -88,6 +88,8 @@ pub(super) struct LookedUp {
     pub(super) best: Option<usize>,
     /// With how many certificates, or groups of them that are read at once, it was read, or would have been had nothing been found.
     pub(super) readings: usize,
+    /// How many certificates those are.
+    pub(super) certificates: usize,
 }
 
 impl Finding {
@@ -157,12 +159,12 @@ impl Catalogue {
         let nearest = self.index.search(&self.library, &query, self.most, job)?;
         let candidates = nearest.into_iter().map(|candidate| self.candidate(candidate));
         let mut candidates: Vec<Looked> = candidates.collect::<Result<_>>()?;
-        let is_near = |looked: &&mut Looked| looked.candidate.is_worth_a_look;
-        let readings: usize = candidates
-            .iter_mut()
-            .filter(is_near)
-            .map(|looked| groups(&looked.certificates).len())
-            .sum();
+        let is_near = |looked: &&Looked| looked.candidate.is_worth_a_look;
+        let (mut readings, mut certificates) = (0, 0);
+        for looked in candidates.iter().filter(is_near) {
+            readings += groups(&looked.certificates).len();
+            certificates += looked.certificates.len();
+        }
         let suspect = PreparedMesh::from(suspect);
         let p_bound = self.p_bound / readings.max(1) as f64;
         let mut best = None;
@@ -194,6 +196,7 @@ impl Catalogue {
             candidates,
             best,
             readings,
+            certificates,
         })
     }
 
@@ -452,16 +455,4 @@ fn align(mesh: &TriMesh, suspect: &PreparedMesh, job: &Job) -> Result<Finding> {
         }),
         false => Finding::Another,
     })
-}
-
-/// Whether work was stopped, and by the time limit.
-pub(super) fn was_stopped(error: &anyhow::Error) -> bool {
-    let is_cancelled = |cause: &(dyn std::error::Error + 'static)| {
-        cause.downcast_ref::<JobError>() == Some(&JobError::Cancelled)
-            || matches!(
-                cause.downcast_ref::<SigmarkError>(),
-                Some(SigmarkError::Job(JobError::Cancelled))
-            )
-    };
-    !interrupt::is_asked_for() && error.chain().any(is_cancelled)
 }

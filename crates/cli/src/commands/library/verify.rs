@@ -1,63 +1,89 @@
-use std::path::PathBuf;
+use std::{
+    path::{Path, PathBuf},
+    sync::Arc,
+};
 
 use anyhow::{Context, Result};
 use mesh_io::{Asset, Format, Precision, write_mesh};
 
 use super::{
-    look_up::{Catalogue, Finding, Looked, was_stopped},
-    search,
+    look_up::{Catalogue, Finding, Looked},
+    search::{self, NoPage},
 };
 use crate::{
     Answer,
     args::{Common, LibraryVerify, TimeLimit, Verify},
+    batch::Found,
     claims::{Claim, ReadFile},
     commands::verify::Judging,
     files,
     progress::Progress,
     stamps::Stamps,
-    suspects::Session,
+    suspects::{Inquiry, Session},
 };
 
 pub(crate) fn run(arguments: &LibraryVerify) -> Result<Answer> {
     let (path, options) = (&arguments.suspect, &arguments.search);
-    let suspect = files::open_mesh(path)?;
-    let catalogue = Catalogue::open(options)?;
-    let progress = std::sync::Arc::new(Progress::within(options.time_limit.duration()));
-    progress.begin("search", "searching the library");
-    let job = progress.job(options.common.threads());
-    let found = catalogue.look_up(&*suspect.scene()?, path, &job);
-    let found = found.map_err(|error| match was_stopped(&error) {
-        true => options.time_limit.exceeded(),
-        false => error,
-    })?;
-    let seconds = progress.finish();
-    drop(progress);
-    let claimed = found.best().and_then(|best| Some((best, certificate_of(best)?)));
-    let Some((best, number)) = claimed else {
-        search::print(&catalogue, options, path, &found, &seconds)?;
-        return Ok(Answer::No);
+    // What is searched for and then judged has one time limit.
+    let session = Session::begin(None, false, &options.time_limit, &options.common);
+    let suspects = [Found {
+        path: path.clone(),
+        relative: path.clone(),
+    }];
+    let asking = Asking {
+        arguments,
+        session: &session,
+        suspects: &suspects,
+        suspect: files::open_mesh(path)?,
+        catalogue: Catalogue::open(options)?,
     };
-    let claim = claim(arguments, &catalogue, best, number)?;
-    let asked = Verify {
-        suspects: vec![path.clone()],
-        certificate: options.library.clone(),
-        original: Some(claim.original_path.clone()),
-        public_key: options.public_key.clone(),
-        dispute: arguments.dispute,
-        profile: None,
-        stamp_roots: None,
-        p_bound: options.p_bound,
-        enough: None,
-        report: None,
-        force: false,
-        time_limit: TimeLimit::of(options.time_limit.duration()),
-        common: Common::of(&options.common),
-    };
-    let session = Session::begin(None, false, &asked.time_limit, &asked.common);
-    let stamps = Stamps::of(&claim.certificate, &options.library, None)?;
-    let suspects = session.listed(&asked.suspects)?;
-    let judging = Judging::new(&asked, &session, claim, stamps, &suspects)?;
-    session.judge(&&judging, &suspects, None, "Found in")
+    session.judge(&asking, &suspects, None, "Found in")
+}
+
+/// A suspect whose original a library is asked for.
+struct Asking<'a> {
+    arguments: &'a LibraryVerify,
+    session: &'a Session<'a>,
+    suspects: &'a [Found],
+    suspect: Asset,
+    catalogue: Catalogue,
+}
+
+impl Inquiry for Asking<'_> {
+    type Page = NoPage;
+
+    fn judge(&self, path: &Path, progress: &Arc<Progress>, _: Option<&mut NoPage>) -> Result<bool> {
+        let (catalogue, options) = (&self.catalogue, &self.arguments.search);
+        progress.begin("search", "searching the library");
+        let job = progress.job(options.common.threads());
+        let found = catalogue.look_up(&*self.suspect.scene()?, path, &job);
+        let found = self.session.within_limit(found, &job)?;
+        let claimed = found.best().and_then(|best| Some((best, certificate_of(best)?)));
+        let Some((best, number)) = claimed else {
+            search::print(catalogue, options, path, &found, &progress.finish())?;
+            return Ok(false);
+        };
+        let claim = claim(self.arguments, catalogue, best, number)?;
+        let asked = Verify {
+            suspects: vec![path.into()],
+            certificate: options.library.clone(),
+            original: Some(claim.original_path.clone()),
+            public_key: options.public_key.clone(),
+            dispute: self.arguments.dispute,
+            profile: None,
+            stamp_roots: None,
+            // The one was chosen by what was read with all.
+            p_bound: options.p_bound / found.certificates.max(1) as f64,
+            enough: None,
+            report: None,
+            force: false,
+            time_limit: TimeLimit::of(options.time_limit.duration()),
+            common: Common::of(&options.common),
+        };
+        let stamps = Stamps::of(&claim.certificate, &options.library, None)?;
+        let judging = Judging::new(&asked, self.session, claim, stamps, self.suspects)?;
+        (&judging).judge(path, progress, None)
+    }
 }
 
 /// The certificate by which a suspect is judged: the one whose mark was found, or where none was, the only one, or the first.
