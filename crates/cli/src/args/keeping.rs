@@ -85,7 +85,7 @@ Example:
 The originals that the suspect resembles most are found by descriptors of their shapes: of the whole, of its surface, of small shapes wherever they lie, and of how the triangles hang together. The suspect \
 is laid onto each, the nearest first, and read with the certificates of that original, until a mark is found. One certificate is judged as `sigmark verify` does; \
 of several the buyer is named as `sigmark trace` does, and his certificate is judged. The library keeps geometry alone: a suspect in another pose is brought back where the original's file is still where it was when it was added, \
-with the joints and morph targets that were signed. The library says what was signed by whom; --public-key says by whom it has to be.
+with the joints and morph targets that were signed. The library says what was signed by whom; --public-key says by whom it has to be. Certificates of the paper's profile are passed over, with a word on standard error.
 
 verified and detected are a mark, and the answer says whose. shape: the suspect is, or lies on, an original, but no mark of its certificates was found in it, or it has none: that says which model it is, and is no \
 claim. p counts all originals and certificates with which the suspect was, or would have been, read.
