@@ -277,6 +277,10 @@ fn a_verdict_by_one_of_several_certificates_counts_them_all() {
             (Some(code), &outcome.into(), &"Anna".into()),
             "{judged}"
         );
+        assert!(
+            (judged["p_value"].as_f64().unwrap() / p - 2.0).abs() < 1e-9,
+            "{judged}"
+        );
         // What was searched for and judged has one clock.
         assert!(judged["seconds"]["search"].is_number(), "{judged}");
     }

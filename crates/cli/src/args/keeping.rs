@@ -111,8 +111,7 @@ Example:
   sigmark library verify found.obj --library lib.sigmark --public-key owner.pub.pem
 
 Finds the original as `sigmark library search` does, and then judges the suspect with the certificate that was found by the code of `sigmark verify`, whose --help says what is printed and what it means. \
-p is that of this one certificate. It was chosen by what was read with all those of the originals that were looked at, so --p-bound is divided by as many before p is compared with it; \
-the p of a search counts all readings.
+The certificate was chosen by what was read with all those of the originals that were looked at, so p counts them all; that of a search counts readings, of which there is one for all certificates of a key.
 
 Exit code 0 if the mark was found, 1 if not.
 

@@ -82,6 +82,7 @@ impl Inquiry for Asking<'_> {
         };
         let stamps = Stamps::of(&claim.certificate, &options.library, None)?;
         let judging = Judging::new(&asked, self.session, claim, stamps, self.suspects)?;
+        let judging = judging.among(found.certificates);
         (&judging).judge(path, progress, None)
     }
 }

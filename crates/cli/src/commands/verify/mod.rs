@@ -5,7 +5,7 @@ use std::{path::Path, sync::Arc, time::SystemTime};
 use anyhow::{Result, anyhow, ensure};
 use job::JobError;
 use serde_json::{Map, Value, json};
-use sigmark::{GeometryDigest, SigmarkError, Verdict, Verifier, claim::EVIDENCE, mark::MarkError};
+use sigmark::{GeometryDigest, Outcome, SigmarkError, Verdict, Verifier, claim::EVIDENCE, mark::MarkError};
 
 use crate::{
     Answer,
@@ -72,6 +72,8 @@ pub(crate) struct Judging<'a> {
     claim: Claim,
     stamps: Stamps,
     verifier: Verifier,
+    /// Among so many claims this one was chosen by what was read of the suspect.
+    among: usize,
 }
 
 impl<'a> Judging<'a> {
@@ -100,7 +102,16 @@ impl<'a> Judging<'a> {
             claim,
             stamps,
             verifier,
+            among: 1,
         })
+    }
+
+    /// The same, of a claim that was chosen among so many by what was read of the suspect: p counts them all, and is compared with so many times the bound of one.
+    pub(crate) fn among(self, claims: usize) -> Self {
+        Self {
+            among: claims.max(1),
+            ..self
+        }
     }
 
     /// A page that nobody was judged on yet.
@@ -119,6 +130,7 @@ impl<'a> Inquiry for &'a Judging<'_> {
             claim,
             stamps,
             verifier,
+            among,
         } = self;
         let suspect = files::open_mesh(path)?;
         session.check_apart_from(path, "a suspect", &suspect)?;
@@ -126,6 +138,7 @@ impl<'a> Inquiry for &'a Judging<'_> {
         let verdict = verifier
             .verify(&*suspect.scene()?, &job)
             .map_err(|error| blame(error, arguments, claim, path))?;
+        let verdict = counting(verdict, *among);
         if let Some(page) = page {
             progress.begin("report", "drawing");
             let judged = page.judged(path, &suspect, &verdict, &job);
@@ -141,6 +154,18 @@ impl<'a> Inquiry for &'a Judging<'_> {
         report::print(arguments.common.json, &object.into(), &lines)?;
         Ok(is_answered_with_yes(arguments, &verdict))
     }
+}
+
+/// The verdict, with a probability that counts so many claims.
+fn counting(mut verdict: Verdict, claims: usize) -> Verdict {
+    let times = |p: f64| (claims as f64 * p).min(1.0);
+    verdict.p_value = times(verdict.p_value);
+    verdict.outcome = match verdict.outcome {
+        Outcome::Detected { p } => Outcome::Detected { p: times(p) },
+        Outcome::NotFound { p } => Outcome::NotFound { p: times(p) },
+        read => read,
+    };
+    verdict
 }
 
 /// Whether a suspect bears what was asked for: the mark, or evidence.
