@@ -425,8 +425,8 @@ fn archives_made_to_harm_are_refused() {
         ("other.bin", &bin, false),
     ]);
     let record = |name: &[u8]| {
-        let all = (0..shared.len() - name.len()).filter(|&at| shared[at..].starts_with(name));
-        all.last().unwrap() - 4
+        let mut all = (0..shared.len() - name.len()).rev();
+        all.find(|&at| shared[at..].starts_with(name)).unwrap() - 4
     };
     let [from, to] = [record(b"scene.bin"), record(b"other.bin")];
     shared.copy_within(from..from + 4, to);
