@@ -195,6 +195,7 @@ fn what_embed_writes_verify_finds_in_every_format() {
                 "seconds",
                 "signed",
                 "stamps",
+                "stamps_refused",
                 "suspect",
                 "transform",
                 "tries"
