@@ -48,6 +48,14 @@ pub(super) enum SeenBy {
     Surface(Option<Correspondence>),
 }
 
+/// What was seen of a suspect in the pose in which it was found, and what follows from it.
+struct FirstLook<'s> {
+    registered: Cow<'s, Registered>,
+    estimate: JointEstimate,
+    /// Regions of the suspect's vertices as they may be, if samples leave bits open.
+    draws: Option<Vec<Regions>>,
+}
+
 /// Where a pose is off by less, in diagonals, lines along normals meet the suspect nearly where they should.
 const SETTLED: f64 = 5e-4;
 
@@ -140,56 +148,85 @@ impl Suspect {
             // Before the last look, more patches are the quicker way to more bits.
             layout: (method.detector().is_none() && layout.reads_all()).then_some(layout),
         };
-        let first = self.foretold(sampled, asked, job)?;
+        let first = self.first_look(method, sampled, asked, job)?;
+        match method.detector() {
+            None => self.bettered(method, sampled.pose, first, asked, job),
+            Some(detector) => {
+                let better = sampled.pose.then(&first.estimate.misalignment.inverse());
+                let registered = self.sample_again(&better, asked, job)?;
+                let soft = detector.detect(&registered, job)?;
+                Ok(Reading::of(layout, &registered, better, &first.estimate).with_soft(soft))
+            }
+        }
+    }
+
+    fn first_look<'s>(
+        &self,
+        method: &ReadingMethod,
+        sampled: &'s Sampled,
+        asked: Asked<'_>,
+        job: &Job,
+    ) -> Result<FirstLook<'s>, MarkError> {
+        let registered = self.foretold(sampled, asked, job)?;
         job.begin(MarkStage::Detection)?;
         // Where space is bent, lines along normals meet the suspect elsewhere than they should, and a first look tells the coarsest of it.
         let coarsest = 0..=Bending::OF_DEGREE_2;
-        let mut estimate = method.estimator().estimate_with(&first, &coarsest, job)?;
+        let mut estimate = method.estimator().estimate_with(&registered, &coarsest, job)?;
         let draws = match estimate.tells() < ENOUGH {
             true => quadrics::draws(&self.reference, &self.mesh, sampled, asked, job)?,
             false => None,
         };
         if let Some(draws) = &draws {
             job.begin(MarkStage::Detection)?;
-            let by_draws = self.estimated_by(draws, method, &sampled.pose, &first, &coarsest, job)?;
+            let by_draws = self.estimated_by(draws, method, &sampled.pose, &registered, &coarsest, job)?;
             estimate = estimate.or(by_draws);
         }
-        let mut pose = sampled.pose;
+        Ok(FirstLook {
+            registered,
+            estimate,
+            draws,
+        })
+    }
+
+    /// What is read in the pose that a first look in another betters, and in those that its own estimates better.
+    fn bettered(
+        &self,
+        method: &ReadingMethod,
+        mut pose: Similarity,
+        first: FirstLook<'_>,
+        asked: Asked<'_>,
+        job: &Job,
+    ) -> Result<Reading, MarkError> {
+        let FirstLook {
+            mut registered,
+            mut estimate,
+            draws,
+        } = first;
         let mut better = pose.then(&estimate.misalignment.inverse());
-        if let Some(detector) = method.detector() {
-            let registered = self.sample_again(&better, asked, job)?;
-            let soft = detector.detect(&registered, job)?;
-            return Ok(Reading::of(layout, &registered, better, &estimate).with_soft(soft));
-        }
-        let mut again = None;
         let mut unbent: Option<Self> = None;
         let mut rounds = 1;
         while rounds < MOST_ROUNDS[usize::from(unbent.is_some() || estimate.bending.is_some())] {
             rounds += 1;
-            let bent = estimate
-                .bending
-                .as_ref()
-                .map_or(0.0, |bending| self.bent(bending));
-            let step = self.farthest(&pose, &better) + bent;
+            let bending = estimate.bending.as_ref();
+            let step = self.farthest(&pose, &better) + bending.map_or(0.0, |bending| self.bent(bending));
             if step < SETTLED && step * step < NEGLIGIBLE * estimate.noise {
                 break;
             }
             pose = better;
-            if let Some(bending) = &estimate.bending {
+            if let Some(bending) = bending {
                 unbent = Some(unbent.as_ref().unwrap_or(self).unbent(bending, &pose)?);
             }
             let seen = unbent.as_ref().unwrap_or(self);
-            let registered = again.insert(seen.sample_again(&pose, asked, job)?);
-            let optional = estimate.bending.as_ref().map_or(0, Bending::fields)..=Bending::MOST;
-            estimate = method.estimator().estimate_with(registered, &optional, job)?;
+            registered = Cow::Owned(seen.sample_again(&pose, asked, job)?);
+            let optional = bending.map_or(0, Bending::fields)..=Bending::MOST;
+            estimate = method.estimator().estimate_with(&registered, &optional, job)?;
             if let Some(draws) = &draws {
-                let by_draws = seen.estimated_by(draws, method, &pose, registered, &optional, job)?;
+                let by_draws = seen.estimated_by(draws, method, &pose, &registered, &optional, job)?;
                 estimate = estimate.or(by_draws);
             }
             better = pose.then(&estimate.misalignment.inverse());
         }
-        let registered = again.as_ref().unwrap_or(&first);
-        Ok(Reading::of(layout, registered, better, &estimate))
+        Ok(Reading::of(method.layout(), &registered, better, &estimate))
     }
 
     /// The joint estimate in a pose by the suspect's vertices and draws of their regions.
