@@ -303,6 +303,44 @@ fn no_more_triangles_and_vertices_are_read_than_the_file_has_bytes_for() {
 }
 
 #[test]
+fn lists_that_nobody_needs_may_not_name_the_same_bytes_without_end() {
+    let with_lists = |count: usize| {
+        let mut scene = Scene::pyramid();
+        let view = scene.add_view(vec![0; 8 * 3000]);
+        for number in 0..count {
+            let list = json!({"bufferView": view, "componentType": 5126, "count": 3000, "type": "VEC2"});
+            scene.json["accessors"].as_array_mut().unwrap().push(list);
+            let name = format!("TEXCOORD_{number}");
+            scene.json["meshes"][0]["primitives"][0]["attributes"][name] = (2 + number).into();
+        }
+        scene.glb()
+    };
+    assert_eq!(open(&with_lists(3)).mesh().triangle_count(), 6);
+    let refused = refusal(&with_lists(2000));
+    assert!(refused.contains("the same bytes again and again"), "{refused}");
+}
+
+/// One list of positions for all of many parts, as programs write it that divide a model by its materials.
+#[test]
+fn many_parts_with_one_list_of_positions_are_read_in_no_time() {
+    let (parts, vertices) = (20_000, 100_000);
+    let mut scene = Scene::pyramid();
+    let corners = (0..vertices).flat_map(|v| [v as f32, (v % 7) as f32, (v % 11) as f32]);
+    let positions = scene.add_view(corners.flat_map(f32::to_le_bytes).collect());
+    let indices = scene.add_view((0..3 * parts as u32).flat_map(u32::to_le_bytes).collect());
+    let mut lists = scene.json["accessors"].as_array().unwrap().clone();
+    lists.push(json!({"bufferView": positions, "componentType": 5126, "count": vertices, "type": "VEC3"}));
+    let primitives = (0..parts).map(|part| {
+        let offset = 12 * part;
+        lists.push(json!({"bufferView": indices, "byteOffset": offset, "componentType": 5125, "count": 3, "type": "SCALAR"}));
+        json!({"attributes": {"POSITION": 2}, "indices": 3 + part})
+    });
+    scene.json["meshes"][0]["primitives"] = primitives.collect();
+    scene.json["accessors"] = lists.into();
+    assert_eq!(open(&scene.glb()).mesh().triangle_count(), parts);
+}
+
+#[test]
 fn bytes_that_mean_something_else_too_are_not_changed() {
     let mut scene = Scene::pyramid();
     scene.json["meshes"][0]["primitives"][0]["attributes"]["NORMAL"] = 0.into();

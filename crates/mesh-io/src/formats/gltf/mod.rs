@@ -109,7 +109,7 @@ fn geometry(document: &Document, store: &Store) -> Result<Geometry, Fault> {
             return Ok(());
         }
         let first_vertex = vertices.count();
-        let numbers = vertices.add(document, store, positions, placement)?.to_vec();
+        let numbers = vertices.add(document, store, positions, placement)?;
         if let Some(name) = placed.name.as_ref().filter(|_| vertices.count() > first_vertex) {
             names.push((first_vertex..vertices.count(), name.clone()));
         }
@@ -124,6 +124,7 @@ fn geometry(document: &Document, store: &Store) -> Result<Geometry, Fault> {
         first.insert(key, (start..triangles.len(), placement.copied()));
         Ok(())
     })?;
+    check_lists(document, store)?;
     vertices.lock_what_others_use(document, store)?;
     let scene = SceneSlots {
         runs: vertices.runs,
@@ -140,6 +141,25 @@ fn geometry(document: &Document, store: &Store) -> Result<Geometry, Fault> {
         instances,
         manifests: 0,
     })
+}
+
+/// So many elements may all lists of a file have for each of its bytes.
+const MOST_ELEMENTS: u64 = 16;
+
+/// Refuses a file whose lists name the same bytes again and again: every element of each is looked at.
+fn check_lists(document: &Document, store: &Store) -> Result<(), Fault> {
+    let mut elements = 0_u64;
+    for (_, index) in vertices::references(document) {
+        let accessor = document.accessor(index)?;
+        let replaced = accessor.sparse.as_ref().map_or(0, |sparse| sparse.count.0);
+        elements = elements.saturating_add(accessor.count.0).saturating_add(replaced);
+    }
+    match elements <= MOST_ELEMENTS * store.bytes() as u64 {
+        true => Ok(()),
+        false => Err(Fault::in_file(
+            "its lists name the same bytes again and again: export the model anew",
+        )),
+    }
 }
 
 /// Calls `each` for every primitive that has triangles, with the accessor of its positions, its place in the scene and what shows it. Meshes that

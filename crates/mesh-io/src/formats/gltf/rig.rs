@@ -41,7 +41,7 @@ pub(crate) fn rig(buffers: &[Buffer], slots: &SceneSlots) -> Result<Option<RigOf
     let mut targets = Targets::new(&store);
     super::for_each_primitive(&document, &store, |primitive, positions, (placement, placed)| {
         let known = vertices.count();
-        let numbers = vertices.add(&document, &store, positions, placement)?.to_vec();
+        let numbers = vertices.add(&document, &store, positions, placement)?;
         all.resize(vertices.count(), Vec::new());
         let Some((node, skin)) = placed.shown_by.filter(|_| vertices.count() > known) else {
             return Ok(());

@@ -1,6 +1,7 @@
 //! The vertices of a scene: every place in the buffers where a position lies, once.
 
 use std::collections::{BTreeSet, HashMap};
+use std::sync::Arc;
 
 use gltf::json::mesh::Semantic;
 use gltf::json::validation::Checked;
@@ -25,7 +26,7 @@ pub(super) struct Vertices {
     pub(super) runs: Vec<BinaryRun>,
     count: u32,
     /// The vertex of each element, by accessor.
-    elements: HashMap<usize, Vec<u32>>,
+    elements: HashMap<usize, Arc<[u32]>>,
     /// The vertex whose position begins at a byte of a buffer.
     at: HashMap<(usize, usize), u32>,
 }
@@ -43,12 +44,13 @@ impl Vertices {
         store: &Store,
         accessor: usize,
         placement: Option<&Placement>,
-    ) -> Result<&[u32], Fault> {
-        if !self.elements.contains_key(&accessor) {
-            let vertices = self.vertices_of(document, store, accessor, placement)?;
-            self.elements.insert(accessor, vertices);
+    ) -> Result<Arc<[u32]>, Fault> {
+        if let Some(known) = self.elements.get(&accessor) {
+            return Ok(Arc::clone(known));
         }
-        Ok(&self.elements[&accessor])
+        let vertices: Arc<[u32]> = self.vertices_of(document, store, accessor, placement)?.into();
+        self.elements.insert(accessor, Arc::clone(&vertices));
+        Ok(vertices)
     }
 
     fn vertices_of(
