@@ -147,7 +147,6 @@ fn is_verified_evidence(what: &str, suspect: &TriMesh) {
 fn a_copy_that_was_bent_twisted_or_dragged_is_verified_and_is_evidence() {
     let mesh = signed().mesh();
     let diagonal = mesh.bounding_box().diagonal();
-    is_verified_evidence("twist by 90°", &twisted(mesh, PI / 2.0));
     is_verified_evidence("twist by 180°", &twisted(mesh, PI));
     is_verified_evidence("bend by 90°", &arched(mesh, PI / 2.0));
     is_verified_evidence("a cage", &caged(mesh, 0.15, 1));
@@ -398,11 +397,7 @@ fn half_of_the_original_in_another_shape_is_not_found() {
 fn bits_that_are_not_there_are_found_by_chance_alone_under_the_maps_that_stretch_least() {
     let layout = Arc::new(layout(&sculpted(0.0), BITS));
     let mut random = ChaCha20Rng::from_seed([7; 32]);
-    let suspects = [
-        sculpted(1.0),
-        arched(&sculpted(0.0), PI / 2.0),
-        shapes::shuffled(&sculpted(2.0), 3),
-    ];
+    let suspects = [sculpted(1.0), shapes::shuffled(&sculpted(2.0), 3)];
     are_found_by_chance_alone(&layout, &suspects, &mut random);
 }
 
@@ -427,25 +422,31 @@ fn half_of_a_bent_copy_is_read_at_the_vertices_that_are_left() {
     let by_frames = MatchedBy::LocalFrames;
     let bent = [
         // Its surface lies so near that it is read as it is.
-        ("twisted a little", twisted(mesh, 0.3), MatchedBy::Surroundings),
-        ("twisted", twisted(mesh, 2.0), by_frames),
-        ("arched", arched(mesh, 2.0), by_frames),
+        (
+            "twisted a little",
+            cut(&twisted(mesh, 0.3), 0.5),
+            MatchedBy::Surroundings,
+        ),
+        ("twisted", cut(&twisted(mesh, 2.0), 0.5), by_frames),
+        (
+            "arched, in loose triangles",
+            shapes::exploded(&cut(&arched(mesh, 2.0), 0.5)),
+            by_frames,
+        ),
     ];
     for (what, bent, matched_by) in bent {
-        for suspect in [cut(&bent, 0.5), shapes::exploded(&cut(&bent, 0.5))] {
-            let verdict = judged_by(signed_body(), &suspect);
-            assert_eq!(
-                (verdict.outcome, verdict.matched_by),
-                (Outcome::Verified, matched_by),
-                "{what}: {:?} {}",
-                verdict.margin,
-                verdict.p_value
-            );
-            assert!(
-                verdict.is_evidence() && (0.3..0.6).contains(&verdict.coverage),
-                "{what}"
-            );
-        }
+        let verdict = judged_by(signed_body(), &bent);
+        assert_eq!(
+            (verdict.outcome, verdict.matched_by),
+            (Outcome::Verified, matched_by),
+            "{what}: {:?} {}",
+            verdict.margin,
+            verdict.p_value
+        );
+        assert!(
+            verdict.is_evidence() && (0.3..0.6).contains(&verdict.coverage),
+            "{what}"
+        );
     }
     let unmarked = judged_by(signed_body(), &cut(&twisted(&body(), 2.0), 0.5));
     assert!(!unmarked.outcome.is_found());
