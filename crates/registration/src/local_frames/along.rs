@@ -17,6 +17,10 @@ const SAMPLES: f64 = 160.0;
 /// Three components.
 const UNKNOWNS: usize = 3 * QUADRATIC;
 
+/// Pairs of monomials, the second not after the first, and of axes.
+const PAIRS: usize = QUADRATIC * (QUADRATIC + 1) / 2;
+const AXES: [[usize; 2]; 6] = [[0, 0], [1, 0], [1, 1], [2, 0], [2, 1], [2, 2]];
+
 /// How large an error is expected, beside the noise.
 const EXPECTED: f64 = 10.0;
 
@@ -81,7 +85,7 @@ impl Lines<'_> {
     fn at(&self, vertex: u32, around: &[Neighbour]) -> Option<(f64, Vec<(u32, f32)>)> {
         let (u, own) = self.seen[vertex as usize]?;
         let here = self.region.point(vertex as usize);
-        let mut normal = [[0.0; UNKNOWNS]; UNKNOWNS];
+        let mut sums = [[0.0; 6]; PAIRS];
         let mut rows = Vec::with_capacity(around.len());
         for neighbour in around {
             let v = neighbour.vertex as usize;
@@ -90,26 +94,29 @@ impl Lines<'_> {
                 continue;
             };
             let x = (self.region.point(v) - here) * (1.0 / self.reach);
-            let row = outer(&monomials(x), u);
-            for i in 0..UNKNOWNS {
-                let weighed = weight * row[i];
-                for j in 0..=i {
-                    normal[i][j] += weighed * row[j];
-                }
-            }
-            rows.push((neighbour.vertex, weight, row, d));
+            let monomials = monomials(x);
+            add(&mut sums, &monomials, &AXES.map(|[a, b]| weight * u[a] * u[b]));
+            rows.push((neighbour.vertex, weight, monomials, u, d));
         }
         if rows.len() < FEWEST {
             return None;
         }
-        let factor = cholesky(&normal, |_| 1.0 / (EXPECTED * EXPECTED))?;
-        let mut unit = [0.0; QUADRATIC];
-        unit[0] = 1.0;
-        let shares_of = solve(&factor, outer(&unit, u));
+        let factor = cholesky(&normal(&sums), |_| 1.0 / (EXPECTED * EXPECTED))?;
+        // Where it is, the polynomial is its constant.
+        let mut own_row = [0.0; UNKNOWNS];
+        own_row[..3].copy_from_slice(&u.0);
+        let shares_of = solve(&factor, own_row);
         let mut off = own;
         let mut shares = Vec::with_capacity(rows.len());
-        for (v, weight, row, d) in rows {
-            let share = weight * row.iter().zip(&shares_of).map(|(a, b)| a * b).sum::<f64>();
+        for (v, weight, monomials, u, d) in rows {
+            let along =
+                |(monomial, of): (f64, &[f64])| monomial * (u[0] * of[0] + u[1] * of[1] + u[2] * of[2]);
+            let sum: f64 = monomials
+                .into_iter()
+                .zip(shares_of.chunks_exact(3))
+                .map(along)
+                .sum();
+            let share = weight * sum;
             off -= d * share;
             shares.push((v, share as f32));
         }
@@ -117,9 +124,30 @@ impl Lines<'_> {
     }
 }
 
-/// The polynomial's columns: each monomial along each axis.
-fn outer(monomials: &[f64; QUADRATIC], u: Vec3) -> [f64; UNKNOWNS] {
-    std::array::from_fn(|i| monomials[i / 3] * u[i % 3])
+/// Adds the products of two monomials, and of two coordinates of u: the normal equations of all columns, each monomial along each axis, are made of 330 sums of these, and have 465 numbers.
+fn add(sums: &mut [[f64; 6]; PAIRS], monomials: &[f64; QUADRATIC], products: &[f64; 6]) {
+    let mut sums = sums.iter_mut();
+    for (i, first) in monomials.iter().enumerate() {
+        for (second, sums) in monomials[..=i].iter().zip(sums.by_ref()) {
+            let both = first * second;
+            for (sum, product) in sums.iter_mut().zip(products) {
+                *sum += both * product;
+            }
+        }
+    }
+}
+
+/// The lower triangle of the normal equations.
+fn normal(sums: &[[f64; 6]; PAIRS]) -> [[f64; UNKNOWNS]; UNKNOWNS] {
+    let mut normal = [[0.0; UNKNOWNS]; UNKNOWNS];
+    let pairs = (0..QUADRATIC).flat_map(|i| (0..=i).map(move |j| (i, j)));
+    for ((i, j), sums) in pairs.zip(sums) {
+        for ([a, b], sum) in AXES.into_iter().zip(sums) {
+            normal[3 * i + a][3 * j + b] = *sum;
+            normal[3 * i + b][3 * j + a] = *sum;
+        }
+    }
+    normal
 }
 
 #[cfg(test)]

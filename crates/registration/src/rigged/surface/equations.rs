@@ -11,6 +11,9 @@ pub(super) struct NormalEquations {
     /// Row by row, of which only what isn't left of the diagonal is kept.
     matrix: Vec<f64>,
     right: Vec<f64>,
+    /// The numbers of the equation that is added, and of each run of unknowns that follow each other the first, and where its numbers end.
+    numbers: Vec<f64>,
+    runs: Vec<(usize, usize)>,
 }
 
 impl NormalEquations {
@@ -19,24 +22,36 @@ impl NormalEquations {
             count,
             matrix: vec![0.0; count * count],
             right: vec![0.0; count],
+            numbers: Vec::new(),
+            runs: Vec::new(),
         }
     }
 
     /// Adds Σ number × unknown = rest. Unknowns ascend, each is named once.
     pub(super) fn add(&mut self, numbers: &[(usize, f64)], rest: f64, weight: f64) {
-        let runs: Vec<&[(usize, f64)]> = numbers.chunk_by(|a, b| a.0 + 1 == b.0).collect();
-        for (i, run) in runs.iter().enumerate() {
-            for (within, &(unknown, number)) in run.iter().enumerate() {
-                let weighted = weight * number;
+        self.numbers.clear();
+        self.numbers.extend(numbers.iter().map(|&(_, number)| number));
+        self.runs.clear();
+        let mut end = 0;
+        for run in numbers.chunk_by(|a, b| a.0 + 1 == b.0) {
+            end += run.len();
+            self.runs.push((run[0].0, end));
+        }
+        let mut begin = 0;
+        for (i, &(first, end)) in self.runs.iter().enumerate() {
+            for at in begin..end {
+                let unknown = first + at - begin;
+                let weighted = weight * self.numbers[at];
                 self.right[unknown] += weighted * rest;
                 let row = &mut self.matrix[unknown * self.count..(unknown + 1) * self.count];
-                for run in std::iter::once(&run[within..]).chain(runs[i + 1..].iter().copied()) {
-                    let sums = &mut row[run[0].0..run[0].0 + run.len()];
-                    for (sum, (_, other)) in sums.iter_mut().zip(run) {
-                        *sum += weighted * other;
-                    }
+                add_to(&mut row[unknown..], weighted, &self.numbers[at..end]);
+                let mut before = end;
+                for &(first, end) in &self.runs[i + 1..] {
+                    add_to(&mut row[first..], weighted, &self.numbers[before..end]);
+                    before = end;
                 }
             }
+            begin = end;
         }
     }
 
@@ -67,6 +82,13 @@ impl NormalEquations {
         let step = damped.llt(Side::Lower).ok()?.solve(&right);
         let is_finite = (0..count).all(|i| step[(i, 0)].is_finite());
         is_finite.then_some(step)
+    }
+}
+
+/// Adds a multiple of numbers to the first of sums.
+fn add_to(sums: &mut [f64], factor: f64, numbers: &[f64]) {
+    for (sum, number) in sums.iter_mut().zip(numbers) {
+        *sum += factor * number;
     }
 }
 
