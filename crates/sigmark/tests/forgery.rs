@@ -325,7 +325,7 @@ fn a_faint_mark_that_was_taken_off_is_no_claim() {
 
 #[test]
 fn a_mark_of_full_strength_that_was_taken_off_is_no_claim() {
-    for mesh in [1, 3] {
+    for mesh in [0, 1, 3] {
         claim_what_a_mark_was_taken_off(&meshes()[mesh], STRENGTHS[1]);
     }
 }
