@@ -397,7 +397,11 @@ fn half_of_the_original_in_another_shape_is_not_found() {
 fn bits_that_are_not_there_are_found_by_chance_alone_under_the_maps_that_stretch_least() {
     let layout = Arc::new(layout(&sculpted(0.0), BITS));
     let mut random = ChaCha20Rng::from_seed([7; 32]);
-    let suspects = [sculpted(1.0), shapes::shuffled(&sculpted(2.0), 3)];
+    let suspects = [
+        sculpted(1.0),
+        arched(&sculpted(0.0), PI / 2.0),
+        shapes::shuffled(&sculpted(2.0), 3),
+    ];
     are_found_by_chance_alone(&layout, &suspects, &mut random);
 }
 

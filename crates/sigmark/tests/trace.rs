@@ -176,8 +176,8 @@ fn a_floor_or_a_triangle_far_away_hides_no_buyer() {
     let tracer = shop.tracer();
     let floor = shapes::translated(&shapes::rectangle(1, 1, 60.0, 60.0), [-30.0, -30.0, -2.0]);
     let far_away = shapes::translated(&shapes::tetrahedron(), [1e7, 0.0, 3e5]);
-    let both = shapes::disjoint_union(&[floor.clone(), far_away]);
-    for added in [floor, both] {
+    let both = shapes::disjoint_union(&[floor.clone(), far_away.clone()]);
+    for added in [floor, far_away, both] {
         let beside = |mesh: &TriMesh| {
             // With other vertices and without a quarter, so that the copy is no part that is put back by itself.
             let kept = mesh
