@@ -1,7 +1,7 @@
 //! Distances between surfaces (eq. 21).
 
 use job::Job;
-use mesh::{Surface, TriMesh};
+use mesh::{BoundingBox, Surface, TriMesh};
 use serde::Serialize;
 
 use crate::sampling::{Samples, sample};
@@ -100,6 +100,10 @@ const MOST_SAMPLES: f64 = 1e11;
 /// Triangles that one task samples, or vertices that it measures; fixed, so that sums do not depend on the number of threads.
 const CHUNK: usize = 512;
 
+/// Samples that are measured together, and how wide the box of those of several triangles may be, in intervals.
+const MOST_TOGETHER: usize = 32;
+const WIDEST: f64 = 4.0;
+
 /// Distances of the surface `from`, sampled, from the surface `to`.
 ///
 /// Samples lie on the triangles of `from`, in rows, about an interval apart, each with the area that it stands for, so that
@@ -130,21 +134,18 @@ pub fn surface_distance(
     let surface = Surface::new(to);
     let owners = owners(from);
     let measure = |triangles: std::ops::Range<usize>| {
-        let (mut samples, mut sums) = (Samples::default(), Sums::default());
-        let mut distances = Vec::new();
+        let (mut piece, mut batch) = (Samples::default(), Batch::new(&surface, interval));
         for t in triangles {
             for v in from.triangles()[t] {
                 if owners[v as usize] == t as u32 {
-                    samples.add_point(from.positions()[v as usize]);
+                    piece.add_point(from.positions()[v as usize]);
                 }
             }
-            sample(from.corners(t), interval, &mut samples, &mut |samples| {
-                distances.resize(samples.points.len(), 0.0);
-                surface.distances(&samples.points, &mut distances);
-                sums.add(samples, &distances);
+            sample(from.corners(t), interval, &mut piece, &mut |piece| {
+                batch.add(piece)
             });
         }
-        sums
+        batch.finish()
     };
     let chunks = job.map_chunks(from.triangle_count(), CHUNK, measure)?;
     let total = chunks.into_iter().fold(Sums::default(), Sums::plus);
@@ -195,6 +196,56 @@ fn owners(mesh: &TriMesh) -> Vec<u32> {
         }
     }
     owners
+}
+
+/// Samples of triangles that follow each other, measured together while they lie close together. Sums don't depend on how they are grouped.
+struct Batch<'a> {
+    surface: &'a Surface,
+    /// The longest side of the box of what is measured together.
+    longest: f64,
+    samples: Samples,
+    bounds: BoundingBox,
+    distances: Vec<f64>,
+    sums: Sums,
+}
+
+impl<'a> Batch<'a> {
+    fn new(surface: &'a Surface, interval: f64) -> Self {
+        Self {
+            surface,
+            longest: WIDEST * interval,
+            samples: Samples::default(),
+            bounds: BoundingBox::of::<[f64; 3]>(&[]),
+            distances: Vec::new(),
+            sums: Sums::default(),
+        }
+    }
+
+    fn add(&mut self, piece: &Samples) {
+        let bounds = BoundingBox::of(&piece.points);
+        let mut joint = self.bounds;
+        joint.include(&bounds);
+        let full = self.samples.points.len() + piece.points.len() > MOST_TOGETHER;
+        let wide = joint.size().into_iter().any(|side| side > self.longest);
+        if full || wide {
+            self.measure();
+            joint = bounds;
+        }
+        self.bounds = joint;
+        self.samples.append(piece);
+    }
+
+    fn measure(&mut self) {
+        self.distances.resize(self.samples.points.len(), 0.0);
+        self.surface.distances(&self.samples.points, &mut self.distances);
+        self.sums.add(&self.samples, &self.distances);
+        self.samples.clear();
+    }
+
+    fn finish(mut self) -> Sums {
+        self.measure();
+        self.sums
+    }
 }
 
 /// Weighted sums over samples.

@@ -23,6 +23,11 @@ impl Samples {
         self.weights.clear();
     }
 
+    pub(crate) fn append(&mut self, other: &Self) {
+        self.points.extend(&other.points);
+        self.weights.extend(&other.weights);
+    }
+
     /// A point of no weight.
     pub(crate) fn add_point(&mut self, p: [f64; 3]) {
         self.points.push(p);

@@ -12,8 +12,12 @@ use super::tree::{DEEPEST, Node, Tree};
 use super::{greater, lesser};
 use crate::{BoundingBox, Vec3};
 
-/// Points that are measured in one loop.
-const PACKET: usize = 64;
+/// Points that go through the tree together.
+const PACKET: usize = LANES * BLOCKS;
+
+/// Points that are measured in one loop: no more are measured than a packet's points fill of such blocks.
+const LANES: usize = 8;
+const BLOCKS: usize = 8;
 
 /// A triangle is a sliver when its height is below this fraction of its longest edge: its normal is lost in rounding, and its
 /// edges are all that is measured.
@@ -25,32 +29,55 @@ pub(super) fn measure(tree: &Tree, corners: &[[Vec3; 3]], points: &[[f64; 3]], d
     for (points, distances) in points.chunks(PACKET).zip(distances.chunks_mut(PACKET)) {
         let mut packet = Packet::new(points);
         arch.dispatch(|| packet.go_through(&tree.nodes, corners));
-        for (distance, square) in distances.iter_mut().zip(packet.squares) {
-            *distance = square.sqrt();
+        for (distance, block) in distances.chunks_mut(LANES).zip(&packet.blocks) {
+            for (distance, square) in distance.iter_mut().zip(block.squares) {
+                *distance = square.sqrt();
+            }
         }
     }
 }
 
 /// Points side by side, and the squared distance of each from the triangles reached so far.
-struct Packet {
-    x: [f64; PACKET],
-    y: [f64; PACKET],
-    z: [f64; PACKET],
-    squares: [f64; PACKET],
-    /// The greatest of them.
-    farthest: f64,
-    bounds: BoundingBox,
+#[derive(Clone, Copy)]
+struct Block {
+    x: [f64; LANES],
+    y: [f64; LANES],
+    z: [f64; LANES],
+    squares: [f64; LANES],
 }
 
-impl Packet {
-    /// Of 1 to [`PACKET`] points; places beyond repeat the last.
+impl Block {
+    /// Of 1 to [`LANES`] points; places beyond repeat the last.
     fn new(points: &[[f64; 3]]) -> Self {
         let point = |i: usize| points[i.min(points.len() - 1)];
         Self {
             x: std::array::from_fn(|i| point(i)[0]),
             y: std::array::from_fn(|i| point(i)[1]),
             z: std::array::from_fn(|i| point(i)[2]),
-            squares: [f64::INFINITY; PACKET],
+            squares: [f64::INFINITY; LANES],
+        }
+    }
+}
+
+/// Points that lie close together.
+struct Packet {
+    blocks: [Block; BLOCKS],
+    /// How many of them have points.
+    filled: usize,
+    /// The greatest squared distance.
+    farthest: f64,
+    bounds: BoundingBox,
+}
+
+impl Packet {
+    /// Of 1 to [`PACKET`] points.
+    fn new(points: &[[f64; 3]]) -> Self {
+        let mut blocks = [Block::new(&points[..1]); BLOCKS];
+        let filled = points.chunks(LANES).zip(&mut blocks);
+        filled.for_each(|(points, block)| *block = Block::new(points));
+        Self {
+            blocks,
+            filled: points.len().div_ceil(LANES),
             farthest: f64::INFINITY,
             bounds: BoundingBox::of(points),
         }
@@ -88,13 +115,15 @@ impl Packet {
     #[inline(always)]
     fn reach(&mut self, corners: &[Vec3; 3]) {
         let triangle = Triangle::new(corners);
-        let mut farthest = 0.0;
-        for i in 0..PACKET {
-            let square = triangle.squared_distance(Vec3([self.x[i], self.y[i], self.z[i]]));
-            self.squares[i] = lesser(self.squares[i], square);
-            farthest = greater(farthest, self.squares[i]);
+        let mut farthest = [0.0; LANES];
+        for block in &mut self.blocks[..self.filled] {
+            for i in 0..LANES {
+                let square = triangle.squared_distance(Vec3([block.x[i], block.y[i], block.z[i]]));
+                block.squares[i] = lesser(block.squares[i], square);
+                farthest[i] = greater(farthest[i], block.squares[i]);
+            }
         }
-        self.farthest = farthest;
+        self.farthest = farthest.into_iter().fold(0.0, greater);
     }
 }
 
