@@ -12,7 +12,7 @@ use job::JobError;
 
 use super::factor::Factor;
 use super::krylov::{Krylov, orthonormalise_one_by_one};
-use super::product::{length, orthogonalise};
+use super::product::{lengths, orthogonalise};
 use super::tall::{LANES, Tall, combination};
 use crate::{SpectrumError, dense};
 
@@ -276,9 +276,11 @@ impl Search<'_> {
     /// y ← T y / ‖T y‖. Sums of many vectors leave rounding errors of all frequencies, which A amplifies and T damps.
     fn smooth(&self, vectors: &mut Tall, count: usize) {
         self.factor.apply(vectors.all_mut());
-        for k in 0..count {
-            let length = length(self.factor.operator(), vectors, k);
-            vectors.column_mut(k).for_each(|y| *y /= length);
+        for first in (0..count).step_by(LANES) {
+            let lengths = lengths(self.factor.operator(), vectors.blocks(first, first + LANES));
+            for (k, length) in (first..count).zip(lengths) {
+                vectors.column_mut(k).for_each(|y| *y /= length);
+            }
         }
     }
 }

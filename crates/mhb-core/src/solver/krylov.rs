@@ -9,7 +9,7 @@
 use faer::{Mat, MatRef};
 
 use super::factor::Factor;
-use super::product::{length, orthogonalise, overlaps};
+use super::product::{lengths, orthogonalise, overlaps};
 use super::tall::{LANES, Tall, add, multiply};
 use crate::dense;
 use crate::noise::Noise;
@@ -245,20 +245,21 @@ pub(crate) fn orthonormalise_one_by_one(
     // Only columns that are done, of unit length, may be projected out.
     let given = x.clone();
     x.all_mut().fill(0.0);
+    let length = |column: &Tall| lengths(operator, column.all())[0];
     for k in 0..count {
         let mut column = Tall::zeros(rows, 1);
         column
             .column_mut(0)
             .zip(given.column(k))
             .for_each(|(t, s)| *t = s);
-        let before = length(operator, &column, 0).max(scale);
+        let before = length(&column).max(scale);
         for _ in 0..2 {
             let c = orthogonalise(operator, column.all_mut(), x.all());
             for i in 0..k {
                 r[(i, k)] += c[(i, 0)];
             }
         }
-        r[(k, k)] = length(operator, &column, 0);
+        r[(k, k)] = length(&column);
         let left = r[(k, k)];
         if left <= 1e-13 * before {
             r[(k, k)] = 0.0;
@@ -274,7 +275,7 @@ pub(crate) fn orthonormalise_one_by_one(
                 orthogonalise(operator, column.all_mut(), x.all());
             }
         }
-        let length = length(operator, &column, 0);
+        let length = length(&column);
         x.column_mut(k)
             .zip(column.column(0))
             .for_each(|(t, s)| *t = s / length);

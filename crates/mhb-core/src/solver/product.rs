@@ -4,11 +4,14 @@
 
 use faer::Mat;
 
-use super::tall::{LANES, Tall, add, inner};
+use super::tall::{LANES, add, inner};
 use crate::operator::Operator;
 
 /// Vᵀ M X.
 pub(crate) fn overlaps(operator: &Operator, v: &[f64], x: &[f64]) -> Mat<f64> {
+    if v.is_empty() {
+        return Mat::zeros(0, x.len() / operator.size());
+    }
     inner(operator.size(), v, &operator.mass_times::<LANES>(x))
 }
 
@@ -19,11 +22,14 @@ pub(crate) fn orthogonalise(operator: &Operator, x: &mut [f64], v: &[f64]) -> Ma
     coefficients
 }
 
-/// √(xᵀ M x) of column k.
-pub(crate) fn length(operator: &Operator, x: &Tall, k: usize) -> f64 {
-    let first = k / LANES * LANES;
-    let block = x.blocks(first, first + LANES);
+/// √(xᵀ M x) of each column of a block.
+pub(crate) fn lengths(operator: &Operator, block: &[f64]) -> [f64; LANES] {
     let weighted = operator.mass_times::<LANES>(block);
-    let pairs = block.iter().zip(&*weighted).skip(k % LANES).step_by(LANES);
-    pairs.map(|(x, y)| x * y).sum::<f64>().sqrt()
+    let (rows, _) = block.as_chunks::<LANES>();
+    let (weighted, _) = weighted.as_chunks::<LANES>();
+    let mut squares = [0.0; LANES];
+    for (x, y) in rows.iter().zip(weighted) {
+        (0..LANES).for_each(|lane| squares[lane] += x[lane] * y[lane]);
+    }
+    squares.map(f64::sqrt)
 }
