@@ -1,6 +1,8 @@
 //! A mesh whose edges are being collapsed.
 
-use mesh::{TriMesh, Vec3};
+use std::ops::Range;
+
+use mesh::{TriMesh, Vec3, VertexStars};
 
 /// What is left of a mesh. Vertices and triangles keep their numbers to the end.
 pub(crate) struct Collapsing {
@@ -8,8 +10,10 @@ pub(crate) struct Collapsing {
     centre: Vec3,
     points: Vec<Vec3>,
     triangles: Vec<[u32; 3]>,
-    /// The triangles at each vertex, with some that went.
-    stars: Vec<Vec<u32>>,
+    /// Where the triangles at each vertex stand in `starred`, with some that went.
+    stars: Vec<Range<usize>>,
+    /// Stars, one after another. That of a vertex that others became part of stands anew at the end.
+    starred: Vec<u32>,
     left: usize,
     labels: Option<Labels>,
 }
@@ -28,14 +32,15 @@ struct Labels {
 const GONE: [u32; 3] = [u32::MAX; 3];
 
 impl Collapsing {
-    pub(crate) fn of(mesh: &TriMesh) -> Self {
+    /// `stars` are the triangles at each vertex.
+    pub(crate) fn of(mesh: &TriMesh, stars: &VertexStars) -> Self {
         let centre = Vec3(mesh.bounding_box().centre());
-        let stars = mesh.vertex_triangles();
         Self {
             centre,
             points: mesh.positions().iter().map(|&p| Vec3(p) - centre).collect(),
             triangles: mesh.triangles().to_vec(),
-            stars: (0..mesh.vertex_count()).map(|v| stars.of(v).to_vec()).collect(),
+            stars: stars.offsets().windows(2).map(|ends| ends[0]..ends[1]).collect(),
+            starred: stars.entries().to_vec(),
             left: mesh.triangle_count(),
             labels: None,
         }
@@ -106,18 +111,20 @@ impl Collapsing {
     /// The triangles at a vertex: the number of each, and its corners with the vertex first, turned.
     #[inline]
     pub(crate) fn star(&self, v: u32) -> impl Iterator<Item = (u32, [u32; 3])> + '_ {
-        self.stars[v as usize].iter().filter_map(move |&t| {
-            let [a, b, c] = self.triangles[t as usize];
-            if a == v {
-                Some((t, [a, b, c]))
-            } else if b == v {
-                Some((t, [b, c, a]))
-            } else if c == v {
-                Some((t, [c, a, b]))
-            } else {
-                None
-            }
-        })
+        self.starred[self.stars[v as usize].clone()]
+            .iter()
+            .filter_map(move |&t| {
+                let [a, b, c] = self.triangles[t as usize];
+                if a == v {
+                    Some((t, [a, b, c]))
+                } else if b == v {
+                    Some((t, [b, c, a]))
+                } else if c == v {
+                    Some((t, [c, a, b]))
+                } else {
+                    None
+                }
+            })
     }
 
     /// The triangles at v but not at w, which stay when the two become one.
@@ -129,7 +136,9 @@ impl Collapsing {
 
     /// Whether triangles are left when v and w become one.
     pub(crate) fn leaves_some(&self, v: u32, w: u32) -> bool {
-        self.left > self.star(v).count() - self.staying(v, w).count()
+        // Most often no star is as large.
+        self.left > self.stars[v as usize].len()
+            || self.left > self.star(v).count() - self.staying(v, w).count()
     }
 
     /// Makes w part of v, which goes to a point; triangles with both go.
@@ -140,32 +149,29 @@ impl Collapsing {
             labels.of[v as usize] = a.or(b);
             labels.into[w as usize] = v;
         }
-        let of_w = std::mem::take(&mut self.stars[w as usize]);
-        let mut star = std::mem::take(&mut self.stars[v as usize]);
-        let triangles = &mut self.triangles;
-        star.retain(|&t| {
-            let corners = triangles[t as usize];
-            if corners == GONE {
-                return false;
-            }
+        let first = self.starred.len();
+        for i in self.stars[v as usize].clone() {
+            let t = self.starred[i];
+            let corners = &mut self.triangles[t as usize];
             if corners.contains(&w) {
-                triangles[t as usize] = GONE;
+                *corners = GONE;
                 self.left -= 1;
-                return false;
+            } else if *corners != GONE {
+                self.starred.push(t);
             }
-            true
-        });
-        for t in of_w {
-            let corners = &mut triangles[t as usize];
-            if *corners == GONE {
-                continue;
-            }
-            for corner in corners.iter_mut().filter(|corner| **corner == w) {
-                *corner = v;
-            }
-            star.push(t);
         }
-        self.stars[v as usize] = star;
+        for i in std::mem::take(&mut self.stars[w as usize]) {
+            let t = self.starred[i];
+            let corners = &mut self.triangles[t as usize];
+            if *corners != GONE {
+                corners
+                    .iter_mut()
+                    .filter(|corner| **corner == w)
+                    .for_each(|corner| *corner = v);
+                self.starred.push(t);
+            }
+        }
+        self.stars[v as usize] = first..self.starred.len();
         self.points[v as usize] = to;
     }
 
@@ -203,7 +209,7 @@ mod tests {
     #[test]
     fn a_collapse_takes_the_triangles_of_its_edge_and_moves_the_others() {
         let square = shapes::rectangle(2, 2, 2.0, 2.0);
-        let mut left = Collapsing::of(&square);
+        let mut left = Collapsing::of(&square, &square.vertex_triangles());
         let before: Vec<_> = left.star(4).collect();
         assert_eq!(before.len(), 6);
         left.collapse(4, 0, Vec3::ZERO);
@@ -217,7 +223,8 @@ mod tests {
 
     #[test]
     fn the_last_triangles_are_not_left_out() {
-        let left = Collapsing::of(&shapes::rectangle(1, 1, 1.0, 1.0));
+        let square = shapes::rectangle(1, 1, 1.0, 1.0);
+        let left = Collapsing::of(&square, &square.vertex_triangles());
         assert!(!left.leaves_some(0, 3));
         assert!(left.leaves_some(0, 1));
     }

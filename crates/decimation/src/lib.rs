@@ -33,6 +33,7 @@ mod queue;
 mod threshold;
 
 pub use quadric::Quadric;
+pub use threshold::Connectivity;
 
 use job::{Job, JobError};
 use mesh::TriMesh;
@@ -67,17 +68,33 @@ pub fn decimate(mesh: &TriMesh, target: usize, decimator: Decimator, job: &Job) 
 
 /// The triangles that [`Decimator::Threshold`] leaves of a mesh, ascending: no more than so many, if collapses of edges get there.
 ///
+/// # Panics
+/// Where the connectivity is that of another number of vertices or triangles.
+///
 /// # Errors
 /// [`JobError::Cancelled`].
-pub fn survivors(mesh: &TriMesh, target: usize, job: &Job) -> Result<Vec<u32>, JobError> {
-    threshold::survivors(mesh, target, job)
+pub fn survivors(
+    mesh: &TriMesh,
+    connectivity: &Connectivity,
+    target: usize,
+    job: &Job,
+) -> Result<Vec<u32>, JobError> {
+    threshold::survivors(mesh, connectivity, target, job)
 }
 
 /// What [`Decimator::Threshold`] does where it is known of some vertices what became of them: the label that each vertex comes to (#V), if vertices of different labels never meet, and some have one from the
 /// start (#V). None where no collapse leads to one.
 ///
+/// # Panics
+/// Where the connectivity is that of another number of vertices or triangles.
+///
 /// # Errors
 /// [`JobError::Cancelled`].
-pub fn labels(mesh: &TriMesh, known: &[Option<u32>], job: &Job) -> Result<Vec<Option<u32>>, JobError> {
-    threshold::labels(mesh, known, job)
+pub fn labels(
+    mesh: &TriMesh,
+    connectivity: &Connectivity,
+    known: &[Option<u32>],
+    job: &Job,
+) -> Result<Vec<Option<u32>>, JobError> {
+    threshold::labels(mesh, connectivity, known, job)
 }

@@ -84,7 +84,7 @@ impl Eq for Candidate {}
 
 impl Queue {
     fn of(mesh: &TriMesh) -> Self {
-        let left = Collapsing::of(mesh);
+        let left = Collapsing::of(mesh, &mesh.vertex_triangles());
         let edges = Edges::of(mesh);
         let mut queue = Self {
             quadrics: quadrics(mesh, &edges, &left),

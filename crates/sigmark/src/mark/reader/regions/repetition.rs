@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 
+use decimation::Connectivity;
 use job::Job;
 use mesh::TriMesh;
 
@@ -58,6 +59,7 @@ pub(super) fn known(overlay: Overlay<'_>, survivors: &[Option<Survivor>], least:
 /// The triangles of a mesh with three corners that are asked for.
 pub(super) struct Part {
     mesh: TriMesh,
+    connectivity: Connectivity,
     /// The whole's number of each triangle, ascending.
     triangles: Vec<u32>,
     /// The whole's number of each vertex, ascending.
@@ -80,8 +82,10 @@ impl Part {
             *corner = vertices.partition_point(|v| v < corner) as u32;
         }
         let positions = vertices.iter().map(|&v| whole.positions()[v as usize]);
+        let mesh = TriMesh::new(positions.collect(), triangles).ok()?;
         Some(Self {
-            mesh: TriMesh::new(positions.collect(), triangles).ok()?,
+            connectivity: Connectivity::of(&mesh),
+            mesh,
             triangles: numbers,
             vertices,
             whole: whole.vertex_count(),
@@ -101,7 +105,7 @@ impl Part {
 
     /// Those of the whole's triangles that are left when the same part of what has the whole's connectivity is decimated to so many.
     pub(super) fn survivors(&self, whole: &TriMesh, target: usize, job: &Job) -> Result<Vec<u32>, MarkError> {
-        let left = decimation::survivors(&self.of(whole)?, target, job)?;
+        let left = decimation::survivors(&self.of(whole)?, &self.connectivity, target, job)?;
         Ok(left.into_iter().map(|t| self.triangles[t as usize]).collect())
     }
 
@@ -122,7 +126,7 @@ impl Part {
 
     fn labelled(&self, mesh: &TriMesh, known: &[Option<u32>], job: &Job) -> Result<Regions, MarkError> {
         let known: Vec<Option<u32>> = self.vertices.iter().map(|&v| known[v as usize]).collect();
-        let told = decimation::labels(mesh, &known, job)?;
+        let told = decimation::labels(mesh, &self.connectivity, &known, job)?;
         let mut regions = vec![None; self.whole];
         for (&v, region) in self.vertices.iter().zip(told) {
             regions[v as usize] = region;
