@@ -159,7 +159,8 @@ impl Campaign<'_> {
     ) -> Result<Vec<Trial>> {
         let progress = self.setup.progress;
         let mut done: Vec<Option<Cell>> = attacks.iter().map(|attack| study.kept(target, attack)).collect();
-        let missing: Vec<usize> = (0..attacks.len()).filter(|&i| done[i].is_none()).collect();
+        // The last columns take longest: begun last, one of them would keep all other threads waiting.
+        let missing: Vec<usize> = (0..attacks.len()).rev().filter(|&i| done[i].is_none()).collect();
         for _ in missing.len()..attacks.len() {
             progress.done(self.standin.model.size, None);
         }
