@@ -58,18 +58,18 @@ pub(super) struct Equal {
 }
 
 /// Compares the two on a model.
-pub(super) fn of(name: &str, asset: &Asset, attacks: &Python) -> Result<Vec<Equal>> {
+pub(super) fn of(name: &str, asset: &Asset, draws: u8, attacks: &Python) -> Result<Vec<Equal>> {
     let all = usize::MAX;
     let seamed = Marked::new(name, asset, &SEAMED)?;
     let look = seamed.look(all)?;
     let first = Marked::new(name, asset, &TODAY_REPEATED)?;
     let (mut strength, mut found) = (TODAY_REPEATED.strength, Vec::new());
     for (reader, (_, model)) in READERS.into_iter().enumerate() {
-        let read = seamed.read(READ.into_iter(), model, attacks)?;
+        let read = seamed.read(READ.into_iter(), draws, model, attacks)?;
         let (mut too_weak, mut enough) = (None, None);
         for _ in 0..ROUNDS {
             let marked = first.with_strength(strength)?;
-            let today = marked.read(ATTACKS.into_iter(), JointModel::Noise, attacks)?;
+            let today = marked.read(ATTACKS.into_iter(), draws, JointModel::Noise, attacks)?;
             let lacking = |(then, now): (&Read, &Read)| then.margin.min(ALL_BITS) / now.margin;
             let lacking = read.iter().zip(&today).map(lacking).fold(0.0, f64::max);
             println!("{name}: {strength:.2e} lacks {lacking:.3}");
@@ -88,7 +88,7 @@ pub(super) fn of(name: &str, asset: &Asset, attacks: &Python) -> Result<Vec<Equa
             println!("{name}: no strength was enough in {ROUNDS} rounds");
             continue;
         };
-        let today = marked.read(READ.into_iter(), JointModel::Noise, attacks)?;
+        let today = marked.read(READ.into_iter(), draws, JointModel::Noise, attacks)?;
         found.push(Equal {
             model: name.into(),
             reader,

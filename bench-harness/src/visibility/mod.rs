@@ -9,12 +9,13 @@ mod trial;
 
 use std::path::PathBuf;
 
-use anyhow::{Result, ensure};
+use anyhow::{Result, bail, ensure};
 use clap::Args;
 use evaluation::{
+    attacks::{Attack, tables},
     inputs::{is_chosen, mesh_files_below, name_of},
     python::Python,
-    sources,
+    sources::{self, digest},
 };
 use mesh_io::Asset;
 use sigmark::mark::JointModel;
@@ -23,7 +24,7 @@ pub use layouts::TriedLayout;
 
 use self::{
     page::Page,
-    trial::{Marked, Outlasted, attacks},
+    trial::{DRAWS, Marked, Outlasted},
 };
 use crate::kept::{self, Key};
 
@@ -60,6 +61,12 @@ pub struct VisibilityBench {
     /// A layout as KIND:PATCHES:CHIP_RATE:RMS, such as free:2:3:4e-4, or pooled:auto:auto:4e-4; may be given again [default: those of the page]
     #[arg(long, value_name = "LAYOUT")]
     pub layout: Vec<TriedLayout>,
+    /// Only these attacks, such as simplify:1, and no marks that outlast as much; may be given again [default: those of the paper's tables]
+    #[arg(long, value_name = "ATTACK")]
+    pub attack: Vec<String>,
+    /// How often bits and attacks are drawn where little is read
+    #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u8).range(i64::from(DRAWS)..))]
+    pub draws: u8,
     /// Only what is seen, without attacks
     #[arg(long)]
     pub no_attacks: bool,
@@ -79,7 +86,13 @@ impl VisibilityBench {
             [] => (&layouts::PAGE[..], &layouts::ATTACKED[..]),
             given => (given, given),
         };
-        let mut page = Page::default();
+        let attacks = self.attacks()?;
+        let specs = || attacks.iter().map(|attack| attack.spec.as_str());
+        let mut page = Page {
+            attacks: attacks.clone(),
+            draws: self.draws,
+            ..Page::default()
+        };
         let mut files = Vec::new();
         for folder in &self.meshes {
             files.extend(mesh_files_below(folder)?);
@@ -116,27 +129,45 @@ impl VisibilityBench {
             }
             if let Some(attackers) = attackers.as_ref().filter(|_| ATTACKED.contains(&name.as_str())) {
                 for layout in attacked {
-                    let outlasted = kept::figures(&folder, &key_of(layout, "outlasted"), || {
+                    let asked = specs().collect::<Vec<_>>().join(" ");
+                    let outlasted = format!("outlasted-{}-{}", self.draws, digest(asked.as_bytes()));
+                    let outlasted = kept::figures(&folder, &key_of(layout, &outlasted), || {
                         println!("{name}, {layout}: what it outlasts");
                         let marked = Marked::new(&name, &asset, layout)?;
                         Ok(Outlasted {
                             model: name.clone(),
                             layout: *layout,
-                            read: marked.read(attacks(), JointModel::default(), attackers)?,
+                            read: marked.read(specs(), self.draws, JointModel::default(), attackers)?,
                         })
                     })?;
                     page.outlasted.push(outlasted);
                 }
             }
-            if let Some(attackers) = attackers.as_ref().filter(|_| EQUAL.contains(&name.as_str())) {
-                let equal = kept::figures(&folder, &key("equal"), || {
+            if let Some(attackers) = attackers
+                .as_ref()
+                .filter(|_| self.attack.is_empty() && EQUAL.contains(&name.as_str()))
+            {
+                let equal = kept::figures(&folder, &key(&format!("equal-{}", self.draws)), || {
                     println!("{name}: what is seen of marks that outlast as much");
-                    equal::of(&name, &asset, attackers)
+                    equal::of(&name, &asset, self.draws, attackers)
                 })?;
                 page.equal.extend(equal);
             }
         }
         page.write(attackers.as_ref(), &commit, &code)
+    }
+
+    /// Those of Tables 4 and 5 that are asked for.
+    fn attacks(&self) -> Result<Vec<&'static Attack>> {
+        let all = || tables().table4.iter().chain(&tables().table5);
+        let is_known = |spec: &&String| all().any(|attack| attack.spec == **spec);
+        if let Some(unknown) = self.attack.iter().find(|spec| !is_known(spec)) {
+            let known: Vec<&str> = all().map(|attack| attack.spec.as_str()).collect();
+            bail!("--attack {unknown}: there are {}", known.join(", "));
+        }
+        Ok(all()
+            .filter(|attack| self.attack.is_empty() || self.attack.contains(&attack.spec))
+            .collect())
     }
 }
 

@@ -1,7 +1,7 @@
 //! The page of what is seen.
 
 use anyhow::Result;
-use evaluation::{attacks::tables, machine, python::Python, table::Table};
+use evaluation::{attacks::Attack, machine, python::Python, table::Table};
 
 use super::{
     equal::{ALL_BITS, Equal, READ, READERS, Weighed},
@@ -19,6 +19,9 @@ const SHORT: f64 = 0.03;
 /// What was measured.
 #[derive(Default)]
 pub(super) struct Page {
+    pub(super) attacks: Vec<&'static Attack>,
+    /// How often bits and attacks were drawn where little was read.
+    pub(super) draws: u8,
     pub(super) seen: Vec<Seen>,
     /// Model, layout, why it can't be marked so.
     pub(super) refused: Vec<[String; 3]>,
@@ -49,7 +52,8 @@ impl Page {
         }
         let versions = attacks.map(Python::versions).transpose()?;
         let page = format!(
-            "# What one sees of a mark\n\nWritten by `cargo xtask bench visibility`.\n\n{WORDS}\n\n{}\n{}{}; {}. Code {commit}, sources' digest {code}.\n",
+            "# What one sees of a mark\n\nWritten by `cargo xtask bench visibility`.\n\n{WORDS} {}\n\n{}\n{}{}; {}. Code {commit}, sources' digest {code}.\n",
+            self.drawn(),
             parts.join("\n"),
             machine::description(),
             versions.map_or_else(String::new, |versions| format!(", {versions}")),
@@ -146,11 +150,17 @@ impl Page {
         (!lines.is_empty()).then(|| format!("Without room for such a mark: {}.\n", lines.join("; ")))
     }
 
+    fn drawn(&self) -> String {
+        // One draw tells T₀ to ± 1.25 where there is little.
+        let known = 25.0 / f64::from(self.draws).sqrt();
+        format!(
+            "Rates are means over three draws of bits and attacks, and where those have less than 10 of T₀, over {}: a T₀ of 40 is known to 3 %, one of 5 to {known:.0} %.",
+            self.draws
+        )
+    }
+
     fn outlasted(&self) -> Table {
-        let attacks = tables().table4.iter().chain(&tables().table5);
-        let header = ["model", "layout"]
-            .into_iter()
-            .chain(attacks.map(|attack| attack.name.as_str()));
+        let header = ["model", "layout"].into_iter().chain(self.names());
         let title = "Read after the attacks of Tables 4 and 5: T₀ (extraction rate, %)";
         let mut table = Table::new(title, header).text_columns(2);
         for of in &self.outlasted {
@@ -158,6 +168,11 @@ impl Page {
             table.row([of.model.clone(), of.layout.to_string()].into_iter().chain(cells));
         }
         table
+    }
+
+    /// The attacks, for people.
+    fn names(&self) -> impl Iterator<Item = &'static str> + '_ {
+        self.attacks.iter().map(|attack| attack.name.as_str())
     }
 
     /// Under which attacks a mark is read worse than the seamed one.
@@ -173,12 +188,7 @@ impl Page {
         if pairs.is_empty() {
             return String::new();
         }
-        let attacks: Vec<&str> = tables()
-            .table4
-            .iter()
-            .chain(&tables().table5)
-            .map(|attack| attack.name.as_str())
-            .collect();
+        let attacks: Vec<&str> = self.names().collect();
         let ratio = |i: usize| {
             let of_model = |[now, then]: &[&Outlasted; 2]| {
                 let [now, then] = [now, then].map(|of| of.read[i].margin.clamp(1.0, ALL_BITS));
@@ -248,8 +258,7 @@ const WORDS: &str = "Each model carries the same random bits in every layout. A 
     free patches as few as keep each below 30 000 vertices, which with chip rate 3 was the default until version 3 of certificates (*seamed*); pooled ones are the default. The strength is the root mean square displacement in diagonals; \
     as in the command, pooled marks take it back where a model is thin, and slivers are levelled. Turns are of the file as it is written. \
     *At borders* are the triangles with a corner beside another patch or beside what is unmarked; a model in one patch has none. Seconds are wall time for the harmonics of all patches. Meshes of more than two hundred thousand vertices have no MSDM2: its time grows with their square.\n\n\
-    T₀ = √l Φ⁻¹(ER) over l = 512 bits: the signal-to-noise ratio of a matched filter, by the joint estimate that `sigmark verify` makes, over all patches; where all bits are right, at least what stands there. \
-    Rates are means over three draws of bits and attacks, and where those have less than 10 of T₀, over 64: a T₀ of 40 is known to 3 %, one of 5 to 3 %, too.";
+    T₀ = √l Φ⁻¹(ER) over l = 512 bits: the signal-to-noise ratio of a matched filter, by the joint estimate that `sigmark verify` makes, over all patches; where all bits are right, at least what stands there.";
 
 const EQUAL: &str = "The seamed mark has the default strength; today's is strong enough for T₀ under none of the first three attacks to be below the seamed mark's, or below 65 where that is above, from where on less than one of 512 bits is wrong; the least such strength is looked for in ten rounds, and known to 2 % where T₀ is told. \
     Noise of 0.5 % is no part of that: its T₀ is as much less as a mark is weaker. The first reader is the nearest to the one that read seamed marks when they were the default: \

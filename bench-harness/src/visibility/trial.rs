@@ -3,7 +3,7 @@
 use std::{f64::consts::PI, num::NonZero, sync::Arc, thread, time::Instant};
 
 use anyhow::{Context, Result};
-use evaluation::{attacks::tables, margin::margin_of_rate, python::Python};
+use evaluation::{margin::margin_of_rate, python::Python};
 use job::Job;
 use mesh::{TriMesh, Vec3};
 use mesh_io::Asset;
@@ -75,7 +75,7 @@ impl From<TurnSummary> for Turn {
 pub(super) struct Outlasted {
     pub(super) model: String,
     pub(super) layout: TriedLayout,
-    /// In the order of [`attacks`].
+    /// In the order of the attacks.
     pub(super) read: Vec<Read>,
 }
 
@@ -92,19 +92,8 @@ pub(super) struct Read {
 /// Bits and attacks are drawn so often.
 pub(super) const DRAWS: u8 = 3;
 
-/// And so often in all where those have less of T₀ than this: one draw tells it to ± 1.25.
-const DRAWS_OF_LITTLE: u8 = 64;
+/// And as often as is asked for where those have less of T₀ than this: one draw tells it to ± 1.25.
 const LITTLE: f64 = 10.0;
-
-/// The attacks of Tables 4 and 5.
-pub(super) fn attacks() -> impl Iterator<Item = &'static str> + Clone {
-    let tables = tables();
-    tables
-        .table4
-        .iter()
-        .chain(&tables.table5)
-        .map(|attack| attack.spec.as_str())
-}
 
 /// A model with a mark of random bits, by a layout.
 pub(super) struct Marked<'a> {
@@ -231,10 +220,11 @@ impl<'a> Marked<'a> {
         })
     }
 
-    /// What is read of marks of several draws after attacks, by the reader of `sigmark verify`, or one that knows less.
+    /// What is read of marks of several draws after attacks, so many where they leave little, by the reader of `sigmark verify`, or one that knows less.
     pub(super) fn read<'s>(
         &self,
         specs: impl Iterator<Item = &'s str> + Clone,
+        draws_of_little: u8,
         model: JointModel,
         attacks: &Python,
     ) -> Result<Vec<Read>> {
@@ -242,7 +232,7 @@ impl<'a> Marked<'a> {
         let estimator = JointEstimator::new(&self.mark).with_model(model);
         let method = ReadingMethod::joint(Arc::new(estimator));
         let mut rates = vec![Vec::new(); specs.clone().count()];
-        for draw in 0..DRAWS_OF_LITTLE {
+        for draw in 0..draws_of_little {
             let is_asked =
                 |rates: &[f64]| draw < DRAWS || self.read_of(&rates[..DRAWS.into()]).margin < LITTLE;
             let asked = rates.iter_mut().zip(specs.clone());
