@@ -12,8 +12,10 @@ pub(crate) struct Collapsing {
     triangles: Vec<[u32; 3]>,
     /// Where the triangles at each vertex stand in `starred`, with some that went.
     stars: Vec<Range<usize>>,
-    /// Stars, one after another. That of a vertex that others became part of stands anew at the end.
+    /// Stars, one after another. That of a vertex that others became part of stands anew at the end, until there are twice as many entries as at
+    /// the start.
     starred: Vec<u32>,
+    most_starred: usize,
     left: usize,
     labels: Option<Labels>,
 }
@@ -41,6 +43,7 @@ impl Collapsing {
             triangles: mesh.triangles().to_vec(),
             stars: stars.offsets().windows(2).map(|ends| ends[0]..ends[1]).collect(),
             starred: stars.entries().to_vec(),
+            most_starred: 2 * stars.entries().len(),
             left: mesh.triangle_count(),
             labels: None,
         }
@@ -172,7 +175,21 @@ impl Collapsing {
             }
         }
         self.stars[v as usize] = first..self.starred.len();
+        if self.starred.len() > self.most_starred {
+            self.gather_stars();
+        }
         self.points[v as usize] = to;
+    }
+
+    /// Leaves out what stands in `starred` and is no star's any more.
+    fn gather_stars(&mut self) {
+        let mut starred = Vec::with_capacity(self.most_starred);
+        for star in &mut self.stars {
+            let first = starred.len();
+            starred.extend_from_slice(&self.starred[star.clone()]);
+            *star = first..starred.len();
+        }
+        self.starred = starred;
     }
 
     /// The mesh that is left; `original` if nothing changed.
@@ -219,6 +236,25 @@ mod tests {
         let mesh = left.into_mesh(&square);
         assert_eq!((mesh.vertex_count(), mesh.triangle_count()), (8, 6));
         assert_eq!(mesh.area(), 3.5 - 0.5);
+    }
+
+    #[test]
+    fn a_vertex_that_all_others_become_part_of_does_not_fill_the_memory() {
+        let ring = |i: u32| {
+            let turn = f64::from(i) * 0.01;
+            [turn.cos(), turn.sin(), 0.0]
+        };
+        let positions = [[0.0; 3]].into_iter().chain((0..600).map(ring)).collect();
+        let fan = TriMesh::new(positions, (1..600).map(|i| [0, i, i + 1]).collect()).unwrap();
+        let mut left = Collapsing::of(&fan, &fan.vertex_triangles());
+        let room = 2 * 3 * fan.triangle_count();
+        for w in 1..=300 {
+            left.collapse(0, w, Vec3::ZERO);
+            assert!(left.starred.len() <= room);
+            assert_eq!(left.star(0).count(), 599 - w as usize);
+        }
+        let [next, last] = [left.star(301).count(), left.star(600).count()];
+        assert_eq!((left.left(), next, last), (299, 1, 1));
     }
 
     #[test]

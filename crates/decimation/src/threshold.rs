@@ -4,6 +4,8 @@
 //! 10⁻⁹ (r + 3)⁷ with the round r. An edge is not collapsed if only one end is at a border, nor if a triangle would turn by more than arccos 0.2 from
 //! where it was at the start or would be a needle. Quadrics are sums of planes with weight 1.
 
+use std::mem::take;
+
 use job::{Job, JobError};
 use mesh::{Edges, TriMesh, Vec3, VertexStars};
 
@@ -18,6 +20,9 @@ const ROUNDS: i32 = 100;
 
 /// Triangles between two questions to the job: where a vertex has thousands of them, each takes long.
 const CHUNK: usize = 1024;
+
+/// Among so many edges at a vertex one is sought whose cost is known: a vertex may have thousands.
+const SOUGHT: usize = 32;
 
 /// Cosine of the largest turn of a triangle.
 const TURN: f64 = 0.2;
@@ -109,8 +114,9 @@ struct Thresholds<'a> {
     touched: Vec<u32>,
     /// One more than how many edges had been collapsed when a side of a triangle was refused; 0 of a side that never was.
     refused: Vec<[u32; 3]>,
-    /// Room for the triangles at a vertex, and for what its edges cost.
-    at_hand: (Vec<(u32, [u32; 3])>, Vec<(u32, f64)>),
+    /// Room for the triangles at a vertex, and for what the edges to its neighbours cost.
+    star: Vec<(u32, [u32; 3])>,
+    priced: Vec<(u32, f64)>,
 }
 
 impl<'a> Thresholds<'a> {
@@ -147,7 +153,8 @@ impl<'a> Thresholds<'a> {
             collapsed: 0,
             touched: vec![0; mesh.vertex_count()],
             refused: vec![[0; 3]; mesh.triangle_count()],
-            at_hand: Default::default(),
+            star: Vec::new(),
+            priced: Vec::new(),
         };
         let of_edges: Vec<f64> = edges
             .vertices()
@@ -187,13 +194,11 @@ impl<'a> Thresholds<'a> {
         let Some(corners) = self.left.triangle(t) else {
             return;
         };
-        for i in 0..3 {
+        let costs = self.costs[t];
+        for i in (0..3).filter(|&i| costs[i] < threshold) {
             let [v, w] = [corners[i], corners[(i + 1) % 3]];
-            if !(self.costs[t][i] < threshold) {
-                continue;
-            }
             if self.at_border[v as usize] != self.at_border[w as usize] || !self.left.may_meet(v, w) {
-                // Nor do those of which they become part.
+                // Nor may those ever meet of which they become part.
                 self.costs[t][i] = f64::INFINITY;
                 self.cheapest[t] = least(&self.costs[t]);
                 continue;
@@ -234,16 +239,16 @@ impl<'a> Thresholds<'a> {
 
     /// Takes note that the triangles at a vertex changed in this round, and of what their sides at it cost now. Most of these are sides of two triangles, and cost the same from both.
     fn price_star(&mut self, v: u32, round: i32) {
-        let (mut star, mut known) = std::mem::take(&mut self.at_hand);
+        let (mut star, mut priced) = (take(&mut self.star), take(&mut self.priced));
         star.clear();
         star.extend(self.left.star(v));
-        known.clear();
+        priced.clear();
         for &(t, [_, next, last]) in &star {
             let mut cost = |w: u32| {
-                let before = known.iter().find(|(of, _)| *of == w);
+                let before = priced.iter().take(SOUGHT).find(|(of, _)| *of == w);
                 before.map(|(_, cost)| *cost).unwrap_or_else(|| {
                     let (cost, _) = self.place([v, w]);
-                    known.push((w, cost));
+                    priced.push((w, cost));
                     cost
                 })
             };
@@ -259,7 +264,7 @@ impl<'a> Thresholds<'a> {
             self.cheapest[t] = least(&self.costs[t]);
             self.changed[t] = round;
         }
-        self.at_hand = (star, known);
+        (self.star, self.priced) = (star, priced);
     }
 
     /// Whether a triangle at v, but not at w, turns too far or becomes a needle when v moves.
@@ -324,15 +329,26 @@ mod tests {
         }
     }
 
+    /// Triangles around a vertex, more than [`SOUGHT`].
+    fn fan() -> TriMesh {
+        let spoke = |i: u32| {
+            let turn = 0.1 * f64::from(i);
+            [turn.cos(), turn.sin(), 0.3]
+        };
+        let positions = [[0.0; 3]].into_iter().chain((0..60).map(spoke)).collect();
+        TriMesh::new(positions, (1..60).map(|i| [0, i, i + 1]).collect()).unwrap()
+    }
+
     fn meshes() -> impl Strategy<Value = TriMesh> {
-        (any::<u64>(), 0..7_u8, -2..3_i32).prop_map(|(seed, kind, size)| {
+        (any::<u64>(), 0..8_u8, -2..3_i32).prop_map(|(seed, kind, size)| {
             let mesh = match kind {
                 0 => shapes::soup(40, seed),
                 1 => shapes::bumpy_torus(12, 9, seed),
                 2 => shapes::jittered(&shapes::rectangle(9, 8, 1.0, 1.0), 0.3, seed),
                 3 => shapes::book(5),
                 4 => shapes::book_of_slivers(30, 1e-6),
-                5 => shapes::shuffled(&shapes::bumpy_block(2, 3, seed), seed),
+                5 => shapes::jittered(&fan(), 0.1, seed),
+                6 => shapes::shuffled(&shapes::bumpy_block(2, 3, seed), seed),
                 _ => shapes::bumpy_sphere(3, seed),
             };
             shapes::scaled(&mesh, 10_f64.powi(size))

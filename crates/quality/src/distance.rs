@@ -142,7 +142,7 @@ pub fn surface_distance(
                 }
             }
             sample(from.corners(t), interval, &mut piece, &mut |piece| {
-                batch.add(piece)
+                batch.add(piece);
             });
         }
         batch.finish()
