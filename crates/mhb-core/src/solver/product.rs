@@ -1,4 +1,4 @@
-//! The inner product xᵀ M y, in which eigenvectors are orthonormal, for blocks of columns as [`Tall`] has them.
+//! The inner product xᵀ M y, in which eigenvectors are orthonormal, for blocks of columns as [`Tall`](super::tall::Tall) has them.
 //!
 //! For lumped mass M is the identity, and costs nothing.
 
