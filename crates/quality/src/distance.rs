@@ -215,7 +215,7 @@ impl<'a> Batch<'a> {
             surface,
             longest: WIDEST * interval,
             samples: Samples::default(),
-            bounds: BoundingBox::of::<[f64; 3]>(&[]),
+            bounds: BoundingBox::EMPTY,
             distances: Vec::new(),
             sums: Sums::default(),
         }
