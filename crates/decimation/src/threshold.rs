@@ -254,8 +254,7 @@ impl<'a> Thresholds<'a> {
             };
             let [to_next, to_last] = [cost(next), cost(last)];
             let t = t as usize;
-            let corners = self.left.triangle(t).unwrap_or_default();
-            for (i, corner) in corners.into_iter().enumerate() {
+            for (i, corner) in self.left.triangle(t).into_iter().flatten().enumerate() {
                 if corner == v {
                     self.costs[t][i] = to_next;
                     self.costs[t][(i + 2) % 3] = to_last;
