@@ -1,7 +1,7 @@
 //! Reading on: a look at few patches, then at more, and at all in the end.
 //!
 //! Patches that follow each other carry every bit once. So the first look is at the patches of a run of chips that is enough for what the bits hold, the next at those of [`GROWTH`] times as
-//! many, and so on. Which ones come first depends on what is seen of the suspect, never on bits; how many looks there are, on the layout alone.
+//! many, and so on. Which ones come first depends on what is seen of the suspect, never on bits; how many looks at patches there are, on the layout alone.
 
 use crate::mark::{ChipPlan, MarkLayout};
 

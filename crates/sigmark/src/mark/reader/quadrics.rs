@@ -17,6 +17,7 @@ use mesh::{Similarity, TriMesh, Vec3};
 use registration::PreparedMesh;
 
 use super::{
+    ReadingMethod,
     regions::{self, Draws, Overlay, Place, Regions},
     suspect::Sampled,
 };
@@ -47,6 +48,18 @@ pub(super) struct Asked<'a> {
     pub(super) vertices: &'a [bool],
     /// Where its mark would be, if it is worth a while to tell regions by it.
     pub(super) layout: Option<&'a MarkLayout>,
+}
+
+impl<'a> Asked<'a> {
+    /// What a method asks at vertices that it reads.
+    pub(super) fn by(method: &'a ReadingMethod, vertices: &'a [bool]) -> Self {
+        let layout = method.layout();
+        Self {
+            vertices,
+            // Before all patches are looked at, more of them are the quicker way to more bits.
+            layout: (method.detector().is_none() && layout.reads_all()).then_some(layout),
+        }
+    }
 }
 
 /// A suspect as it lies on its original.
@@ -327,7 +340,7 @@ fn around(suspect: &TriMesh, places: Vec<Option<Place>>, is_asked: &[bool]) -> V
 }
 
 /// Whether the suspect has clearly fewer triangles than the original has where it was seen.
-fn is_coarser(original: &TriMesh, suspect: &TriMesh, registered: &Registered) -> bool {
+pub(super) fn is_coarser(original: &TriMesh, suspect: &TriMesh, registered: &Registered) -> bool {
     let is_seen = |corners: &&[u32; 3]| {
         corners
             .iter()

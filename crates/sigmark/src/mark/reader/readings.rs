@@ -8,7 +8,7 @@ use super::{
     BroughtBack, Found, Reading, ReadingMethod, Suspect, Wanted, by_vertices,
     in_frames::InFrames,
     looks::looks,
-    suspect::{Sampled, SeenBy},
+    suspect::{Sampled, SeenBy, Undecided},
 };
 use crate::mark::{MarkError, MarkStage, correlation};
 
@@ -30,6 +30,8 @@ struct Way<'a> {
 /// A look at some of the patches.
 struct Look {
     method: ReadingMethod,
+    /// Whether it is by draws of a suspect's regions, where the look before left bits open.
+    by_draws: bool,
     first: OnceLock<Reading>,
     /// By vertices, once more by the joint estimate.
     again: OnceLock<Reading>,
@@ -44,6 +46,8 @@ enum ReadBy<'a> {
     Surface {
         suspect: Box<Suspect>,
         sampled: Box<Sampled>,
+        /// What samples of all patches left open.
+        undecided: OnceLock<Undecided>,
     },
 }
 
@@ -89,10 +93,17 @@ impl<'a> Readings<'a> {
                         by: ReadBy::Surface {
                             suspect: Box::new(suspect),
                             sampled: Box::new(sampled),
+                            undecided: OnceLock::new(),
                         },
                     })
                 };
-                poses.map(way).collect::<Result<_, MarkError>>()?
+                let mut ways: Vec<Way<'_>> = poses.map(way).collect::<Result<_, MarkError>>()?;
+                // Every way has as many looks.
+                if method.detector().is_none() && ways.iter().any(Way::is_coarser) {
+                    let by_draws = || Look::by_draws(method.clone());
+                    ways.iter_mut().for_each(|way| way.looks.push(by_draws()));
+                }
+                ways
             }
         };
         Ok(Self { found, ways })
@@ -100,7 +111,7 @@ impl<'a> Readings<'a> {
 
     /// The reading that agrees best with the bits that are looked for; the first of equals, and the first at all that is enough.
     ///
-    /// Looks are taken one after the other. By vertices, the best of the first readings, which are cheap, is taken if it is enough; if not, the joint
+    /// Looks are taken one after the other. At the surface of a coarser suspect the last one draws the regions that decimation made of the original, where samples of all patches are not enough. By vertices, the best of the first readings, which are cheap, is taken if it is enough; if not, the joint
     /// estimate reads once more in its pose.
     ///
     /// # Errors
@@ -138,7 +149,9 @@ impl<'a> Readings<'a> {
         let read = |way| -> Result<&Reading, MarkError> {
             let look = last(way);
             let Way { by, looks } = way;
-            let Look { method, first, again } = looks.get(look).ok_or(MarkError::Alignment)?;
+            let Look {
+                method, first, again, ..
+            } = looks.get(look).ok_or(MarkError::Alignment)?;
             match by {
                 ReadBy::Surface { .. } | ReadBy::Frames(_) => kept(first, || self.first(way, look, job)),
                 ReadBy::Vertices(map) => kept(again, || {
@@ -188,8 +201,37 @@ impl<'a> Readings<'a> {
                 job.begin(MarkStage::Detection)?;
                 frames.read(method, job)
             }
-            ReadBy::Surface { suspect, sampled } => suspect.read_sampled(method, sampled, job),
+            ReadBy::Surface {
+                suspect,
+                sampled,
+                undecided,
+            } if way.looks[look].by_draws => {
+                let by_samples = kept(&way.looks[look - 1].first, || self.first(way, look - 1, job))?;
+                let by_draws = match undecided.get() {
+                    Some(undecided) => suspect.read_by_draws(method, sampled, undecided, job)?,
+                    None => None,
+                };
+                Ok(by_draws.unwrap_or_else(|| by_samples.clone()))
+            }
+            ReadBy::Surface {
+                suspect,
+                sampled,
+                undecided,
+            } => {
+                let (reading, left) = suspect.read_sampled(method, sampled, job)?;
+                if let Some(left) = left {
+                    undecided.get_or_init(|| left);
+                }
+                Ok(reading)
+            }
         }
+    }
+}
+
+impl Way<'_> {
+    /// Whether the suspect was decimated, so that regions might be drawn.
+    fn is_coarser(&self) -> bool {
+        matches!(&self.by, ReadBy::Surface { suspect, sampled, .. } if suspect.is_coarser(sampled))
     }
 }
 
@@ -209,8 +251,16 @@ impl Look {
     fn by(method: ReadingMethod) -> Self {
         Self {
             method,
+            by_draws: false,
             first: OnceLock::new(),
             again: OnceLock::new(),
+        }
+    }
+
+    fn by_draws(method: ReadingMethod) -> Self {
+        Self {
+            by_draws: true,
+            ..Self::by(method)
         }
     }
 }

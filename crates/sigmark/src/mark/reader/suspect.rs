@@ -10,7 +10,7 @@ use super::{
     regions::Regions,
     tessellation,
 };
-use crate::mark::{Bending, JointEstimate, MarkError, MarkStage, Registered};
+use crate::mark::{Bending, JointEstimate, MarkError, MarkLayout, MarkStage, Registered};
 
 /// A suspect, looked at from the vertices of a reference in any pose (section 4.4.1).
 ///
@@ -48,12 +48,19 @@ pub(super) enum SeenBy {
     Surface(Option<Correspondence>),
 }
 
-/// What was seen of a suspect in the pose in which it was found, and what follows from it.
-struct FirstLook<'s> {
+/// What was seen of a suspect in a pose, and what follows from it.
+struct Round<'s> {
+    pose: Similarity,
+    /// The suspect before space was bent, if it was.
+    unbent: Option<Suspect>,
     registered: Cow<'s, Registered>,
     estimate: JointEstimate,
-    /// Regions of the suspect's vertices as they may be, if samples leave bits open.
-    draws: Option<Vec<Regions>>,
+}
+
+/// What samples tell of a decimated suspect in the pose in which it was found, if that leaves bits open: [draws of its regions](Suspect::read_by_draws) go on from here. Samples of few triangles find bends of space that are none.
+pub(super) struct Undecided {
+    registered: Registered,
+    estimate: JointEstimate,
 }
 
 /// Where a pose is off by less, in diagonals, lines along normals meet the suspect nearly where they should.
@@ -65,8 +72,36 @@ const NEGLIGIBLE: f64 = 0.1;
 /// Where samples tell more of a bit in the mean, it is not worth a while to draw regions.
 const ENOUGH: f64 = 0.9;
 
+/// Fields of a bending that may be told in the pose in which a suspect was found: where space is bent, lines along normals meet it elsewhere than they should, and a first look tells the coarsest of it.
+const COARSEST: RangeInclusive<usize> = 0..=Bending::OF_DEGREE_2;
+
 /// How often a suspect is sampled at most, and one that is bent: lines along normals meet that far from where they should at first.
 const MOST_ROUNDS: [usize; 2] = [2, 4];
+
+impl<'s> Round<'s> {
+    /// In the pose in which a suspect was found.
+    fn first(sampled: &Sampled, registered: &'s Registered, estimate: JointEstimate) -> Self {
+        Self {
+            pose: sampled.pose,
+            unbent: None,
+            registered: Cow::Borrowed(registered),
+            estimate,
+        }
+    }
+
+    /// The pose by this round's estimate.
+    fn better(&self) -> Similarity {
+        self.pose.then(&self.estimate.misalignment.inverse())
+    }
+
+    fn is_bent(&self) -> bool {
+        self.unbent.is_some() || self.estimate.bending.is_some()
+    }
+
+    fn reading(&self, layout: &MarkLayout) -> Reading {
+        Reading::of(layout, &self.registered, self.better(), &self.estimate)
+    }
+}
 
 impl Suspect {
     pub(super) fn new(reference: PreparedMesh, mesh: PreparedMesh, seen_by: SeenBy) -> Self {
@@ -111,6 +146,11 @@ impl Suspect {
         }
     }
 
+    /// Whether the suspect is clearly coarser than the reference where it was seen.
+    pub(super) fn is_coarser(&self, sampled: &Sampled) -> bool {
+        quadrics::is_coarser(self.reference.mesh(), self.mesh.mesh(), &sampled.registered)
+    }
+
     /// The same, with where decimation puts vertices, at vertices of the reference that are asked for: that takes longer than all else.
     fn foretold<'s>(
         &self,
@@ -131,102 +171,110 @@ impl Suspect {
     pub fn read(&self, method: &ReadingMethod, pose: &Similarity, job: &Job) -> Result<Reading, MarkError> {
         job.begin(MarkStage::Resampling)?;
         let sampled = self.sampled(pose, job)?;
-        self.read_sampled(method, &sampled, job)
+        let (by_samples, undecided) = self.read_sampled(method, &sampled, job)?;
+        let by_draws = match &undecided {
+            Some(undecided) => self.read_by_draws(method, &sampled, undecided, job)?,
+            None => None,
+        };
+        Ok(by_draws.unwrap_or(by_samples))
     }
 
-    /// As [`read`](Self::read), of what was sampled in a pose.
+    /// As [`read`](Self::read), of what was sampled in a pose, without draws; and what that leaves open.
     pub(super) fn read_sampled(
         &self,
         method: &ReadingMethod,
         sampled: &Sampled,
         job: &Job,
-    ) -> Result<Reading, MarkError> {
+    ) -> Result<(Reading, Option<Undecided>), MarkError> {
         job.begin(MarkStage::Resampling)?;
         let layout = method.layout();
-        let asked = Asked {
-            vertices: &layout.is_read(),
-            // Before the last look, more patches are the quicker way to more bits.
-            layout: (method.detector().is_none() && layout.reads_all()).then_some(layout),
-        };
-        let first = self.first_look(method, sampled, asked, job)?;
-        match method.detector() {
-            None => self.bettered(method, sampled.pose, first, asked, job),
-            Some(detector) => {
-                let better = sampled.pose.then(&first.estimate.misalignment.inverse());
-                let registered = self.sample_again(&better, asked, job)?;
-                let soft = detector.detect(&registered, job)?;
-                Ok(Reading::of(layout, &registered, better, &first.estimate).with_soft(soft))
-            }
-        }
-    }
-
-    fn first_look<'s>(
-        &self,
-        method: &ReadingMethod,
-        sampled: &'s Sampled,
-        asked: Asked<'_>,
-        job: &Job,
-    ) -> Result<FirstLook<'s>, MarkError> {
+        let is_read = layout.is_read();
+        let asked = Asked::by(method, &is_read);
         let registered = self.foretold(sampled, asked, job)?;
         job.begin(MarkStage::Detection)?;
-        // Where space is bent, lines along normals meet the suspect elsewhere than they should, and a first look tells the coarsest of it.
-        let coarsest = 0..=Bending::OF_DEGREE_2;
-        let mut estimate = method.estimator().estimate_with(&registered, &coarsest, job)?;
-        let draws = match estimate.tells() < ENOUGH {
-            true => quadrics::draws(&self.reference, &self.mesh, sampled, asked, job)?,
-            false => None,
-        };
-        if let Some(draws) = &draws {
-            job.begin(MarkStage::Detection)?;
-            let by_draws = self.estimated_by(draws, method, &sampled.pose, &registered, &coarsest, job)?;
-            estimate = estimate.or(by_draws);
+        let estimate = method.estimator().estimate_with(&registered, &COARSEST, job)?;
+        if let Some(detector) = method.detector() {
+            let better = sampled.pose.then(&estimate.misalignment.inverse());
+            let registered = self.sample_again(&better, asked, job)?;
+            let soft = detector.detect(&registered, job)?;
+            let reading = Reading::of(layout, &registered, better, &estimate).with_soft(soft);
+            return Ok((reading, None));
         }
-        Ok(FirstLook {
-            registered,
-            estimate,
-            draws,
-        })
+        let first = Round::first(sampled, &registered, estimate.clone());
+        let last = self.bettered(method, first, None, asked, job)?;
+        let reading = last.reading(layout);
+        let is_open = asked.layout.is_some() && last.estimate.tells() < ENOUGH;
+        let undecided = match registered {
+            Cow::Owned(registered) if is_open => Some(Undecided { registered, estimate }),
+            // What is hardly coarser than the original leaves nothing to draw.
+            _ => None,
+        };
+        Ok((reading, undecided))
     }
 
-    /// What is read in the pose that a first look in another betters, and in those that its own estimates better.
-    fn bettered(
+    /// What draws of its regions tell of a suspect that samples left undecided; none where nothing is drawn.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub(super) fn read_by_draws(
         &self,
         method: &ReadingMethod,
-        mut pose: Similarity,
-        first: FirstLook<'_>,
+        sampled: &Sampled,
+        by_samples: &Undecided,
+        job: &Job,
+    ) -> Result<Option<Reading>, MarkError> {
+        job.begin(MarkStage::Resampling)?;
+        let is_read = method.layout().is_read();
+        let asked = Asked::by(method, &is_read);
+        let Some(draws) = quadrics::draws(&self.reference, &self.mesh, sampled, asked, job)? else {
+            return Ok(None);
+        };
+        job.begin(MarkStage::Detection)?;
+        let Undecided { registered, estimate } = by_samples;
+        let by_draws = self.estimated_by(&draws, method, &sampled.pose, registered, &COARSEST, job)?;
+        let first = Round::first(sampled, registered, estimate.clone().or(by_draws));
+        let last = self.bettered(method, first, Some(&draws), asked, job)?;
+        Ok(Some(last.reading(method.layout())))
+    }
+
+    /// What is seen in the poses that the estimates of one round after the other better, by draws of regions, too, if there are some.
+    fn bettered<'s>(
+        &self,
+        method: &ReadingMethod,
+        mut last: Round<'s>,
+        draws: Option<&[Regions]>,
         asked: Asked<'_>,
         job: &Job,
-    ) -> Result<Reading, MarkError> {
-        let FirstLook {
-            mut registered,
-            mut estimate,
-            draws,
-        } = first;
-        let mut better = pose.then(&estimate.misalignment.inverse());
-        let mut unbent: Option<Self> = None;
+    ) -> Result<Round<'s>, MarkError> {
         let mut rounds = 1;
-        while rounds < MOST_ROUNDS[usize::from(unbent.is_some() || estimate.bending.is_some())] {
+        while rounds < MOST_ROUNDS[usize::from(last.is_bent())] {
             rounds += 1;
-            let bending = estimate.bending.as_ref();
-            let step = self.farthest(&pose, &better) + bending.map_or(0.0, |bending| self.bent(bending));
-            if step < SETTLED && step * step < NEGLIGIBLE * estimate.noise {
+            let pose = last.better();
+            let bending = last.estimate.bending.as_ref();
+            let step = self.farthest(&last.pose, &pose) + bending.map_or(0.0, |bending| self.bent(bending));
+            if step < SETTLED && step * step < NEGLIGIBLE * last.estimate.noise {
                 break;
             }
-            pose = better;
-            if let Some(bending) = bending {
-                unbent = Some(unbent.as_ref().unwrap_or(self).unbent(bending, &pose)?);
-            }
+            let unbent = match bending {
+                Some(bending) => Some(last.unbent.as_ref().unwrap_or(self).unbent(bending, &pose)?),
+                None => last.unbent.take(),
+            };
             let seen = unbent.as_ref().unwrap_or(self);
-            registered = Cow::Owned(seen.sample_again(&pose, asked, job)?);
+            let registered = seen.sample_again(&pose, asked, job)?;
             let optional = bending.map_or(0, Bending::fields)..=Bending::MOST;
-            estimate = method.estimator().estimate_with(&registered, &optional, job)?;
-            if let Some(draws) = &draws {
+            let mut estimate = method.estimator().estimate_with(&registered, &optional, job)?;
+            if let Some(draws) = draws {
                 let by_draws = seen.estimated_by(draws, method, &pose, &registered, &optional, job)?;
                 estimate = estimate.or(by_draws);
             }
-            better = pose.then(&estimate.misalignment.inverse());
+            last = Round {
+                pose,
+                unbent,
+                registered: Cow::Owned(registered),
+                estimate,
+            };
         }
-        Ok(Reading::of(method.layout(), &registered, better, &estimate))
+        Ok(last)
     }
 
     /// The joint estimate in a pose by the suspect's vertices and draws of their regions.
@@ -343,18 +391,18 @@ fn gradient(n: Vec3, f: Vec3) -> Vec3 {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Arc;
+    use std::{cell::RefCell, sync::Arc};
 
     use decimation::{Decimator, decimate};
-    use mesh::shapes;
+    use mesh::{TriMesh, shapes};
 
     use super::*;
     use crate::mark::{
-        ChipPlan, JointEstimate, JointEstimator, MarkLayout, Original, Reader, Strength, correlation,
+        ChipPlan, JointEstimator, MarkLayout, Original, Reader, SoftBits, Strength, Wanted, correlation,
     };
 
-    #[test]
-    fn balances_of_draws_tell_more_of_a_decimated_suspect_than_samples() {
+    /// Where a mark lies, its bits, and the model with it.
+    fn marked() -> (Arc<MarkLayout>, Vec<bool>, TriMesh) {
         let (mesh, bits, job) = (shapes::bumpy_sphere(6, 3), 64, Job::default());
         let original = Original::pooled(mesh.clone(), bits, Default::default(), &job).unwrap();
         original.keep_a_gigabyte();
@@ -366,12 +414,26 @@ mod tests {
         let layout = Arc::new(layout.unwrap());
         let written: Vec<bool> = (0..bits).map(|t| t % 3 == 0).collect();
         let marked = layout.write(&written, &job).unwrap().positions(layout.original());
-        let marked = mesh.with_positions(marked).unwrap();
-        let reader = Reader::new(&mesh).unwrap();
+        (layout, written, mesh.with_positions(marked).unwrap())
+    }
+
+    fn decimated(marked: &TriMesh, decimator: Decimator) -> TriMesh {
+        decimate(marked, marked.triangle_count() / 25, decimator, &Job::default()).unwrap()
+    }
+
+    fn margin(written: &[bool], soft: &SoftBits) -> f64 {
+        let t = correlation(written, soft.values());
+        t / (1.0 - t * t / written.len() as f64).max(1e-3).sqrt()
+    }
+
+    #[test]
+    fn balances_of_draws_tell_more_of_a_decimated_suspect_than_samples() {
+        let ((layout, written, marked), job) = (marked(), Job::default());
+        let mesh = layout.original().mesh();
+        let reader = Reader::new(mesh).unwrap();
         let everywhere = vec![true; mesh.vertex_count()];
         let read = |decimator: Decimator| -> [Option<f64>; 2] {
-            let suspect = decimate(&marked, mesh.triangle_count() / 25, decimator, &job).unwrap();
-            let suspect = reader.surface(&suspect);
+            let suspect = reader.surface(&decimated(&marked, decimator));
             let asked = Asked {
                 vertices: &everywhere,
                 layout: Some(&layout),
@@ -379,10 +441,6 @@ mod tests {
             let sampled = suspect.sampled(&Similarity::IDENTITY, &job).unwrap();
             let seen = suspect.foretold(&sampled, asked, &job).unwrap();
             let estimator = JointEstimator::new(&layout);
-            let margin = |estimate: JointEstimate| {
-                let t = correlation(&written, estimate.soft.values());
-                t / (1.0 - t * t / bits as f64).max(1e-3).sqrt()
-            };
             let by_samples = estimator.estimate(&seen, &job).unwrap();
             let draws = quadrics::draws(&suspect.reference, &suspect.mesh, &sampled, asked, &job).unwrap();
             let by_balances = |draws: Vec<Regions>| {
@@ -391,11 +449,41 @@ mod tests {
                 let balances = quadrics::balances(original, suspect, &pose, &layout, &draws, &job).unwrap();
                 estimator.estimate_by(&balances, &seen, &optional, &job).unwrap()
             };
+            let margin = |estimate: JointEstimate| margin(&written, &estimate.soft);
             [Some(by_samples), draws.map(by_balances)].map(|estimate| estimate.map(margin))
         };
         let [by_samples, by_balances] = read(Decimator::Threshold).map(Option::unwrap);
         assert!(by_balances > 1.2 * by_samples, "{by_balances}, {by_samples}");
         // Another decimator leaves other triangles, and nothing is drawn.
         assert!(read(Decimator::Queue)[1].is_none());
+    }
+
+    #[test]
+    fn regions_are_drawn_where_samples_are_not_enough_and_counted_either_way() {
+        let ((layout, written, marked), job) = (marked(), Job::default());
+        let method = ReadingMethod::joint(JointEstimator::new(&layout).into());
+        let reader = Reader::new(layout.original().mesh()).unwrap();
+        let read = |decimator: Decimator, looks: usize| {
+            let margins = RefCell::new(Vec::new());
+            let is_enough = |soft: &SoftBits, _| {
+                margins.borrow_mut().push(margin(&written, soft));
+                margins.borrow().len() == looks
+            };
+            let found = reader.find(&decimated(&marked, decimator), &job).unwrap();
+            let wanted = Wanted::until(&written, &is_enough);
+            let tries = found.read(&method, wanted, &job).unwrap().tries;
+            (margins.take(), tries)
+        };
+        let (every, tries) = read(Decimator::Threshold, usize::MAX);
+        let [.., by_samples, by_draws] = every[..] else {
+            panic!("{every:?}");
+        };
+        assert!(by_draws > 1.2 * by_samples, "{every:?}");
+        assert_eq!(tries, every.len());
+        let last = every.len() - 1;
+        assert_eq!(read(Decimator::Threshold, last), (every[..last].to_vec(), tries));
+        // Of another decimator nothing is drawn, and what samples told stands.
+        let (every, tries) = read(Decimator::Queue, usize::MAX);
+        assert_eq!((every[last], tries), (every[last - 1], every.len()));
     }
 }
