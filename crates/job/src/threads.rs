@@ -41,6 +41,9 @@ impl Threads {
     }
 }
 
+/// Tasks into which work is divided for each thread: rayon makes fewer by itself, and the last thread would be left with many that nobody can take from it.
+const TASKS_A_THREAD: usize = 64;
+
 /// Parallel work. With one thread nothing is started, and everything runs in order on the caller's.
 impl Job {
     /// Runs `work` where rayon's own iterators use this job's threads and no others.
@@ -79,10 +82,13 @@ impl Job {
         if self.threads() == 1 {
             return Ok((0..count).map(f).collect());
         }
+        let least = least.max(1);
+        let most = least.max(count / (TASKS_A_THREAD * self.threads()));
         self.install(|| {
             (0..count)
                 .into_par_iter()
-                .with_min_len(least.max(1))
+                .with_min_len(least)
+                .with_max_len(most)
                 .map(f)
                 .collect()
         })
@@ -128,7 +134,7 @@ impl Job {
         if self.threads() == 1 {
             return chunks.map(task).collect();
         }
-        self.install(|| chunks.into_par_iter().map(task).collect())?
+        self.install(|| chunks.into_par_iter().with_max_len(1).map(task).collect())?
     }
 
     /// Runs `task` on consecutive chunks of `items`, with the index of each.
@@ -152,6 +158,7 @@ impl Job {
         self.install(|| {
             items
                 .par_chunks_mut(chunk)
+                .with_max_len(1)
                 .enumerate()
                 .for_each(|(i, items)| task(i, items));
         })
