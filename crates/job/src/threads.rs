@@ -169,7 +169,41 @@ impl Job {
 mod tests {
     use super::*;
     use crate::Observer;
-    use std::sync::{Arc, Mutex};
+    use std::{
+        sync::{Arc, Mutex},
+        time::{Duration, Instant},
+    };
+
+    #[test]
+    fn nothing_waits_for_a_thread_that_is_busy() {
+        const COUNT: usize = 100;
+        let job = Job::new(2);
+        // The first is not done before all the others are, unless it has waited in vain.
+        let first_is_last = |run: &dyn Fn(&(dyn Fn(usize) + Sync))| {
+            let (done, in_vain) = (AtomicUsize::new(0), AtomicUsize::new(0));
+            run(&|i| {
+                let begun = Instant::now();
+                while i == 0 && done.load(Ordering::Relaxed) < COUNT - 1 {
+                    std::thread::yield_now();
+                    if begun.elapsed() > Duration::from_secs(60) {
+                        in_vain.store(1, Ordering::Relaxed);
+                        break;
+                    }
+                }
+                done.fetch_add(1, Ordering::Relaxed);
+            });
+            (done.into_inner(), in_vain.into_inner()) == (COUNT, 0)
+        };
+        assert!(first_is_last(&|work| {
+            job.map(COUNT, 1, work).unwrap();
+        }));
+        assert!(first_is_last(&|work| {
+            job.map_reported(COUNT, 1, work).unwrap();
+        }));
+        assert!(first_is_last(&|work| {
+            job.for_chunks(&mut [(); COUNT], 1, |i, _| work(i)).unwrap();
+        }));
+    }
 
     #[derive(Default)]
     struct Greatest(Mutex<f64>, f64);
