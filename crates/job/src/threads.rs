@@ -170,39 +170,51 @@ mod tests {
     use super::*;
     use crate::Observer;
     use std::{
-        sync::{Arc, Mutex},
+        sync::{Arc, Mutex, atomic::AtomicBool},
         time::{Duration, Instant},
     };
 
+    /// Work of which the first part is not done before all others are, unless it has waited in vain.
+    #[derive(Default)]
+    struct FirstIsLast {
+        done: AtomicUsize,
+        in_vain: AtomicBool,
+    }
+
+    impl FirstIsLast {
+        const PARTS: usize = 100;
+
+        fn work(&self, part: usize) {
+            let begun = Instant::now();
+            while part == 0 && self.done.load(Ordering::Relaxed) < Self::PARTS - 1 {
+                std::thread::yield_now();
+                if begun.elapsed() > Duration::from_secs(60) {
+                    self.in_vain.store(true, Ordering::Relaxed);
+                    break;
+                }
+            }
+            self.done.fetch_add(1, Ordering::Relaxed);
+        }
+
+        fn assert_done(self) {
+            assert_eq!(self.done.into_inner(), Self::PARTS);
+            assert!(!self.in_vain.into_inner());
+        }
+    }
+
     #[test]
     fn nothing_waits_for_a_thread_that_is_busy() {
-        const COUNT: usize = 100;
-        let job = Job::new(2);
-        // The first is not done before all the others are, unless it has waited in vain.
-        let first_is_last = |run: &dyn Fn(&(dyn Fn(usize) + Sync))| {
-            let (done, in_vain) = (AtomicUsize::new(0), AtomicUsize::new(0));
-            run(&|i| {
-                let begun = Instant::now();
-                while i == 0 && done.load(Ordering::Relaxed) < COUNT - 1 {
-                    std::thread::yield_now();
-                    if begun.elapsed() > Duration::from_secs(60) {
-                        in_vain.store(1, Ordering::Relaxed);
-                        break;
-                    }
-                }
-                done.fetch_add(1, Ordering::Relaxed);
-            });
-            (done.into_inner(), in_vain.into_inner()) == (COUNT, 0)
-        };
-        assert!(first_is_last(&|work| {
-            job.map(COUNT, 1, work).unwrap();
-        }));
-        assert!(first_is_last(&|work| {
-            job.map_reported(COUNT, 1, work).unwrap();
-        }));
-        assert!(first_is_last(&|work| {
-            job.for_chunks(&mut [(); COUNT], 1, |i, _| work(i)).unwrap();
-        }));
+        let (job, parts) = (Job::new(2), FirstIsLast::PARTS);
+        let first = FirstIsLast::default();
+        job.map(parts, 1, |i| first.work(i)).unwrap();
+        first.assert_done();
+        let first = FirstIsLast::default();
+        job.map_reported(parts, 1, |i| first.work(i)).unwrap();
+        first.assert_done();
+        let first = FirstIsLast::default();
+        job.for_chunks(&mut vec![(); parts], 1, |i, _| first.work(i))
+            .unwrap();
+        first.assert_done();
     }
 
     #[derive(Default)]

@@ -43,12 +43,15 @@ enum ReadBy<'a> {
     /// By a map of the vertices, in local frames.
     Frames(Box<InFrames>),
     /// In a pose, in which it was sampled.
-    Surface {
-        suspect: Box<Suspect>,
-        sampled: Box<Sampled>,
-        /// What samples of all patches left open.
-        undecided: OnceLock<Undecided>,
-    },
+    Surface(Box<Surface>),
+}
+
+/// A suspect as it was sampled in a pose.
+struct Surface {
+    suspect: Suspect,
+    sampled: Sampled,
+    /// What samples of all patches left open.
+    undecided: OnceLock<Undecided>,
 }
 
 impl<'a> Readings<'a> {
@@ -90,11 +93,11 @@ impl<'a> Readings<'a> {
                     let sampled = suspect.sampled(&pose, job)?;
                     Ok(Way {
                         looks: looks_by(method, |v| sampled.registered.positions[v].is_some()),
-                        by: ReadBy::Surface {
-                            suspect: Box::new(suspect),
-                            sampled: Box::new(sampled),
+                        by: ReadBy::Surface(Box::new(Surface {
+                            suspect,
+                            sampled,
                             undecided: OnceLock::new(),
-                        },
+                        })),
                     })
                 };
                 let mut ways: Vec<Way<'_>> = poses.map(way).collect::<Result<_, MarkError>>()?;
@@ -153,7 +156,7 @@ impl<'a> Readings<'a> {
                 method, first, again, ..
             } = looks.get(look).ok_or(MarkError::Alignment)?;
             match by {
-                ReadBy::Surface { .. } | ReadBy::Frames(_) => kept(first, || self.first(way, look, job)),
+                ReadBy::Surface(_) | ReadBy::Frames(_) => kept(first, || self.first(way, look, job)),
                 ReadBy::Vertices(map) => kept(again, || {
                     job.begin(MarkStage::Detection)?;
                     by_vertices::read_anew(&self.found.suspect, map, method, job)
@@ -201,29 +204,12 @@ impl<'a> Readings<'a> {
                 job.begin(MarkStage::Detection)?;
                 frames.read(method, job)
             }
-            ReadBy::Surface {
-                suspect,
-                sampled,
-                undecided,
-            } if way.looks[look].by_draws => {
+            ReadBy::Surface(surface) if way.looks[look].by_draws => {
                 let by_samples = kept(&way.looks[look - 1].first, || self.first(way, look - 1, job))?;
-                let by_draws = match undecided.get() {
-                    Some(undecided) => suspect.read_by_draws(method, sampled, undecided, job)?,
-                    None => None,
-                };
+                let by_draws = surface.read_by_draws(method, job)?;
                 Ok(by_draws.unwrap_or_else(|| by_samples.clone()))
             }
-            ReadBy::Surface {
-                suspect,
-                sampled,
-                undecided,
-            } => {
-                let (reading, left) = suspect.read_sampled(method, sampled, job)?;
-                if let Some(left) = left {
-                    undecided.get_or_init(|| left);
-                }
-                Ok(reading)
-            }
+            ReadBy::Surface(surface) => surface.read(method, job),
         }
     }
 }
@@ -231,7 +217,25 @@ impl<'a> Readings<'a> {
 impl Way<'_> {
     /// Whether the suspect was decimated, so that regions might be drawn.
     fn is_coarser(&self) -> bool {
-        matches!(&self.by, ReadBy::Surface { suspect, sampled, .. } if suspect.is_coarser(sampled))
+        matches!(&self.by, ReadBy::Surface(surface) if surface.suspect.is_coarser(&surface.sampled))
+    }
+}
+
+impl Surface {
+    fn read(&self, method: &ReadingMethod, job: &Job) -> Result<Reading, MarkError> {
+        let (reading, left) = self.suspect.read_sampled(method, &self.sampled, job)?;
+        if let Some(left) = left {
+            self.undecided.get_or_init(|| left);
+        }
+        Ok(reading)
+    }
+
+    /// None where samples left nothing open, or nothing is drawn.
+    fn read_by_draws(&self, method: &ReadingMethod, job: &Job) -> Result<Option<Reading>, MarkError> {
+        let Some(undecided) = self.undecided.get() else {
+            return Ok(None);
+        };
+        self.suspect.read_by_draws(method, &self.sampled, undecided, job)
     }
 }
 

@@ -433,7 +433,7 @@ mod tests {
         let reader = Reader::new(mesh).unwrap();
         let everywhere = vec![true; mesh.vertex_count()];
         let read = |decimator: Decimator| -> [Option<f64>; 2] {
-            let suspect = reader.surface(&decimated(&marked, decimator));
+            let suspect = reader.surface(decimated(&marked, decimator));
             let asked = Asked {
                 vertices: &everywhere,
                 layout: Some(&layout),
@@ -469,7 +469,7 @@ mod tests {
                 margins.borrow_mut().push(margin(&written, soft));
                 margins.borrow().len() == looks
             };
-            let found = reader.find(&decimated(&marked, decimator), &job).unwrap();
+            let found = reader.find(decimated(&marked, decimator), &job).unwrap();
             let wanted = Wanted::until(&written, &is_enough);
             let tries = found.read(&method, wanted, &job).unwrap().tries;
             (margins.take(), tries)
