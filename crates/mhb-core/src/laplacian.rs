@@ -1,5 +1,5 @@
 use mesh::TriMesh;
-use sprs::{CsMat, TriMat};
+use sprs::CsMat;
 
 use crate::SpectrumError;
 use crate::intrinsic::{MOLLIFICATION, tufted_delaunay};
@@ -140,16 +140,17 @@ impl Laplacian {
             place[v as usize] = Some(i);
         }
         let among_free = |matrix: &CsMat<f64>| {
-            let mut kept = TriMat::with_capacity((free.len(), free.len()), matrix.nnz());
-            for (i, &v) in free.iter().enumerate() {
+            let mut kept = Rows::of(free.len(), matrix.nnz());
+            for &v in free {
                 let row = matrix.outer_view(v as usize);
                 for (w, &value) in row.iter().flat_map(|row| row.iter()) {
                     if let Some(j) = place[w] {
-                        kept.add_triplet(i, j, value);
+                        kept.add(j, value);
                     }
                 }
+                kept.end_row();
             }
-            kept.to_csr()
+            kept.matrix()
         };
         let beside_fixed = |&v: &u32| {
             let row = self.stiffness.outer_view(v as usize);
@@ -244,18 +245,8 @@ fn mean_edge(mesh: &TriMesh) -> f64 {
 
 /// S = −Q of eq. 3, #V by #V: S_ij = −(cot β + cot β′)/2 for an edge, S_ii = −Σ_j S_ij. Positive semidefinite.
 fn assemble_stiffness(n: usize, corners: &[[u32; 3]], triangles: &[Triangle]) -> CsMat<f64> {
-    let mut entries = TriMat::with_capacity((n, n), 12 * triangles.len());
-    for (corner, triangle) in corners.iter().zip(triangles) {
-        for k in 0..3 {
-            let (i, j) = (corner[(k + 1) % 3] as usize, corner[(k + 2) % 3] as usize);
-            let weight = triangle.cotangents[k] / 2.0;
-            entries.add_triplet(i, j, -weight);
-            entries.add_triplet(j, i, -weight);
-            entries.add_triplet(i, i, weight);
-            entries.add_triplet(j, j, weight);
-        }
-    }
-    entries.to_csr()
+    let of_edge = |t: usize, k: usize| triangles[t].cotangents[k] / 2.0;
+    assembled(n, corners, |t, k| (-of_edge(t, k), of_edge(t, k)))
 }
 
 /// The diagonal of D of eq. 4, #V: a third of the area of the triangles around each vertex.
@@ -271,14 +262,137 @@ fn assemble_lumped_mass(n: usize, corners: &[[u32; 3]], triangles: &[Triangle]) 
 
 /// B of eq. 3, #V by #V: B_ij = (|t| + |t′|)/12 for an edge, B_ii = Σ|t|/6. Its rows sum to the lumped mass.
 fn assemble_full_mass(n: usize, corners: &[[u32; 3]], triangles: &[Triangle]) -> CsMat<f64> {
-    let mut entries = TriMat::with_capacity((n, n), 9 * triangles.len());
-    for (corner, triangle) in corners.iter().zip(triangles) {
-        for &i in corner {
-            for &j in corner {
-                let share = if i == j { 6.0 } else { 12.0 };
-                entries.add_triplet(i as usize, j as usize, triangle.area / share);
+    let of_edge = |t: usize| triangles[t].area / 12.0;
+    assembled(n, corners, |t, _| (of_edge(t), of_edge(t)))
+}
+
+/// The symmetric matrix, n by n, of what the edge opposite corner k of triangle t adds, (t, k): beside the diagonal, and to the diagonal at each of its ends.
+fn assembled(n: usize, corners: &[[u32; 3]], of_edge: impl Fn(usize, usize) -> (f64, f64)) -> CsMat<f64> {
+    let edges = || {
+        let triangles = corners.iter().enumerate();
+        triangles.flat_map(|(t, &[a, b, c])| [(t, 0, [b, c]), (t, 1, [c, a]), (t, 2, [a, b])])
+    };
+    let mut starts = vec![0; n + 1];
+    for v in edges().flat_map(|(.., ends)| ends) {
+        starts[v as usize + 1] += 1;
+    }
+    for row in 0..n {
+        starts[row + 1] += starts[row];
+    }
+    let row = |row: usize| starts[row]..starts[row + 1];
+    let (mut diagonal, mut next) = (vec![0.0; n], starts.clone());
+    let mut in_any_order = vec![(0, 0.0); starts[n]];
+    for (t, k, [i, j]) in edges() {
+        let (beside, on) = of_edge(t, k);
+        for (row, column) in [(i as usize, j), (j as usize, i)] {
+            diagonal[row] += on;
+            in_any_order[next[row]] = (column, beside);
+            next[row] += 1;
+        }
+    }
+    // Row by row into the columns: the matrix is its own transpose, and so columns come to ascend.
+    let (mut ascending, mut next) = (vec![(0, 0.0); starts[n]], starts.clone());
+    for i in 0..n {
+        for &(column, value) in &in_any_order[row(i)] {
+            let next = &mut next[column as usize];
+            ascending[*next] = (i, value);
+            *next += 1;
+        }
+    }
+    let mut rows = Rows::of(n, n + starts[n] / 2);
+    for i in 0..n {
+        let beside = &ascending[row(i)];
+        let (before, after) = beside.split_at(beside.partition_point(|&(column, _)| column < i));
+        let diagonal = [(i, diagonal[i])];
+        let all = before.iter().chain(&diagonal).chain(after);
+        all.for_each(|&(column, value)| rows.add(column, value));
+        rows.end_row();
+    }
+    rows.matrix()
+}
+
+/// A square matrix that is written row by row, in compressed rows.
+struct Rows {
+    offsets: Vec<usize>,
+    columns: Vec<usize>,
+    values: Vec<f64>,
+}
+
+impl Rows {
+    /// With room for so many rows and entries.
+    fn of(rows: usize, entries: usize) -> Self {
+        let mut offsets = Vec::with_capacity(rows + 1);
+        offsets.push(0);
+        Self {
+            offsets,
+            columns: Vec::with_capacity(entries),
+            values: Vec::with_capacity(entries),
+        }
+    }
+
+    /// Adds to an entry of the row that is written; columns may not descend.
+    fn add(&mut self, column: usize, value: f64) {
+        let is_begun = self.offsets.last() < Some(&self.columns.len());
+        match self.values.last_mut() {
+            Some(last) if is_begun && self.columns.last() == Some(&column) => *last += value,
+            _ => {
+                self.columns.push(column);
+                self.values.push(value);
             }
         }
     }
-    entries.to_csr()
+
+    fn end_row(&mut self) {
+        self.offsets.push(self.columns.len());
+    }
+
+    fn matrix(self) -> CsMat<f64> {
+        let count = self.offsets.len() - 1;
+        CsMat::new((count, count), self.offsets, self.columns, self.values)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mesh::shapes;
+    use sprs::TriMat;
+
+    #[test]
+    fn matrices_are_the_sums_of_what_triangles_add() {
+        let mesh = shapes::disjoint_union(&[shapes::bumpy_sphere(2, 3), shapes::rectangle(3, 2, 1.0, 2.0)]);
+        let n = mesh.vertex_count();
+        let triangles = measure(&mesh).unwrap();
+        let (mut stiffness, mut mass) = (TriMat::new((n, n)), TriMat::new((n, n)));
+        for (corners, triangle) in mesh.triangles().iter().zip(&triangles) {
+            for (a, b) in (0..3).flat_map(|a| (0..3).map(move |b| (a, b))) {
+                let [i, j] = [a, b].map(|k| corners[k] as usize);
+                let beside = |k: usize| triangle.cotangents[k] / 2.0;
+                let [added, share] = match a == b {
+                    true => [beside((a + 1) % 3) + beside((a + 2) % 3), 6.0],
+                    false => [-beside(3 - a - b), 12.0],
+                };
+                stiffness.add_triplet(i, j, added);
+                mass.add_triplet(i, j, triangle.area / share);
+            }
+        }
+        let laplacian = Laplacian::of(&mesh, LaplacianKind::Cotangent, Mass::Full).unwrap();
+        let pairs = [
+            (laplacian.stiffness(), stiffness),
+            (laplacian.full_mass().unwrap(), mass),
+        ];
+        for (matrix, expected) in pairs {
+            let expected = expected.to_csr::<usize>();
+            assert_eq!(
+                (matrix.indptr().raw_storage(), matrix.indices()),
+                (expected.indptr().raw_storage(), expected.indices())
+            );
+            for (value, expected) in matrix.data().iter().zip(expected.data()) {
+                assert!(
+                    (value - expected).abs() < 1e-14 * (1.0 + expected.abs()),
+                    "{value}, {expected}"
+                );
+            }
+        }
+    }
 }
