@@ -137,27 +137,21 @@ impl Patches {
             // More patches than triangles: some have none. Labels may come from a file, so nothing is allocated for them.
             return Err(MarkError::EmptyPatch { patch: count - 1 });
         }
-        let mut triangles: Vec<Vec<[u32; 3]>> = vec![Vec::new(); count];
-        for &triangle in mesh.triangles() {
-            let [a, b, c] = triangle.map(|v| labels[v as usize]);
-            if a == b && b == c && a > 0 {
-                triangles[a as usize - 1].push(triangle);
+        let (labels, mut patches) = (largest_pieces(mesh, labels, count)?, Vec::with_capacity(count));
+        let (mut vertices, mut triangles) = (vec![Vec::new(); count], vec![Vec::new(); count]);
+        let mut place = vec![0u32; labels.len()];
+        for (v, &label) in labels.iter().enumerate().filter(|(_, label)| **label > 0) {
+            let vertices: &mut Vec<u32> = &mut vertices[label as usize - 1];
+            place[v] = vertices.len() as u32;
+            vertices.push(v as u32);
+        }
+        for triangle in mesh.triangles() {
+            if let Some(patch) = patch_of(triangle, &labels) {
+                triangles[patch].push(triangle.map(|v| place[v as usize]));
             }
         }
-        let mut labels = vec![0; labels.len()];
-        let mut place = vec![0u32; labels.len()];
-        let mut patches = Vec::with_capacity(count);
-        for (index, triangles) in triangles.into_iter().enumerate() {
-            let triangles = largest_piece(triangles).ok_or(MarkError::EmptyPatch { patch: index })?;
-            let mut vertices: Vec<u32> = triangles.iter().flatten().copied().collect();
-            vertices.sort_unstable();
-            vertices.dedup();
-            for (local, &v) in vertices.iter().enumerate() {
-                place[v as usize] = local as u32;
-                labels[v as usize] = index as u32 + 1;
-            }
+        for (vertices, triangles) in vertices.into_iter().zip(triangles) {
             let positions = vertices.iter().map(|&v| mesh.positions()[v as usize]).collect();
-            let triangles = triangles.iter().map(|t| t.map(|v| place[v as usize])).collect();
             patches.push(Patch {
                 mesh: TriMesh::new(positions, triangles)?,
                 at_border: vec![false; vertices.len()],
@@ -313,21 +307,44 @@ fn cut_by_regions(
     Ok(region_of.iter().zip(&place).map(part).collect())
 }
 
-/// The triangles of the largest connected piece by vertices, the first of equals; `None` of no triangles.
-fn largest_piece(triangles: Vec<[u32; 3]>) -> Option<Vec<[u32; 3]>> {
-    let mut vertices: Vec<u32> = triangles.iter().flatten().copied().collect();
-    vertices.sort_unstable();
-    vertices.dedup();
-    let place = |v: u32| vertices.binary_search(&v).unwrap_or_default() as u32;
-    let local: Vec<[u32; 3]> = triangles.iter().map(|t| t.map(place)).collect();
-    let pieces = Components::of_triangles(vertices.len(), &local);
-    let most = *pieces.sizes.iter().max()?;
-    let chosen = pieces.sizes.iter().position(|&size| size == most)? as u32;
-    let kept = triangles
-        .into_iter()
-        .zip(&local)
-        .filter(|(_, local)| pieces.of_vertex[local[0] as usize] == chosen);
-    Some(kept.map(|(t, _)| t).collect())
+/// The patch whose label all corners of a triangle have.
+fn patch_of(triangle: &[u32; 3], labels: &[u32]) -> Option<usize> {
+    let [a, b, c] = triangle.map(|v| labels[v as usize]);
+    (a == b && b == c).then(|| (a as usize).checked_sub(1)).flatten()
+}
+
+/// The labels that are left when each of `count` patches keeps the vertices of its largest connected piece, the first of equals, and no others.
+///
+/// # Errors
+/// When a patch has no triangle.
+fn largest_pieces(mesh: &TriMesh, labels: &[u32], count: usize) -> Result<Vec<u32>, MarkError> {
+    let inside = mesh
+        .triangles()
+        .iter()
+        .filter(|triangle| patch_of(triangle, labels).is_some());
+    let pairs = inside.flat_map(|&[a, b, c]| [[a, b], [b, c]]);
+    let pieces = Components::of_pairs(labels.len(), pairs);
+    let size = |piece: u32| pieces.sizes[piece as usize];
+    let mut largest: Vec<Option<u32>> = vec![None; count];
+    for (&label, &piece) in labels
+        .iter()
+        .zip(&pieces.of_vertex)
+        .filter(|(label, _)| **label > 0)
+    {
+        let largest = &mut largest[label as usize - 1];
+        // A vertex alone is in no triangle.
+        if size(piece) > largest.map_or(1, size) {
+            *largest = Some(piece);
+        }
+    }
+    if let Some(patch) = largest.iter().position(Option::is_none) {
+        return Err(MarkError::EmptyPatch { patch });
+    }
+    let is_kept = |label: u32, piece| label > 0 && largest[label as usize - 1] == Some(piece);
+    let kept = labels.iter().zip(&pieces.of_vertex);
+    Ok(kept
+        .map(|(&label, &piece)| if is_kept(label, piece) { label } else { 0 })
+        .collect())
 }
 
 #[cfg(test)]
