@@ -41,6 +41,9 @@ const EXACT: f64 = 1e-6;
 /// How many draws tell how planes weigh.
 const JUDGES: usize = 4;
 
+/// Fewer vertices are not worth to be shared by threads.
+const VERTICES_A_TASK: usize = 1024;
+
 /// What is asked of a suspect.
 #[derive(Clone, Copy)]
 pub(super) struct Asked<'a> {
@@ -79,6 +82,7 @@ impl<'a> Lying<'a> {
         suspect: &PreparedMesh,
         sampled: &Sampled,
         is_asked: &[bool],
+        job: &Job,
     ) -> Result<Option<Self>, MarkError> {
         let Sampled {
             pose,
@@ -97,7 +101,7 @@ impl<'a> Lying<'a> {
             let (t, seen) = (surface.triangles[v]?, Vec3(registered.positions[v]?));
             Some((t, barycentric(lying.corners(t as usize), seen)))
         };
-        let places = (0..original.vertex_count()).map(place).collect();
+        let places = job.map(original.vertex_count(), VERTICES_A_TASK, place)?;
         let places = around(&lying, places, is_asked);
         let turned = |&n: &[f64; 3]| Vec3(pose.rotation.map(|row| Vec3(row).dot(Vec3(n))));
         Ok(Some(Self {
@@ -128,7 +132,7 @@ pub(super) fn foretold<'s>(
     let original = reference.mesh();
     let mut registered = Cow::Borrowed(&sampled.registered);
     let Some((lying, surface)) =
-        Lying::of(original, suspect, sampled, asked.vertices)?.zip(sampled.surface.as_ref())
+        Lying::of(original, suspect, sampled, asked.vertices, job)?.zip(sampled.surface.as_ref())
     else {
         return Ok(registered);
     };
@@ -137,20 +141,26 @@ pub(super) fn foretold<'s>(
     let alternatives = regions::regions(overlay, asked.layout, job)?;
     let (settled, regions) = settle(overlay, &lying.normals, alternatives, job)?;
     let unknown = UNKNOWN * diagonal(original);
+    let of_vertex = |v: usize| {
+        let (place, along) = (places[v].as_ref()?, registered.along[v]?);
+        let offset = surface.offsets[v].unwrap_or(0.0);
+        let told = settled
+            .each_ref()
+            .map(|settled| seen(&lying.suspect, place, settled));
+        let bias = told.map(|told| {
+            told.map_or(registered.tessellation_bias[v], |(way, _)| {
+                offset + Vec3(along).dot(way)
+            })
+        });
+        let misfits = told.iter().flatten().map(|&(_, misfit)| misfit);
+        Some((bias, misfits.fold(unknown, f64::min)))
+    };
+    let if_asked = |v: usize| asked.vertices[v].then(|| of_vertex(v)).flatten();
+    let told = job.map(places.len(), VERTICES_A_TASK, if_asked)?;
     let foretold = registered.to_mut();
-    for v in (0..places.len()).filter(|&v| asked.vertices[v]) {
-        if let (Some(place), Some(along)) = (&places[v], foretold.along[v]) {
-            let offset = surface.offsets[v].unwrap_or(0.0);
-            let told = settled
-                .each_ref()
-                .map(|settled| seen(&lying.suspect, place, settled));
-            foretold.quadric_bias[v] = told.map(|told| {
-                told.map_or(foretold.tessellation_bias[v], |(way, _)| {
-                    offset + Vec3(along).dot(way)
-                })
-            });
-            let misfits = told.iter().flatten().map(|&(_, misfit)| misfit);
-            foretold.misfit[v] = misfits.fold(unknown, f64::min);
+    for (v, told) in told.into_iter().enumerate() {
+        if let Some((bias, misfit)) = told {
+            (foretold.quadric_bias[v], foretold.misfit[v]) = (bias, misfit);
         }
     }
     foretold.settling = Some(Arc::new(settling(overlay, regions, &settled[0])));
@@ -168,7 +178,7 @@ pub(super) fn draws(
     let Some(layout) = asked.layout else {
         return Ok(None);
     };
-    let Some(lying) = Lying::of(reference.mesh(), suspect, sampled, asked.vertices)? else {
+    let Some(lying) = Lying::of(reference.mesh(), suspect, sampled, asked.vertices, job)? else {
         return Ok(None);
     };
     let suit =

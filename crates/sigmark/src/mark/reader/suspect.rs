@@ -190,9 +190,12 @@ impl Suspect {
         let layout = method.layout();
         let is_read = layout.is_read();
         let asked = Asked::by(method, &is_read);
-        let registered = self.foretold(sampled, asked, job)?;
+        let estimator = method.estimator();
+        // One thread alone tells much of what is foretold.
+        let (registered, ()) = job.join(|| self.foretold(sampled, asked, job), || estimator.prepare())?;
+        let registered = registered?;
         job.begin(MarkStage::Detection)?;
-        let estimate = method.estimator().estimate_with(&registered, &COARSEST, job)?;
+        let estimate = estimator.estimate_with(&registered, &COARSEST, job)?;
         if let Some(detector) = method.detector() {
             let better = sampled.pose.then(&estimate.misalignment.inverse());
             let registered = self.sample_again(&better, asked, job)?;

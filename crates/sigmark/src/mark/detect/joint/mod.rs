@@ -334,6 +334,11 @@ impl JointEstimator {
         self.estimated(suspect, Some(frames), None, &(0..=0), job)
     }
 
+    /// Computes what it asks of the original's surface now, and not when it is first needed.
+    pub(crate) fn prepare(&self) {
+        self.surface();
+    }
+
     fn surface(&self) -> &OriginalSurface {
         let of = || OriginalSurface::of(self.layout.original().mesh());
         self.surface.get_or_init(of)

@@ -212,7 +212,7 @@ impl Facet {
         if at_most - turn <= LEAST {
             return None;
         }
-        let likeness = WORTH - DISTANCE * distance.ln_1p() - turn;
+        let likeness = WORTH - DISTANCE * (1.0 + distance).ln() - turn;
         (likeness > LEAST).then_some(likeness)
     }
 }

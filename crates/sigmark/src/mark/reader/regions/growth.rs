@@ -3,15 +3,17 @@
 use std::mem;
 
 use job::Job;
+use mesh::VertexStars;
 
 use super::{CHUNK, Overlay, Regions, survivors::Survivor};
 use crate::mark::MarkError;
 
-/// Each vertex joins the corner that is nearest along the edges, of several as near the one of the smallest number.
+/// Each vertex joins the corner that is nearest along the edges to its neighbours, of several as near the one of the smallest number.
 ///
 /// Threads share the way there by taking one step from all vertices that came nearer in the last round (Bellman and Ford); regions are a few edges wide.
 pub(super) fn grown(
     overlay: Overlay<'_>,
+    neighbours: &VertexStars,
     survivors: &[Option<Survivor>],
     job: &Job,
 ) -> Result<Regions, MarkError> {
@@ -23,7 +25,6 @@ pub(super) fn grown(
     let is_seen = |v: u32| places[v as usize].is_some();
     let corners = overlay.corners(survivors);
     let corners = corners.map(|(_, v, region)| (v, (0.0, region)));
-    let neighbours = original.neighbours();
     let mut offers = vec![corners.filter(|&(v, _)| is_seen(v)).collect::<Vec<_>>()];
     while !offers.is_empty() {
         reached.clear();

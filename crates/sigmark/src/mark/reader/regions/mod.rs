@@ -65,11 +65,15 @@ pub(super) fn regions(
 ) -> Result<Vec<Regions>, MarkError> {
     let may_repeat = COARSER.contains(&overlay.triangles_left());
     let candidates = Candidates::of(overlay, job)?;
-    let survivors = survivors(overlay, &candidates, may_repeat, job)?;
+    let (survivors, neighbours) = job.join(
+        || survivors(overlay, &candidates, may_repeat, job),
+        || overlay.original.neighbours(),
+    )?;
+    let survivors = survivors?;
     let Some(certain) = overlay.certainty(&survivors) else {
         return Ok(vec![overlay.heaviest_corners()]);
     };
-    let mut all = vec![grown(overlay, &survivors, job)?];
+    let mut all = vec![grown(overlay, &neighbours, &survivors, job)?];
     if may_repeat && (layout.is_some() || certain >= CERTAIN) {
         let likenesses = match layout {
             Some(layout) => layout.likenesses(0..LIKENESSES, overlay.places, job)?,
@@ -202,7 +206,7 @@ mod tests {
         let mut places = places_of(&original, &suspect);
         (0..places.len()).step_by(7).for_each(|v| places[v] = None);
         let overlay = overlay(&original, &suspect, &places);
-        let survivors = survivors_of(overlay);
+        let (survivors, neighbours) = (survivors_of(overlay), original.neighbours());
         let seeds: Vec<(u32, u32)> = suspect
             .triangles()
             .iter()
@@ -215,7 +219,6 @@ mod tests {
         // Dijkstra's way, one vertex after the other.
         let mut open: Vec<(f64, u32, u32)> = seeds.iter().map(|&(v, region)| (0.0, region, v)).collect();
         let mut expected = vec![None; places.len()];
-        let neighbours = original.neighbours();
         while let Some(first) = (0..open.len()).min_by(|&i, &j| open[i].partial_cmp(&open[j]).unwrap()) {
             let (distance, region, v) = open.swap_remove(first);
             let here = v as usize;
@@ -231,7 +234,7 @@ mod tests {
         }
         assert!(expected.iter().flatten().count() > 1000);
         for threads in [1, 3] {
-            let grown = grown(overlay, &survivors, &Job::new(threads)).unwrap();
+            let grown = grown(overlay, &neighbours, &survivors, &Job::new(threads)).unwrap();
             assert_eq!(grown, expected);
         }
     }
