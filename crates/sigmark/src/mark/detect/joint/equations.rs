@@ -3,16 +3,13 @@
 use std::{collections::BTreeMap, ops::RangeInclusive};
 
 use faer::{
-    Accum, Mat, Par, Side,
-    linalg::{
-        matmul::triangular::{BlockStructure, matmul},
-        solvers::{Llt, Solve},
-        triangular_inverse::invert_lower_triangular,
-    },
+    Accum, Mat, Par,
+    linalg::matmul::triangular::{BlockStructure, matmul},
 };
 
 use super::{
     design::{Design, View},
+    factor::Factor,
     fields::{FIELDS, OPTIONAL_FIELDS},
     observations::Observation,
     patch::PatchEquations,
@@ -44,9 +41,6 @@ pub(super) const RIDGE: f64 = 1e-12;
 
 /// The same for optional fields, so that what a similarity explains as well is one: on a sphere a cubic field can be a scale.
 pub(super) const OPTIONAL_RIDGE: f64 = 1e-6;
-
-/// What is added where these do not suffice, one after the other.
-const MORE_RIDGES: [f64; 4] = [1e-11, 1e-10, 1e-8, 1e-6];
 
 impl NormalEquations {
     /// Those of no observations.
@@ -148,18 +142,6 @@ impl NormalEquations {
     }
 }
 
-/// The Cholesky factor of a Gram matrix. Where few observations leave many unknowns open, rounding may make a pivot negative that should be nearly zero: the
-/// diagonal grows then by as little as helps.
-pub(super) fn factored(mut gram: Mat<f64>) -> Result<Llt<f64>, MarkError> {
-    for growth in MORE_RIDGES {
-        if let Ok(factor) = gram.llt(Side::Lower) {
-            return Ok(factor);
-        }
-        (0..gram.nrows()).for_each(|i| gram[(i, i)] *= 1.0 + growth);
-    }
-    gram.llt(Side::Lower).map_err(|_| MarkError::Alignment)
-}
-
 impl System for NormalEquations {
     type Solution = Solved;
 
@@ -186,19 +168,19 @@ impl System for NormalEquations {
         is_worth_weighing(self.observations, waiting, self.unknowns())
     }
 
-    fn solved_for(&self, noise: f64) -> Result<Solved, MarkError> {
+    fn solved_for(&self, noise: f64, spent: Option<Solved>) -> Result<Solved, MarkError> {
         let unknowns = self.unknowns();
-        let right = Mat::from_fn(unknowns, 1, |i, _| self.entry(unknowns, i));
-        let mut system = self.gram.get(..unknowns, ..unknowns).to_owned();
-        for i in 0..unknowns {
+        let gram = self.gram.get(..unknowns, ..unknowns);
+        let added = |i: usize| {
             let prior = if i < self.bits { noise } else { 0.0 };
             let is_optional = i >= unknowns - OPTIONAL_FIELDS;
             let ridge = if is_optional { OPTIONAL_RIDGE } else { RIDGE };
-            system[(i, i)] += ridge * self.entry(i, i) + prior + f64::MIN_POSITIVE;
-        }
-        let factor = factored(system)?;
+            ridge * self.entry(i, i) + prior + f64::MIN_POSITIVE
+        };
+        let factor = Factor::of(gram, added, spent.map(|spent| spent.factor))?;
+        let right = Mat::from_fn(unknowns, 1, |i, _| self.entry(unknowns, i));
         Ok(Solved {
-            solution: factor.solve(&right),
+            solution: factor.solve(right),
             factor,
             noise,
         })
@@ -250,56 +232,13 @@ pub(super) struct Solved {
     /// σ², with the redundancy of the observations.
     pub(super) noise: f64,
     /// Of the matrix with the prior.
-    pub(super) factor: Llt<f64>,
+    pub(super) factor: Factor,
 }
 
 impl Solved {
     /// The variances that are left to the first unknowns, the bits, whose prior variance is 1.
     pub(super) fn variances(&self, bits: usize) -> Vec<f64> {
-        let unknowns = self.solution.nrows();
-        let mut inverse = Mat::zeros(unknowns, unknowns);
-        invert_lower_triangular(inverse.as_mut(), self.factor.L(), Par::Seq);
-        // A = L Lᵀ, so that (A⁻¹)ₜₜ is the square of column t of L⁻¹.
-        let variance = |t: usize| {
-            let column = &inverse.col_as_slice(t)[t..];
-            self.noise * column.iter().map(|x| x * x).sum::<f64>()
-        };
-        (0..bits).map(variance).collect()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// A Gram matrix of 600 unknowns that ten observations say something about, with rounding as in single precision.
-    fn of_few_observations() -> Mat<f64> {
-        let rows = Mat::from_fn(10, 600, |i, j| ((7 * i + 3 * j + i * j) % 101) as f64 - 50.0);
-        let mut gram = rows.transpose() * &rows;
-        for (j, column) in gram.as_mut().col_iter_mut().enumerate() {
-            for (i, entry) in column.iter_mut().enumerate() {
-                *entry *= 1.0 + RIDGE * (((i + j) % 7) as f64 - 3.0);
-            }
-        }
-        gram
-    }
-
-    #[test]
-    fn equations_of_few_observations_have_a_factor() {
-        let gram = of_few_observations();
-        assert!(gram.llt(Side::Lower).is_err());
-        let factor = factored(gram.clone()).expect("a factor");
-        let again = factor.L() * factor.L().transpose();
-        let (most, off) = (gram.norm_max(), (&again - &gram).norm_max());
-        assert!(off < 1e-9 * most, "{off} of {most}");
-    }
-
-    #[test]
-    fn what_is_no_gram_matrix_has_none() {
-        let indefinite = Mat::from_fn(2, 2, |i, j| if i == j { 1.0 } else { 2.0 });
-        let infinite = Mat::from_fn(2, 2, |_, _| f64::INFINITY);
-        for gram in [indefinite, infinite] {
-            assert!(matches!(factored(gram), Err(MarkError::Alignment)));
-        }
+        let inverse = self.factor.first_of_inverse(bits).into_iter();
+        inverse.map(|entry| self.noise * entry).collect()
     }
 }

@@ -58,6 +58,7 @@
 
 mod design;
 mod equations;
+mod factor;
 mod fields;
 mod gains;
 mod model;

@@ -1,10 +1,11 @@
 //! The equations of one patch, and the weights of its observations.
 
-use faer::{Mat, Side, linalg::solvers::Solve};
+use faer::Mat;
 
 use super::{
     design::{Design, View},
     equations::{NormalEquations, OBSERVATIONS_AN_UNKNOWN, REWEIGHTINGS, RIDGE, Solved},
+    factor::Factor,
     fields::{FIELDS, RIGID_FIELDS},
     gains::Gains,
     observations::Observation,
@@ -127,20 +128,20 @@ impl PatchEquations {
         let count = bands.len();
         let unknowns = count + RIGID_FIELDS;
         let gram = &self.equations.gram;
-        let mut system = gram.get(..unknowns, ..unknowns).to_owned();
-        for i in 0..unknowns {
+        let own = gram.get(..unknowns, ..unknowns);
+        let added = |i: usize| {
             let prior = bands
                 .get(i)
                 .map_or(0.0, |&band| noise / gains.of_band(band).powi(2));
-            system[(i, i)] += RIDGE * gram[(i, i)] + prior + f64::MIN_POSITIVE;
-        }
-        let last = self.equations.unknowns();
-        let right = Mat::from_fn(unknowns, 1, |i, _| gram[(last, i)]);
-        let Ok(factor) = system.llt(Side::Lower) else {
+            RIDGE * gram[(i, i)] + prior + f64::MIN_POSITIVE
+        };
+        let Ok(factor) = Factor::of(own, added, None) else {
             return Vec::new();
         };
+        let last = self.equations.unknowns();
+        let right = Mat::from_fn(unknowns, 1, |i, _| gram[(last, i)]);
         let solved = Solved {
-            solution: factor.solve(&right),
+            solution: factor.solve(right),
             noise,
             factor,
         };

@@ -5,13 +5,11 @@
 
 use std::{collections::BTreeMap, ops::RangeInclusive};
 
-use faer::{
-    Mat, Par,
-    linalg::{solvers::Solve, triangular_inverse::invert_lower_triangular},
-};
+use faer::Mat;
 
 use super::{
-    equations::{OPTIONAL_RIDGE, RIDGE, factored},
+    equations::{OPTIONAL_RIDGE, RIDGE},
+    factor::Factor,
     fields::{FIELDS, OPTIONAL_FIELDS},
     patch::PatchEquations,
     system::{System, is_worth_weighing, optional_worth},
@@ -113,21 +111,18 @@ impl System for PatchwiseEquations {
         is_worth_weighing(self.observations, waiting, self.unknowns())
     }
 
-    fn solved_for(&self, noise: f64) -> Result<PatchwiseSolution, MarkError> {
+    fn solved_for(&self, noise: f64, _: Option<PatchwiseSolution>) -> Result<PatchwiseSolution, MarkError> {
         let mut fields = self.fields.clone();
-        let mut solved = Vec::with_capacity(self.blocks.len());
+        let mut solved: Vec<(Mat<f64>, Vec<f64>)> = Vec::with_capacity(self.blocks.len());
+        let mut spent = None;
         for block in self.blocks.values() {
-            let mut system = block.own.clone();
-            for i in 0..system.nrows() {
-                system[(i, i)] += RIDGE * block.own[(i, i)] + noise + f64::MIN_POSITIVE;
-            }
-            let factor = factored(system)?;
-            let beside = factor.solve(&block.beside);
+            let added = |i: usize| RIDGE * block.own[(i, i)] + noise + f64::MIN_POSITIVE;
+            let factor = Factor::of(block.own.as_ref(), added, spent.take())?;
+            let beside = factor.solve(block.beside.clone());
             fields -= block.beside.transpose() * &beside;
-            let mut inverse = Mat::zeros(block.own.nrows(), block.own.nrows());
-            invert_lower_triangular(inverse.as_mut(), factor.L(), Par::Seq);
-            let variance = |t: usize| noise * inverse.col_as_slice(t)[t..].iter().map(|x| x * x).sum::<f64>();
-            solved.push((beside, (0..block.own.nrows()).map(variance).collect()));
+            let inverse = factor.first_of_inverse(block.own.nrows()).into_iter();
+            solved.push((beside, inverse.map(|entry| noise * entry).collect()));
+            spent = Some(factor);
         }
         for i in 0..FIELDS {
             let ridge = if i < FIELDS - OPTIONAL_FIELDS {
@@ -144,7 +139,7 @@ impl System for PatchwiseEquations {
             fields[(left_out, left_out)] = 1.0;
         }
         let right = fields.get(..FIELDS, FIELDS..).to_owned();
-        let theta = factored(fields.get(..FIELDS, ..FIELDS).to_owned())?.solve(&right);
+        let theta = Factor::of(fields.get(..FIELDS, ..FIELDS), |_| 0.0, None)?.solve(right);
         let of_block = |(beside, variances): (Mat<f64>, Vec<f64>)| {
             let taken = beside.get(.., ..FIELDS) * &theta;
             let u = (0..variances.len()).map(|i| beside[(i, FIELDS)] - taken[(i, 0)]);

@@ -214,7 +214,8 @@ impl StudentT {
         if self.freedom.is_infinite() {
             square / 2.0
         } else {
-            (self.freedom + 1.0) / 2.0 * (square / self.freedom).ln_1p()
+            // In a mean, ln_1p would tell no more.
+            (self.freedom + 1.0) / 2.0 * (1.0 + square / self.freedom).ln()
         }
     }
 }

@@ -11,14 +11,15 @@ use super::{
 };
 use crate::mark::MarkError;
 
-/// A start for the noise, and its refinements, which converge at once.
+/// A start for the noise, and its refinements at most.
 const ROUNDS: usize = 6;
 
 /// A noise that changes by less, relatively, is settled.
 const SETTLED: f64 = 1e-3;
 
-/// How often noise grows at most until the squares of what the mark says are as expected, and by how little these may be off.
+/// How often noise grows at most until the squares of what the mark says are as expected, by how much it does so at a time, and by how little these may be off.
 const NOISE_STEPS: usize = 4;
+const MOST_GROWTH: f64 = 2.0;
 const NOISE_SETTLED: f64 = 0.02;
 
 /// How much of the mark's squares an offset has to explain: where a scale explains most of it, what is left is little, and still as large as the mark in places.
@@ -49,8 +50,8 @@ pub(super) trait System: Sized + Sync {
     /// See [`is_worth_weighing`].
     fn can_weigh(&self, waiting: usize) -> bool;
 
-    /// The unknowns that leave least, with so much noise.
-    fn solved_for(&self, noise: f64) -> Result<Self::Solution, MarkError>;
+    /// The unknowns that leave least, with so much noise, in the memory of a solution that is no longer needed.
+    fn solved_for(&self, noise: f64, spent: Option<Self::Solution>) -> Result<Self::Solution, MarkError>;
 
     /// Σ w (u·d)².
     fn squares(&self) -> f64;
@@ -76,18 +77,21 @@ pub(super) trait System: Sized + Sync {
     /// The Gram matrix of the fields and of u·d.
     fn fields(&self) -> Mat<f64>;
 
-    /// The unknowns that leave least, and the noise that is estimated with them, from a guess of it.
+    /// The unknowns that leave least, and the noise that is estimated with them, from a guess of it: secants lead to the noise that is left where it was expected.
     fn solved(&self, guess: Option<f64>) -> Result<(Self::Solution, f64), MarkError> {
         // σ² for the mean weight; the weights hold masses.
         let mut noise = guess.unwrap_or_else(|| self.squares() / self.independent());
-        let mut solution = self.solved_for(noise)?;
+        let mut solution = self.solved_for(noise, None)?;
+        let mut before = None;
         for _ in 1..ROUNDS {
             let left = self.squares_left(&solution) / self.independent();
             if (left - noise).abs() <= SETTLED * noise {
                 break;
             }
-            noise = left;
-            solution = self.solved_for(noise)?;
+            let by_secant = before.and_then(|before| unchanged(before, (noise, left)));
+            before = Some((noise, left));
+            noise = by_secant.unwrap_or(left);
+            solution = self.solved_for(noise, Some(solution))?;
         }
         Ok((solution, noise))
     }
@@ -98,6 +102,7 @@ pub(super) trait System: Sized + Sync {
     fn posterior(&self, guess: Option<f64>) -> Result<(Self::Solution, Vec<f64>), MarkError> {
         let (mut solution, mut noise) = self.solved(guess)?;
         let mut variances = self.variances(&solution);
+        let mut before: Option<(f64, f64)> = None;
         for _ in 0..NOISE_STEPS {
             let (count, left) = (variances.len() as f64, variances.iter().sum::<f64>());
             let known = (count - left).max(f64::MIN_POSITIVE);
@@ -107,12 +112,27 @@ pub(super) trait System: Sized + Sync {
             if excess < NOISE_SETTLED || !growth.is_finite() {
                 break;
             }
+            // A secant over the logarithm of the noise, once there are two points.
+            let growth = match before {
+                Some((growth, larger)) if larger > excess => {
+                    growth.powf(excess / (larger - excess)).min(MOST_GROWTH)
+                }
+                _ => growth,
+            };
+            before = Some((growth, excess));
             noise *= growth;
-            solution = self.solved_for(noise)?;
+            solution = self.solved_for(noise, Some(solution))?;
             variances = self.variances(&solution);
         }
         Ok((solution, variances))
     }
+}
+
+/// The noise that would be left where it was expected, on the line through two noises with what was left with them; none where no such line is one of noise.
+fn unchanged((noise_a, left_a): (f64, f64), (noise_b, left_b): (f64, f64)) -> Option<f64> {
+    let slope = (left_b - left_a) / (noise_b - noise_a);
+    let without = left_b - slope * noise_b;
+    ((0.0..1.0).contains(&slope) && without > 0.0).then(|| without / (1.0 - slope))
 }
 
 /// Whether there are enough observations for their residuals to say something about noise, and so many of them wait for their weights that
@@ -147,4 +167,26 @@ pub(super) fn optional_worth(fields: &Mat<f64>, mark: f64, bounds: &RangeInclusi
         }
     }
     taken
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_secant_leads_to_the_noise_that_is_left_where_it_was_expected() {
+        let left = |noise: f64| 0.3 + 0.25 * noise;
+        let at = |noise: f64| (noise, left(noise));
+        let noise = unchanged(at(2.0), at(0.8)).unwrap();
+        assert!((left(noise) - noise).abs() < 1e-15 && (noise - 0.4).abs() < 1e-15);
+        // No noise, or less than none, or as much more as was expected.
+        for (a, b) in [
+            ((1.0, 2.0), (1.0, 3.0)),
+            ((2.0, 1.9), (1.0, 0.9)),
+            ((2.0, 1.0), (1.0, 0.5)),
+            ((2.0, 0.5), (1.0, 0.6)),
+        ] {
+            assert_eq!(unchanged(a, b), None, "{a:?}, {b:?}");
+        }
+    }
 }
