@@ -82,15 +82,9 @@ impl Connectivity {
     /// That of a mesh.
     pub fn of(mesh: &TriMesh) -> Self {
         let edges = Edges::of(mesh);
-        let mut at_border = vec![false; mesh.vertex_count()];
-        for (e, ends) in edges.vertices().iter().enumerate() {
-            if edges.triangles(e).len() == 1 {
-                ends.iter().for_each(|&v| at_border[v as usize] = true);
-            }
-        }
         Self {
+            at_border: edges.at_border(),
             edges,
-            at_border,
             stars: mesh.vertex_triangles(),
         }
     }

@@ -86,6 +86,22 @@ impl Edges {
         if a == vertex { b } else { a }
     }
 
+    /// Whether each vertex is on a boundary, where an edge has one triangle: #V.
+    ///
+    /// ```
+    /// let rectangle = mesh::shapes::rectangle(2, 2, 1.0, 1.0);
+    /// let at_border = mesh::Edges::of(&rectangle).at_border();
+    /// assert_eq!(at_border, [true, true, true, true, false, true, true, true, true]);
+    /// ```
+    pub fn at_border(&self) -> Vec<bool> {
+        let mut at_border = vec![false; self.vertex_count];
+        let open = (0..self.count()).filter(|&edge| self.triangles(edge).len() == 1);
+        for v in open.flat_map(|edge| self.vertices[edge]) {
+            at_border[v as usize] = true;
+        }
+        at_border
+    }
+
     /// The edges at each vertex.
     pub fn at_vertices(&self) -> VertexStars {
         let ends = (0..).zip(&self.vertices);

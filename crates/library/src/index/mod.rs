@@ -123,48 +123,24 @@ impl Index {
         is_told: bool,
         job: &Job,
     ) -> Result<Vec<(f64, Candidate)>, LibraryError> {
-        let (whole, local): (Vec<u32>, Vec<u32>) = self
-            .of_each(job, |summary| {
-                let local = difference(&summary.local, &query.local);
-                (query.distance_from_whole(summary), local)
-            })?
-            .into_iter()
-            .unzip();
-        let shared = self.tessellations.shared(&query.stars, job)?;
-        let (near_whole, near_local) = (nearest(&whole, NEAREST), nearest(&local, NEAREST));
-
-        let mean = |differences: &[u32], length: usize, i: usize| f64::from(differences[i]) / length as f64;
-        let whole = |i: usize| mean(&whole, WHOLE_LENGTH, i);
-        let local = |i: usize| mean(&local, LOCAL_LENGTH, i);
-        let tenth = [
-            near_whole.get(TENTH - 1).map_or(f64::INFINITY, |&i| whole(i)),
-            near_local.get(TENTH - 1).map_or(f64::INFINITY, |&i| local(i)),
-        ];
-        let candidate = |&(i, share): &(usize, f64)| {
-            let measures = Measures {
-                whole: whole(i),
-                local: local(i),
-                share,
-                tessellation: shared[i].score(),
-            };
-            measures.candidate(self.ids[i], tenth)
-        };
-        let tells = |laid: &(usize, f64)| candidate(laid).0 > TOLD;
-
+        let compared = self.compared(query, job)?;
         // What is near counts, whether or not the suspect is laid on it.
-        let by_vertices = Shared::BY.map(|by| Tessellations::most(&shared, by, SHARING));
-        let by_others = [near_whole, near_local];
-        let near = by_vertices.iter().chain(&by_others).flatten();
+        let by_vertices = Shared::BY.map(|by| Tessellations::most(&compared.shared, by, SHARING));
+        let near = by_vertices.iter().chain(&compared.nearest).flatten();
         let mut trials = Trials::new(&self.ids, library, query, near.copied());
-        let mut is_told = is_told || trials.shares.iter().any(tells);
+        let mut is_told = is_told || compared.tell(&trials);
 
         // First the nearest by the whole and by small shapes, in the suspect's own size: what is told by them spares most of the votes.
-        let by_others = by_others.map(|near| near.into_iter().map(|i| (i, 0)).collect());
+        let by_others: Vec<Vec<Try>> = compared
+            .nearest
+            .iter()
+            .map(|near| near.iter().map(|&i| (i, 0)).collect())
+            .collect();
         let mut near = stages(&by_others);
         near.truncate(if is_told { 1 } else { near.len() });
         let near = near.concat();
         trials.go_on(&near, job)?;
-        is_told |= trials.shares.iter().any(tells);
+        is_told |= compared.tell(&trials);
 
         let votes = self
             .votes
@@ -178,12 +154,29 @@ impl Index {
             .for_each(|list| list.retain(|tried| !near.contains(tried)));
         for tries in stages(&lists) {
             trials.go_on(&tries, job)?;
-            is_told |= trials.shares.iter().any(tells);
+            is_told |= compared.tell(&trials);
             if is_told {
                 break;
             }
         }
-        Ok(trials.best_shares().iter().map(candidate).collect())
+        let shares = trials.best_shares();
+        Ok(shares.iter().map(|share| compared.candidate(share)).collect())
+    }
+
+    /// Compares all originals with a suspect.
+    fn compared(&self, query: &Query, job: &Job) -> Result<Compared<'_>, LibraryError> {
+        let differences = self.of_each(job, |summary| {
+            let local = difference(&summary.local, &query.local);
+            (query.distance_from_whole(summary), local)
+        })?;
+        let (whole, local): (Vec<u32>, Vec<u32>) = differences.into_iter().unzip();
+        Ok(Compared {
+            ids: &self.ids,
+            nearest: [&whole, &local].map(|differences| nearest(differences, NEAREST)),
+            whole,
+            local,
+            shared: self.tessellations.shared(&query.stars, job)?,
+        })
     }
 
     /// Something of each original.
@@ -198,6 +191,49 @@ impl Index {
         })?;
         job.go_on()?;
         Ok(chunks.into_iter().flatten().collect())
+    }
+}
+
+/// What each original has in common with a suspect, before this is laid on any.
+struct Compared<'a> {
+    ids: &'a [OriginalId],
+    /// Differences from the whole and from small shapes.
+    whole: Vec<u32>,
+    local: Vec<u32>,
+    /// Those with the least of each, the nearest first.
+    nearest: [Vec<usize>; 2],
+    /// By vertices.
+    shared: Vec<Shared>,
+}
+
+impl Compared<'_> {
+    fn whole(&self, original: usize) -> f64 {
+        f64::from(self.whole[original]) / WHOLE_LENGTH as f64
+    }
+
+    fn local(&self, original: usize) -> f64 {
+        f64::from(self.local[original]) / LOCAL_LENGTH as f64
+    }
+
+    /// How far beyond its gate an original is on which so much of the suspect lies, and what that is by.
+    fn candidate(&self, &(original, share): &(usize, f64)) -> (f64, Candidate) {
+        let [by_whole, by_local] = self.nearest.each_ref().map(|near| near.get(TENTH - 1));
+        let tenth = [
+            by_whole.map_or(f64::INFINITY, |&i| self.whole(i)),
+            by_local.map_or(f64::INFINITY, |&i| self.local(i)),
+        ];
+        let measures = Measures {
+            whole: self.whole(original),
+            local: self.local(original),
+            share,
+            tessellation: self.shared[original].score(),
+        };
+        measures.candidate(self.ids[original], tenth)
+    }
+
+    /// Whether an original is told by what was tried.
+    fn tell(&self, trials: &Trials<'_>) -> bool {
+        trials.shares.iter().any(|share| self.candidate(share).0 > TOLD)
     }
 }
 

@@ -104,15 +104,9 @@ impl Looks {
     fn of(graph: &Graph<'_>) -> Self {
         let mut colours = Refinement::start(graph);
         colours.refine(graph);
-        let edges = || graph.edges.vertices().iter().enumerate();
-        let mut at_border = vec![false; graph.mesh.vertex_count()];
-        for (_, ends) in edges().filter(|&(e, _)| graph.edges.triangles(e).len() == 1) {
-            for &v in ends {
-                at_border[v as usize] = true;
-            }
-        }
+        let at_border = graph.edges.at_border();
         let mut by_border = at_border.clone();
-        for (_, &[a, b]) in edges() {
+        for &[a, b] in graph.edges.vertices() {
             by_border[a as usize] |= at_border[b as usize];
             by_border[b as usize] |= at_border[a as usize];
         }

@@ -115,7 +115,8 @@ impl Balances {
         let pulls = job.quiet().map(draws.len(), 1, pulls)?;
         let shares = Shares::of(draws);
         let stiffness = stiffness(original, &normals, &shares, suspect.vertex_count());
-        let at_border = at_border(suspect);
+        // Where decimators go by other rules.
+        let at_border = Edges::of(suspect).at_border();
         let of_vertex = |w: usize| -> Option<Balance> {
             let stiffness = stiffness[w];
             let weight: f64 = (0..3).map(|i| stiffness[i][i]).sum();
@@ -297,18 +298,6 @@ fn stiffness(original: &TriMesh, normals: &[Vec3], shares: &Shares, count: usize
         }
     }
     all
-}
-
-/// Whether each vertex is at the border of a mesh, where decimators go by other rules (#V).
-fn at_border(mesh: &TriMesh) -> Vec<bool> {
-    let mut at_border = vec![false; mesh.vertex_count()];
-    let edges = Edges::of(mesh);
-    for (e, ends) in edges.vertices().iter().enumerate() {
-        if edges.triangles(e).len() == 1 {
-            ends.iter().for_each(|&v| at_border[v as usize] = true);
-        }
-    }
-    at_border
 }
 
 /// M x, of a symmetric matrix.
