@@ -91,7 +91,7 @@ pub(super) fn library(bases: &[Base], size: usize, job: &Job) -> Result<Built> {
     drop(library);
     let begun = Instant::now();
     let library = Library::open(&path)?;
-    let index = Index::load(&library)?;
+    let index = Index::load(&library, job)?;
     let seconds_to_open = begun.elapsed().as_secs_f64();
     let ids = library
         .originals()?

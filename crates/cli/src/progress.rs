@@ -73,11 +73,10 @@ impl Progress {
     }
 
     /// The bar says that this is one of several.
-    pub(crate) fn numbered(self, number: usize, of: usize) -> Self {
+    pub(crate) fn number(&self, number: usize, of: usize) {
         if of > 1 {
             self.bar.set_prefix(format!("{number} of {of}: "));
         }
-        self
     }
 
     /// A stage begins; the one before it is over. `name` stands in the JSON report, `doing` beside the bar.

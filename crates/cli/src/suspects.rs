@@ -46,7 +46,7 @@ pub(crate) struct Session<'a> {
     time_limit: &'a TimeLimit,
     common: &'a Common,
     /// The first suspect's time begins with that of what all are compared with.
-    first: Cell<Option<Progress>>,
+    first: Cell<Option<Arc<Progress>>>,
 }
 
 impl<'a> Session<'a> {
@@ -62,7 +62,7 @@ impl<'a> Session<'a> {
             force,
             time_limit,
             common,
-            first: Cell::new(Some(begun(time_limit))),
+            first: Cell::new(Some(Arc::new(begun(time_limit)))),
         }
     }
 
@@ -114,10 +114,19 @@ impl<'a> Session<'a> {
         })
     }
 
+    /// Reads what all suspects are compared with.
+    pub(crate) fn read<T>(&self, read: impl FnOnce(&Job) -> Result<T>) -> Result<T> {
+        let progress = self.begun();
+        let job = progress.job(self.common.threads());
+        let read = self.within_limit(read(&job), &job);
+        self.first.set(Some(progress));
+        read
+    }
+
     /// The first suspect's progress, which goes on, or that of another.
-    fn progress(&self, number: usize, of: usize) -> Arc<Progress> {
-        let progress = self.first.take().unwrap_or_else(|| begun(self.time_limit));
-        Arc::new(progress.numbered(number, of))
+    fn begun(&self) -> Arc<Progress> {
+        let another = || Arc::new(begun(self.time_limit));
+        self.first.take().unwrap_or_else(another)
     }
 
     /// Judges all, writes the report, and counts where there were several: how many, after these words.
@@ -130,7 +139,8 @@ impl<'a> Session<'a> {
     ) -> Result<Answer> {
         let (mut found, mut failed) = (0, 0);
         for (i, Found { path, .. }) in suspects.iter().enumerate() {
-            let progress = self.progress(i + 1, suspects.len());
+            let progress = self.begun();
+            progress.number(i + 1, suspects.len());
             match inquiry.judge(path, &progress, page.as_mut()) {
                 Ok(is_yes) => found += usize::from(is_yes),
                 // The others may be what they may.

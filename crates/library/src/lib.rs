@@ -14,7 +14,7 @@
 //!     let mesh = shapes::bumpy_sphere(4, seed);
 //!     library.add(&Entry::of(&format!("ball {seed}"), &mesh, true)?)?;
 //! }
-//! let index = Index::load(&library)?;
+//! let index = Index::load(&library, &Job::default())?;
 //! let suspect = shapes::jittered(&shapes::bumpy_sphere(4, 2), 0.1, 7);
 //! let found = index.search(&library, &Query::of(&suspect, &Job::default())?, 10, &Job::default())?;
 //! assert_eq!(library.original(found[0].original)?.name, "ball 2");

@@ -1,7 +1,7 @@
 //! Descriptors: what changes them and what doesn't, and who is first.
 
-use job::Job;
-use library::{AddedAs, By, Descriptor, Entry, Index, Library, OriginalId, Query};
+use job::{Job, JobError, Observer};
+use library::{AddedAs, By, Descriptor, Entry, Index, Library, LibraryError, OriginalId, Query};
 use mesh::{Similarity, TriMesh, Vec3, Welded, shapes};
 use proptest::prelude::*;
 
@@ -41,7 +41,7 @@ fn half(mesh: &TriMesh, direction: Vec3) -> TriMesh {
 fn every_original_is_the_first_for_itself_and_for_what_is_left_of_it() {
     let models = models();
     let (_folder, library, ids) = library(&models);
-    let index = Index::load(&library).expect("an index");
+    let index = Index::load(&library, &Job::default()).expect("an index");
     assert_eq!(index.len(), models.len());
     let first = |mesh: &TriMesh| {
         let query = Query::of(mesh, &Job::default()).expect("a shape");
@@ -66,7 +66,7 @@ fn every_original_is_the_first_for_itself_and_for_what_is_left_of_it() {
 fn halves_bring_their_originals_up() {
     let models = models();
     let (_folder, library, ids) = library(&models);
-    let index = Index::load(&library).expect("an index");
+    let index = Index::load(&library, &Job::default()).expect("an index");
     let mut found = 0;
     for (i, (mesh, &id)) in models.iter().zip(&ids).enumerate() {
         let query = Query::of(
@@ -86,7 +86,7 @@ fn halves_bring_their_originals_up() {
 fn a_floor_or_a_triangle_far_away_hides_no_original() {
     let models = models();
     let (_folder, library, ids) = library(&models);
-    let index = Index::load(&library).expect("an index");
+    let index = Index::load(&library, &Job::default()).expect("an index");
     let floor = shapes::moved(
         &shapes::rectangle(1, 1, 60.0, 60.0),
         &Similarity {
@@ -111,7 +111,7 @@ fn a_floor_or_a_triangle_far_away_hides_no_original() {
 fn a_model_is_found_in_a_scene_of_others() {
     let models = models();
     let (_folder, library, ids) = library(&models);
-    let index = Index::load(&library).expect("an index");
+    let index = Index::load(&library, &Job::default()).expect("an index");
     let stranger = shapes::scaled(&shapes::bumpy_sphere(4, 77), 5.0);
     for (mesh, &id) in models.iter().zip(&ids) {
         let scene = shapes::disjoint_union(&[stranger.clone(), shapes::divided(mesh)]);
@@ -129,7 +129,7 @@ fn a_model_pulled_out_of_shape_is_found_by_how_its_triangles_hang_together() {
         .map(|seed| shapes::flipped(&shapes::bumpy_sphere(4, seed), seed))
         .collect();
     let (_folder, library, ids) = library(&models);
-    let index = Index::load(&library).expect("an index");
+    let index = Index::load(&library, &Job::default()).expect("an index");
     for (mesh, &id) in models.iter().zip(&ids) {
         let pulled = mesh.positions().iter().map(|&[x, y, z]| {
             let (sine, cosine) = (2.0 * z).sin_cos();
@@ -152,7 +152,7 @@ fn a_model_pulled_out_of_shape_is_found_by_how_its_triangles_hang_together() {
 fn answers_do_not_depend_on_the_number_of_threads() {
     let models = models();
     let (_folder, library, _) = library(&models);
-    let index = Index::load(&library).expect("an index");
+    let index = Index::load(&library, &Job::default()).expect("an index");
     let query = Query::of(&half(&models[3], Vec3([0.0, 1.0, 0.2]).unit()), &Job::default()).expect("a shape");
     let answer = |threads| {
         index
@@ -160,6 +160,19 @@ fn answers_do_not_depend_on_the_number_of_threads() {
             .expect("an answer")
     };
     assert_eq!(answer(1), answer(3));
+}
+
+#[test]
+fn whoever_cancels_waits_for_no_index() {
+    struct Stop;
+    impl Observer for Stop {
+        fn cancelled(&self) -> bool {
+            true
+        }
+    }
+    let (_folder, library, _) = library(&models()[..2]);
+    let loaded = Index::load(&library, &Job::new(2).observed_by(Stop));
+    assert!(matches!(loaded, Err(LibraryError::Job(JobError::Cancelled))));
 }
 
 proptest! {

@@ -33,7 +33,7 @@ pub(crate) const SHAPE: usize = 8;
 pub(crate) const STAR: usize = 4 + SHAPE + SHAPE / 2;
 
 /// A vertex with what is around it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Star {
     pub(crate) word: u32,
     /// Numbers of 12 bits: the upper 8 of each, then the lower 4, two in a byte.

@@ -51,17 +51,16 @@ impl Index {
     /// Reads all descriptors of a library.
     ///
     /// # Errors
-    /// When it can't be read, or a descriptor has another length.
-    pub fn load(library: &Library) -> Result<Self, LibraryError> {
+    /// When it can't be read, a descriptor has another length, or the job is cancelled.
+    pub fn load(library: &Library, job: &Job) -> Result<Self, LibraryError> {
         let (mut index, mut words, mut stars) = (Self::default(), Vec::new(), Vec::new());
-        library.each_summary(|id, mut summary| {
+        library.each_summary(job, |id, mut summary| {
             index.ids.push(id);
             words.push(std::mem::take(&mut summary.words));
             stars.push(std::mem::take(&mut summary.stars));
             index.summaries.push(summary);
         })?;
-        index.votes = Votes::of(&words);
-        index.tessellations = Tessellations::of(&stars);
+        (index.votes, index.tessellations) = job.join(|| Votes::of(&words), || Tessellations::of(&stars))?;
         Ok(index)
     }
 

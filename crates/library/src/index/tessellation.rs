@@ -45,7 +45,7 @@ pub(super) struct Tessellations {
     stars: Vec<u32>,
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Posting {
     star: Star,
     original: u32,
@@ -111,24 +111,27 @@ struct Said {
 impl Tessellations {
     /// Of the stars of each original.
     pub(super) fn of(stars: &[Vec<Star>]) -> Self {
-        let mut postings: Vec<Posting> = Vec::with_capacity(stars.iter().map(Vec::len).sum());
-        for (original, stars) in stars.iter().enumerate() {
-            postings.extend(stars.iter().map(|&star| Posting {
-                star,
-                original: original as u32,
-            }));
-        }
-        postings.sort_unstable_by_key(|posting| {
-            let star = &posting.star;
-            (spread(star.word), cell_and_sum(star), posting.original)
-        });
-        let bits = (postings.len() / ALIKE).max(2).ilog2();
+        let count = stars.iter().map(Vec::len).sum::<usize>();
+        let bits = (count / ALIKE).max(2).ilog2();
         let mut starts = vec![0_u32; (1 << bits) + 1];
-        for posting in &postings {
-            starts[prefix(posting.star.word, bits) + 1] += 1;
+        for star in stars.iter().flatten() {
+            starts[prefix(star.word, bits) + 1] += 1;
         }
         for i in 0..1 << bits {
             starts[i + 1] += starts[i];
+        }
+        // First to those with the same first bits, each original's after those of the one before; these are sorted then.
+        let (mut next, mut postings) = (starts.clone(), vec![Posting::default(); count]);
+        for (original, stars) in (0..).zip(stars) {
+            for &star in stars {
+                let next = &mut next[prefix(star.word, bits)];
+                postings[*next as usize] = Posting { star, original };
+                *next += 1;
+            }
+        }
+        for ends in starts.windows(2) {
+            let alike = &mut postings[ends[0] as usize..ends[1] as usize];
+            alike.sort_by_cached_key(|posting| (spread(posting.star.word), cell_and_sum(&posting.star)));
         }
         Self {
             starts,

@@ -5,6 +5,7 @@ mod records;
 
 use std::path::{Path, PathBuf};
 
+use job::Job;
 use mesh::TriMesh;
 use rusqlite::{Connection, OptionalExtension, Row, Transaction, TransactionBehavior, params, types::Type};
 use sha2::{Digest, Sha256};
@@ -258,12 +259,17 @@ impl Library {
     }
 
     /// Hands over what an index has of all originals, by numbers.
-    pub(crate) fn each_summary(&self, mut take: impl FnMut(OriginalId, Summary)) -> Result<(), LibraryError> {
+    pub(crate) fn each_summary(
+        &self,
+        job: &Job,
+        mut take: impl FnMut(OriginalId, Summary),
+    ) -> Result<(), LibraryError> {
         let mut statement = self.read(self.connection.prepare(
             "SELECT original, whole, smooth, local, words, stars FROM descriptor ORDER BY original",
         ))?;
         let mut rows = self.read(statement.query([]))?;
         while let Some(row) = self.read(rows.next())? {
+            job.go_on()?;
             let id = self.read(row.get::<_, i64>(0))?;
             let words = self.blob(row, 4)?.chunks(2).map(|word| match *word {
                 [low, high] => usize::from(u16::from_le_bytes([low, high])),

@@ -21,7 +21,8 @@ pub(super) fn run(arguments: &Embed) -> Result<Answer> {
     let embedder = embedder(arguments, &keys::read_private(&arguments.key)?)?;
     let (json, mut signed) = (arguments.common.json, 0);
     for (i, task) in tasks.iter().enumerate() {
-        let progress = Progress::new().numbered(i + 1, tasks.len());
+        let progress = Progress::new();
+        progress.number(i + 1, tasks.len());
         let done = task
             .prepare(arguments)
             .and_then(|()| task.sign(arguments, embedder.clone(), progress, false));

@@ -136,14 +136,14 @@ impl LookedUp {
 
 impl Catalogue {
     /// Opens a library and reads its descriptors.
-    pub(super) fn open(arguments: &Searching) -> Result<Self> {
+    pub(super) fn open(arguments: &Searching, job: &Job) -> Result<Self> {
         let key = match &arguments.public_key {
             Some(path) => Some(keys::read_public(path)?.0),
             None => None,
         };
         let library = Library::open(&arguments.library)?;
         Ok(Self {
-            index: Index::load(&library)?,
+            index: Index::load(&library, job)?,
             library,
             key,
             p_bound: arguments.p_bound,

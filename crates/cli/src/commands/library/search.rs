@@ -20,7 +20,7 @@ pub(crate) fn run(arguments: &LibrarySearch) -> Result<Answer> {
     let search = &arguments.search;
     let session = Session::begin(None, false, &search.time_limit, &search.common);
     let suspects = session.listed(&arguments.suspects)?;
-    let catalogue = Catalogue::open(search)?;
+    let catalogue = session.read(|job| Catalogue::open(search, job))?;
     let asking = Asking {
         search,
         session: &session,

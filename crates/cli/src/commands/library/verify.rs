@@ -35,7 +35,7 @@ pub(crate) fn run(arguments: &LibraryVerify) -> Result<Answer> {
         session: &session,
         suspects: &suspects,
         suspect: files::open_mesh(path)?,
-        catalogue: Catalogue::open(options)?,
+        catalogue: session.read(|job| Catalogue::open(options, job))?,
     };
     session.judge(&asking, &suspects, None, "Found in")
 }
