@@ -17,7 +17,7 @@ const ROUNDS: usize = 6;
 /// A noise that changes by less, relatively, is settled.
 const SETTLED: f64 = 1e-3;
 
-/// How often noise grows at most until the squares of what the mark says are as expected, by how much it does so at a time, and by how little these may be off.
+/// How often noise grows at most until the squares of what the mark says are as expected, by how much it does so by a secant, and by how little these may be off.
 const NOISE_STEPS: usize = 4;
 const MOST_GROWTH: f64 = 2.0;
 const NOISE_SETTLED: f64 = 0.02;
