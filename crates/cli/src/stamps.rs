@@ -2,7 +2,7 @@
 
 use std::{fmt, path::Path};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 use serde_json::{Value, json};
 use sigmark::Certificate;
 use time_stamp::{Roots, Stamp, Stamped};
@@ -40,8 +40,8 @@ impl fmt::Display for Refused {
 }
 
 impl Stamps {
-    /// Checks every stamp of a certificate against root certificates, if there are any; fails where it has stamps and none of them checks.
-    pub(crate) fn of(certificate: &Certificate, path: &Path, roots: Option<&Path>) -> Result<Self> {
+    /// Checks every stamp of a certificate against root certificates, if there are any; fails where these can't be read.
+    pub(crate) fn of(certificate: &Certificate, roots: Option<&Path>) -> Result<Self> {
         let Some(roots) = roots else {
             return Ok(Self::Unchecked(certificate.stamps().len()));
         };
@@ -57,12 +57,6 @@ impl Stamps {
                     reason: error.to_string(),
                 }),
             }
-        }
-        if stamped.is_empty() && !refused.is_empty() {
-            let why = refused
-                .iter()
-                .map(|Refused { number, reason }| format!("time stamp {number}: {reason}"));
-            bail!("{}: {}", path.display(), why.collect::<Vec<_>>().join("; "));
         }
         Ok(Self::Checked { stamped, refused })
     }
@@ -95,10 +89,10 @@ impl Stamps {
                 let remedy = "give the root certificates of their authorities with --stamp-roots";
                 lines.field(name, format!("{stamps}, not checked: {remedy}"));
             }
-            Self::Checked { stamped, .. } if stamped.is_empty() => {
-                lines.field(name, "no time stamp says since when");
-            }
             Self::Checked { stamped, refused } => {
+                if stamped.is_empty() {
+                    lines.field(name, "no time stamp says since when");
+                }
                 for Stamped { time, authority, .. } in stamped {
                     lines.field(name, format!("time-stamped {time} by {authority}"));
                 }

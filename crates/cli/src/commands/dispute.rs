@@ -24,7 +24,9 @@ pub(crate) fn run(arguments: &args::Dispute) -> Result<Answer> {
     let [first, second] = paths.map(|path| ClaimFiles::listed_in(path)?.read());
     let claims = [first?, second?];
     let roots = arguments.stamp_roots.as_deref();
-    let [first, second] = [0, 1].map(|i| Stamps::of(&claims[i].certificate, paths[i], roots));
+    let [first, second] = claims
+        .each_ref()
+        .map(|claim| Stamps::of(&claim.certificate, roots));
     let stamps = [first?, second?];
     let [first, second] = [0, 1].map(|i| verifier(&claims[i], paths[i]));
     let verifiers = [first?, second?];

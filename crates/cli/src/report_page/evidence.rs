@@ -208,15 +208,23 @@ impl Stamps {
                 "{}, not checked: that takes the root certificates of their authorities (--stamp-roots).",
                 report::counted(*count, "time stamp", "time stamps")
             )),
-            Self::Checked { stamped, .. } if stamped.is_empty() => Html::markup("no time stamp says since when."),
+            Self::Checked { stamped, refused } if stamped.is_empty() => {
+                Html::markup("no time stamp says since when.").and(refused.iter().map(Refused::html).collect())
+            }
             Self::Checked { stamped, refused } => stamped
                 .iter()
                 .map(|stamp| format!("{}, by {} (serial number {})", stamp.time, stamp.authority, stamp.serial))
-                .chain(refused.iter().map(Refused::to_string))
                 .map(|text| Html::foreign(text).within("p", None))
+                .chain(refused.iter().map(Refused::html))
                 .collect::<Html>()
                 .and(Html::markup("Each stamp was checked up to the root certificates that were given; whether a certificate \
                      was withdrawn since was not asked.").within("p", Some("note"))),
         }
+    }
+}
+
+impl Refused {
+    fn html(&self) -> Html {
+        Html::foreign(self.to_string()).within("p", None)
     }
 }

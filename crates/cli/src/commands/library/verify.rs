@@ -80,7 +80,7 @@ impl Inquiry for Asking<'_> {
             time_limit: TimeLimit::of(options.time_limit.duration()),
             common: Common::of(&options.common),
         };
-        let stamps = Stamps::of(&claim.certificate, &options.library, None)?;
+        let stamps = Stamps::of(&claim.certificate, None)?;
         let judging = Judging::new(&asked, self.session, claim, stamps, self.suspects)?;
         let judging = judging.among(found.certificates);
         (&judging).judge(path, progress, None)

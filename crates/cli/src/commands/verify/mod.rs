@@ -39,7 +39,7 @@ pub(crate) fn run(arguments: &Verify) -> Result<Answer> {
     };
     let claim = files.read()?;
     let roots = arguments.stamp_roots.as_deref();
-    let stamps = Stamps::of(&claim.certificate, &arguments.certificate, roots)?;
+    let stamps = Stamps::of(&claim.certificate, roots)?;
     // What was looked for.
     session.check_apart_from(&claim.original_path, "the original", &claim.original)?;
     let suspects = session.listed(&arguments.suspects)?;
