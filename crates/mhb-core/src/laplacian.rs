@@ -395,4 +395,23 @@ mod tests {
             }
         }
     }
+
+    /// In an intrinsic triangulation an edge may begin and end at one vertex.
+    #[test]
+    fn an_edge_from_a_vertex_to_itself_changes_no_sum_of_a_row() {
+        let corners = [[0, 0, 1], [0, 1, 2], [0, 2, 0], [1, 1, 1]];
+        let edges = [[1.0, 1.0, 0.5], [0.9, 0.8, 1.0], [0.5, 0.9, 0.9], [0.3, 0.4, 0.5]];
+        let triangles = edges.map(Triangle::from_lengths);
+        let sums = |matrix: CsMat<f64>| -> Vec<f64> {
+            let rows = matrix.outer_iterator();
+            rows.map(|row| row.iter().map(|(_, value)| value).sum()).collect()
+        };
+        let lumped = assemble_lumped_mass(3, &corners, &triangles);
+        let full = sums(assemble_full_mass(3, &corners, &triangles));
+        let stiffness = sums(assemble_stiffness(3, &corners, &triangles));
+        for i in 0..3 {
+            assert!((full[i] - lumped[i]).abs() < 1e-14, "{full:?}, {lumped:?}");
+            assert!(stiffness[i].abs() < 1e-14, "{stiffness:?}");
+        }
+    }
 }
