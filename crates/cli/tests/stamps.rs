@@ -277,6 +277,14 @@ fn stamps_that_do_not_check_are_told_and_never_count() {
     assert_eq!(report["stamps_refused"][1], json!([]));
     let text = folder.run(dispute).out;
     assert!(text.contains(told), "{text}");
+    // By roots that know none of them both claims are as good as without stamps.
+    let by_strangers = folder.run(&dispute.replace("root.pem", "stranger.pem")).out;
+    assert!(
+        by_strangers.contains("no time stamp says since when"),
+        "{by_strangers}"
+    );
+    let outcome = |text: &str| text.split(':').next().map(str::to_owned);
+    assert_eq!(outcome(&by_strangers), outcome(&text));
 }
 
 #[test]
