@@ -65,7 +65,7 @@ impl ReadFile {
 #[derive(Clone, Debug)]
 pub(crate) struct ReadMesh {
     pub(crate) file: ReadFile,
-    /// Buffers and textures of glTF.
+    /// Buffers, materials and pictures.
     pub(crate) companions: Vec<ReadFile>,
 }
 

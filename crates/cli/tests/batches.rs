@@ -217,6 +217,36 @@ fn companions_that_would_replace_each_other_or_what_is_read_are_refused_before_a
 }
 
 #[test]
+fn materials_and_their_pictures_go_with_every_signed_copy_of_an_obj() {
+    let folder = models();
+    for name in ["in", "signed"] {
+        std::fs::create_dir(folder.path(name)).unwrap();
+    }
+    folder.write_mesh("in/bare.obj", &model(), Precision::Single);
+    let bare = folder.text("in/bare.obj");
+    folder.write("in/model.obj", &format!("mtllib model.mtl\n{bare}"));
+    folder.write("in/model.mtl", "newmtl skin\nmap_Kd skin.png\n");
+    std::fs::write(folder.path("in/skin.png"), b"\x89PNG a picture").unwrap();
+    folder.write("orders.csv", "recipient\nAnna\n");
+    folder.done("embed in/model.obj -o signed/model.obj -k owner.pem --chip-rate 1");
+    folder.done("embed in/model.obj --recipients orders.csv -o copies -k owner.pem --chip-rate 1");
+    let copy = std::fs::read_dir(folder.path("copies")).unwrap().flatten();
+    let copy = copy.map(|entry| entry.path()).find(|path| path.is_dir()).unwrap();
+    for signed in [folder.path("signed"), copy] {
+        let same =
+            |name: &str| std::fs::read(signed.join(name)).unwrap() == folder.read(&format!("in/{name}"));
+        assert!(same("model.mtl") && same("skin.png"), "{}", signed.display());
+        assert!(!same("model.obj"));
+    }
+    folder.write("in/model.obj", &format!("mtllib owner.pem\n{bare}"));
+    std::fs::copy(folder.path("owner.pem"), folder.path("in/owner.pem")).unwrap();
+    folder.refused(
+        "embed in/model.obj -o again.obj -k in/owner.pem",
+        &["in/model.obj: refers to in/owner.pem, which is the private key"],
+    );
+}
+
+#[test]
 fn outputs_inside_the_folder_are_not_signed_again() {
     let folder = models();
     std::fs::remove_file(folder.path("models/deep/bad.stl")).unwrap();

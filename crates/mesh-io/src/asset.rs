@@ -284,7 +284,7 @@ impl Asset {
         &self.buffers[0].bytes
     }
 
-    /// Files that this one refers to by name, such as buffers and textures of glTF: name, within the folder of the file, and bytes.
+    /// Files that this one refers to by name, such as buffers and textures of glTF and the materials of an OBJ: name, within the folder of the file, and bytes.
     /// What lies in the same zip archive is part of the file, and no companion.
     pub fn companions(&self) -> impl Iterator<Item = (&str, &[u8])> {
         let is_packed = matches!(self.packing, Packing::Zip(_));

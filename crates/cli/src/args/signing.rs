@@ -124,7 +124,7 @@ does one whose list has grown: copies that are there already, with their certifi
 
 Reads and writes GLB, glTF, OBJ, PLY, STL and OFF, also gzipped, 3MF, and the one mesh of a zip archive, where a glTF has its buffers and textures in it, too. Only positions change (and what glTF \
 says of their bounds): materials, textures, skins, animations, morph targets, unknown extensions stay byte for byte, and so do stored normals and tangents, \
-which keep the look. A scene of many parts is one work; what it places several times is marked once. Buffers and pictures that a file refers to by name are copied beside \
+which keep the look. A scene of many parts is one work; what it places several times is marked once. Buffers, materials and pictures that a file refers to by name are copied beside \
 the output, and never over what is read, another output, or another model's copy that is not the same: that is refused before anything is signed. No triangle turns by more than 15 degrees before the file rounds positions, unless the strength is given in figures and turns more than one in fifty: around others the mark is held back. Where the file's own precision is too coarse for the standard strength, strong is taken; where even that is lost, nothing is written. A locked key's passphrase is asked for, or taken from the \
 environment variable SIGMARK_PASSPHRASE.
 

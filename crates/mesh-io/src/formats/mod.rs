@@ -18,7 +18,7 @@ use crate::error::{AssetError, AssetProblem, Fault};
 use crate::packing::Beside;
 use crate::slots::Slots;
 use crate::slots::directions::Found;
-use crate::{Format, Precision, export, format};
+use crate::{Format, Precision, export, format, materials};
 pub(crate) use geometry::{Geometry, Instance};
 
 /// Reads a file from its bytes; returns the buffers of which the geometry speaks.
@@ -38,7 +38,11 @@ pub(crate) fn read(
         Format::Gltf | Format::Glb => return gltf::read(path, file, beside),
     };
     let geometry = geometry.map_err(|fault| fault.of(path))?;
-    Ok((vec![file], geometry))
+    let mut buffers = vec![file];
+    if let Beside::Folder(folder) = beside {
+        buffers.extend(materials::beside(format, &buffers[0].bytes, folder));
+    }
+    Ok((buffers, geometry))
 }
 
 /// What turns with the mesh besides its positions, which lie in these slots.

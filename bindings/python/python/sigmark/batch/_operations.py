@@ -135,7 +135,7 @@ def _text(job: dict[str, Any], column: str) -> str:
 
 def _asset(name: str) -> sigmark.Asset:
     place = Place(name)
-    # A glTF may name files beside it, which a path alone leads to.
+    # A model may name files beside it, which a path alone leads to.
     return sigmark.read(place.path) if place.is_local else sigmark.Asset.from_bytes(place.read())
 
 
@@ -143,7 +143,7 @@ def _asset_alone(name: str) -> sigmark.Asset:
     """A file that needs no others: beside a copy, theirs would meet those of other copies."""
     asset = _asset(name)
     if asset.companions:
-        raise ValueError(f"{name}: refers to {', '.join(asset.companions)}, and a copy is one file: save the model as GLB, with all that belongs to it inside")
+        raise ValueError(f"{name}: refers to {', '.join(asset.companions)}, and a copy is one file: save the model as GLB, with all that belongs to it inside, or put it into a zip archive")
     return asset
 
 

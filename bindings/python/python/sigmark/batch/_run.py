@@ -103,8 +103,8 @@ def embed(
     Parameters
     ----------
     jobs : pyarrow.Table, or the place of a Parquet or CSV file
-        Columns `model` and `output`, the places of the original and of its copy; if wanted `recipient`, text or whole numbers, and `message`. A copy is one file: a glTF with buffers
-        or textures beside it is an error of its row.
+        Columns `model` and `output`, the places of the original and of its copy; if wanted `recipient`, text or whole numbers, and `message`. A copy is one file: a model with
+        buffers, materials or textures beside it is an error of its row.
     output : str
         A folder for the results.
     key : str

@@ -1,7 +1,7 @@
 //! The bytes that a document refers to: GLB's own, in the text itself (Base64), and in files beside it.
 
 use std::ops::Range;
-use std::path::{Component, Path};
+use std::path::Path;
 use std::sync::Arc;
 
 use base64::Engine;
@@ -10,8 +10,10 @@ use base64::engine::general_purpose::STANDARD;
 use super::container::Container;
 use super::document::{Document, missing};
 use crate::buffer::Buffer;
+use crate::companion::name_beside;
 use crate::error::{AssetError, CUT_SHORT, Fault};
 use crate::packing::Beside;
+use crate::picture::is_picture;
 use crate::{Companion, source};
 
 /// The buffers of a document within those of an asset.
@@ -102,7 +104,7 @@ impl Store {
         for name in images(document) {
             if self.buffers.iter().all(|buffer| buffer.name != name)
                 && let Ok(bytes) = source::read(&folder.join(&name), source::LARGEST)
-                && is_picture(&bytes)
+                && is_picture(&name, &bytes)
             {
                 self.buffers.push(Buffer {
                     name,
@@ -167,43 +169,12 @@ fn images(document: &Document) -> impl Iterator<Item = String> {
 /// How keys begin.
 const PEM: &[u8] = b"-----BEGIN ";
 
-/// How pictures begin: PNG, JPEG, KTX, DDS, GIF, BMP, TIFF, OpenEXR, Radiance, Photoshop.
-const PICTURES: [&[u8]; 12] = [
-    b"\x89PNG",
-    b"\xFF\xD8\xFF",
-    b"\xABKTX ",
-    b"DDS ",
-    b"GIF8",
-    b"BM",
-    b"II*\0",
-    b"MM\0*",
-    b"\x76\x2F\x31\x01",
-    b"#?RADIANCE",
-    b"#?RGBE",
-    b"8BPS",
-];
-
-/// Those in containers that hold other things, too: WebP, AVIF.
-const CONTAINED: [(usize, &[u8]); 2] = [(8, b"WEBP"), (4, b"ftypavi")];
-
-fn is_picture(bytes: &[u8]) -> bool {
-    let contained = |(at, name): &(usize, &[u8])| bytes.get(*at..).is_some_and(|rest| rest.starts_with(name));
-    PICTURES.iter().any(|first| bytes.starts_with(first)) || CONTAINED.iter().any(contained)
-}
-
 /// The name of a file beside the document, or in a folder beside it; of all spellings one.
 fn file_name(uri: &str) -> Result<String, String> {
     let remedy = "put it beside the model and name it so, or save the model as GLB";
     let name = decoded(uri).ok_or_else(|| format!("{uri}: is no file name: {remedy}"))?;
-    let part = |part| match part {
-        Component::Normal(part) => part.to_str(),
-        _ => None,
-    };
-    let parts: Option<Vec<&str>> = Path::new(&name).components().map(part).collect();
-    match parts {
-        Some(parts) if !parts.is_empty() && !uri.contains("://") => Ok(parts.join("/")),
-        _ => Err(format!("{uri}: lies elsewhere than beside the model: {remedy}")),
-    }
+    let beside = name_beside(&name).filter(|_| !uri.contains("://"));
+    beside.ok_or_else(|| format!("{uri}: lies elsewhere than beside the model: {remedy}"))
 }
 
 /// A URI without its percent signs.
