@@ -7,7 +7,7 @@ use std::{fs, path::Path, process::Stdio, thread, time::Duration};
 use crate::common::Folder;
 use mesh::{TriMesh, shapes};
 use mesh_io::{Asset, Precision};
-use serde_json::Value;
+use serde_json::{Value, json};
 
 /// Twelve originals that no symmetry or likeness confuses.
 fn originals() -> Vec<(String, TriMesh)> {
@@ -549,4 +549,43 @@ fn a_crop_of_half_is_found() {
         (&"shape".into(), &name.as_str().into()),
         "{found}"
     );
+}
+
+#[test]
+fn originals_are_found_that_stand_on_a_floor_or_several_times_in_a_scene() {
+    let folder = shop();
+    let (name, mesh) = originals().remove(3);
+    folder.write_gltf(
+        "models/room.gltf",
+        &shapes::bumpy_torus(31, 17, 9),
+        "room.bin",
+        b"",
+    );
+    let mut room: Value = serde_json::from_slice(&folder.read("models/room.gltf")).unwrap();
+    let nodes = (0..12).map(|i| json!({"mesh": 0, "translation": [7 * i, 0, 0]}));
+    room["nodes"] = nodes.collect();
+    room["scenes"] = json!([{"nodes": (0..12).collect::<Vec<_>>()}]);
+    folder.write("models/room.gltf", room.to_string());
+    folder.done("library add models --library lib.sigmark");
+    let floor = [
+        [-9.0, -9.0, -1.5],
+        [9.0, -9.0, -1.5],
+        [9.0, 9.0, -1.5],
+        [-9.0, 9.0, -1.5],
+    ];
+    let floor = TriMesh::new(floor.into(), vec![[0, 1, 2], [0, 2, 3]]).unwrap();
+    folder.write_mesh(
+        "on_a_floor.ply",
+        &shapes::disjoint_union(&[mesh, floor]),
+        Precision::Single,
+    );
+    for (suspect, name) in [("models/room.gltf", "room.gltf"), ("on_a_floor.ply", &name)] {
+        let run = folder.run(&format!("library search {suspect} --library lib.sigmark --json"));
+        let found = run.json();
+        assert_eq!(
+            (&found["outcome"], &found["original"]["name"]),
+            (&"shape".into(), &name.into()),
+            "{found}"
+        );
+    }
 }

@@ -84,7 +84,7 @@ impl std::fmt::Debug for Job {
 }
 
 impl Job {
-    /// At most so many threads at a time (0 counts as 1), and nobody watches. Threads are started when they are first needed.
+    /// At most so many threads at a time (0 counts as 1, and more than 1024 as 1024), and nobody watches. Threads are started when they are first needed.
     pub fn new(threads: usize) -> Self {
         Self {
             threads: Arc::new(Threads::new(threads)),

@@ -10,6 +10,9 @@ use rayon::{ThreadPool, ThreadPoolBuilder, prelude::*};
 
 use crate::{Job, JobError};
 
+/// More threads than any machine has processors for would hang it.
+const MOST: usize = 1024;
+
 /// Threads that are started when they are first needed.
 pub(crate) struct Threads {
     count: usize,
@@ -19,7 +22,7 @@ pub(crate) struct Threads {
 impl Threads {
     pub(crate) fn new(count: usize) -> Self {
         Self {
-            count: count.max(1),
+            count: count.clamp(1, MOST),
             pool: OnceLock::new(),
         }
     }

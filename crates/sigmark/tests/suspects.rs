@@ -14,7 +14,10 @@ use rand_chacha::{
 use registration::{AlignOptions, MatchedBy};
 use sigmark::{
     Curve, Embedder, Mismatch, Outcome, PayloadKind, SigmarkError, Signed, SigningKey, Verdict, Verifier,
-    claim::statistics::{binomial_tail, margin, read_and_wrong},
+    claim::{
+        Tracer,
+        statistics::{binomial_tail, margin, read_and_wrong},
+    },
     mark::{CoefficientDetector, Detector, JointEstimate, JointEstimator, Reader, ReadingMethod, Registered},
 };
 
@@ -516,6 +519,22 @@ fn what_is_not_found_holds_against_no_stranger_however_little_its_owner_lets_cou
         "{verdict:?}"
     );
     assert_eq!(verdict.p_dispute(), 1.0);
+}
+
+/// By a bound of 1 everything would be found, and everybody be named.
+#[test]
+fn what_is_no_bound_on_a_probability_of_being_wrong_is_refused() {
+    let (mesh, signed, job) = (original(), signed(), Job::default());
+    let (certificate, key) = (signed.certificate(), signed.certificate().public_key());
+    for bound in [1.0, 2.0, -1e-9, f64::INFINITY, f64::NAN] {
+        let verifier = Verifier::new(&mesh, certificate, key).unwrap().p_bound(bound);
+        let refused = verifier.verify(&mesh, &job).unwrap_err();
+        assert!(matches!(refused, SigmarkError::Bound(_)), "{bound}: {refused}");
+        let mut tracer = Tracer::new(&mesh, key).unwrap().p_bound(bound);
+        tracer.add(&certificate.clone().into()).unwrap();
+        let refused = tracer.trace(&mesh, &job).unwrap_err();
+        assert!(matches!(refused, SigmarkError::Bound(_)), "{bound}: {refused}");
+    }
 }
 
 #[test]

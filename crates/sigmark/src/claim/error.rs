@@ -44,6 +44,9 @@ pub enum SigmarkError {
         /// The scheme of the signature.
         scheme: Scheme,
     },
+    /// No probability, or one by which everything would be found.
+    #[error("the largest p-value that counts is a number from 0, and below 1: {0} is not")]
+    Bound(f64),
     /// The mark is of the paper's profile, and that was not asked for.
     #[error(
         "the mark is of the paper's profile: its signature is over the message alone, so that anybody who has the model could claim it"
@@ -61,6 +64,15 @@ pub enum SigmarkError {
     /// Threads could not be started, or the observer asked to stop.
     #[error(transparent)]
     Job(#[from] job::JobError),
+}
+
+/// # Errors
+/// [`SigmarkError::Bound`].
+pub(super) fn check_bound(p: f64) -> Result<(), SigmarkError> {
+    match (0.0..1.0).contains(&p) {
+        true => Ok(()),
+        false => Err(SigmarkError::Bound(p)),
+    }
 }
 
 impl From<MarkError> for SigmarkError {

@@ -7,6 +7,7 @@ use registration::{AlignOptions, Alignment, MatchedBy, PreparedMesh};
 use super::{
     Certificate, Compared, Mismatch, Outcome, SigmarkError, Statement, Verdict,
     decoder::Decoder,
+    error::check_bound,
     keys::PublicKey,
     marked_part::MarkedPart,
     statistics::{correlation, margin, p_of_chosen, read_and_wrong},
@@ -183,11 +184,12 @@ impl Verifier {
     ///
     /// # Errors
     /// When the original's bases can't be computed or are not those of the certificate; [`SigmarkError::PaperProfile`];
-    /// [`SigmarkError::Job`].
+    /// [`SigmarkError::Bound`]; [`SigmarkError::Job`].
     pub fn verify(&self, suspect: impl Into<PreparedMesh>, job: &Job) -> Result<Verdict, SigmarkError> {
         if !self.paper_profile && !self.certificate.statement().binds_original() {
             return Err(SigmarkError::PaperProfile);
         }
+        check_bound(self.p_bound)?;
         let verdict = self.verify_in_place(&suspect.into(), job)?;
         Ok(match &self.recognised {
             Some(recognised) => in_given_file(verdict, recognised),

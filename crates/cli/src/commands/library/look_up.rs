@@ -1,11 +1,16 @@
 //! From a suspect to its original: candidates by descriptors, then alignment and reading, the nearest first.
 
-use std::{cell::RefCell, collections::BTreeSet, path::Path};
+use std::{
+    cell::{OnceCell, RefCell},
+    collections::BTreeSet,
+    path::Path,
+};
 
 use anyhow::{Context, Result, bail};
 use job::Job;
 use library::{Candidate, Index, Library, OriginalRecord, Query};
-use mesh::{Rig, Similarity, TriMesh};
+use mesh::{LargeParts, Rig, Similarity, TriMesh, near_part};
+use mesh_io::Asset;
 use registration::{AlignOptions, MatchedBy, PreparedMesh};
 use sigmark::{
     Certificate, GeometryDigest, Outcome, PublicKey, SigmarkError, Verdict, Verifier,
@@ -153,9 +158,10 @@ impl Catalogue {
     }
 
     /// Looks a suspect up.
-    pub(super) fn look_up(&self, suspect: &TriMesh, path: &Path, job: &Job) -> Result<LookedUp> {
+    pub(super) fn look_up(&self, suspect: &Asset, path: &Path, job: &Job) -> Result<LookedUp> {
         let shown = || path.display().to_string();
-        let query = Query::of(suspect, job).with_context(shown)?;
+        let suspect = Suspect::of(suspect)?;
+        let query = Query::of(suspect.scene.mesh(), job).with_context(shown)?;
         let nearest = self.index.search(&self.library, &query, self.most, job)?;
         let candidates = nearest.into_iter().map(|candidate| self.candidate(candidate));
         let mut candidates: Vec<Looked> = candidates.collect::<Result<_>>()?;
@@ -165,7 +171,6 @@ impl Catalogue {
             readings += groups(&looked.certificates).len();
             certificates += looked.certificates.len();
         }
-        let suspect = PreparedMesh::from(suspect);
         let p_bound = self.p_bound / readings.max(1) as f64;
         let mut best = None;
         for (number, looked) in candidates
@@ -297,7 +302,7 @@ impl Catalogue {
     }
 
     /// Lays a suspect onto a candidate, and reads it with its certificates until a mark is found. What has no geometry stays without a finding.
-    fn judge(&self, looked: &mut Looked, suspect: &PreparedMesh, p_bound: f64, job: &Job) -> Result<()> {
+    fn judge(&self, looked: &mut Looked, suspect: &Suspect<'_>, p_bound: f64, job: &Job) -> Result<()> {
         let Some(mesh) = self.geometry(&looked.record)? else {
             return Ok(());
         };
@@ -305,9 +310,9 @@ impl Catalogue {
         let original = (&mesh, rig.as_ref());
         for group in groups(&looked.certificates) {
             let found = match group.as_slice() {
-                [one] => verify(original, &looked.certificates, *one, suspect, p_bound, job)
+                [one] => verify(original, &looked.certificates, *one, &suspect.scene, p_bound, job)
                     .map(|finding| Some((finding, 1))),
-                several => self.trace(original, looked, several, suspect, p_bound, job),
+                several => self.trace(original, looked, several, &suspect.scene, p_bound, job),
             };
             match found {
                 Ok(Some((finding, read))) => {
@@ -324,8 +329,8 @@ impl Catalogue {
                 Err(error) => self.pass_over(looked, error)?,
             }
         }
-        if looked.finding.is_none() {
-            looked.finding = Some(align(&mesh, suspect, job)?);
+        if !matches!(looked.finding, Some(Finding::Marked(_) | Finding::Shape(_))) {
+            looked.finding = Some(suspect.laid_on(&mesh, looked.finding.is_none(), job)?);
         }
         Ok(())
     }
@@ -443,16 +448,53 @@ fn verdict(
     verifier.p_bound(p_bound).verify(suspect, job)
 }
 
-/// Without a certificate the surface is all there is to compare.
-fn align(mesh: &TriMesh, suspect: &PreparedMesh, job: &Job) -> Result<Finding> {
-    let aligned = registration::align(mesh, suspect, &AlignOptions::default(), job)?;
-    Ok(match aligned.aligned {
-        true => Finding::Shape(Lying {
-            overlap: aligned.overlap,
-            coverage: aligned.coverage,
-            transform: Some(aligned.transform),
-            registration: Some(aligned.matched_by),
-        }),
-        false => Finding::Another,
-    })
+/// What is looked up.
+struct Suspect<'a> {
+    asset: &'a Asset,
+    scene: PreparedMesh,
+    /// What of it may be an original where all of it is none.
+    parts: OnceCell<Vec<PreparedMesh>>,
+}
+
+impl<'a> Suspect<'a> {
+    fn of(asset: &'a Asset) -> Result<Self> {
+        Ok(Self {
+            asset,
+            scene: asset.scene()?.into_owned().into(),
+            parts: OnceCell::new(),
+        })
+    }
+
+    /// What stands beside other things, and what its file holds once and shows several times, as originals are kept.
+    fn parts(&self) -> &[PreparedMesh] {
+        self.parts.get_or_init(|| {
+            let near = near_part(self.scene.mesh());
+            let large = LargeParts::of(near.as_ref().unwrap_or(self.scene.mesh()));
+            let mut parts: Vec<PreparedMesh> = large.meshes().map(PreparedMesh::from).collect();
+            let once = self.asset.mesh();
+            if once.triangle_count() < self.scene.mesh().triangle_count() {
+                parts.insert(0, once.into());
+            }
+            parts.extend(near.map(PreparedMesh::from));
+            parts
+        })
+    }
+
+    /// The surface is all there is to compare, without a certificate or where no mark was found: of all of it, where no certificate asked, and of its parts.
+    fn laid_on(&self, mesh: &TriMesh, asks_all: bool, job: &Job) -> Result<Finding> {
+        let all = asks_all.then_some(&self.scene).into_iter();
+        let parts = std::iter::once_with(|| self.parts()).flatten();
+        for suspect in all.chain(parts) {
+            let aligned = registration::align(mesh, suspect, &AlignOptions::default(), job)?;
+            if aligned.aligned {
+                return Ok(Finding::Shape(Lying {
+                    overlap: aligned.overlap,
+                    coverage: aligned.coverage,
+                    transform: Some(aligned.transform),
+                    registration: Some(aligned.matched_by),
+                }));
+            }
+        }
+        Ok(Finding::Another)
+    }
 }

@@ -56,7 +56,7 @@ impl Inquiry for Asking<'_> {
         let suspect = files::open_mesh(path)?;
         let job = progress.job(self.search.common.threads());
         progress.begin("search", "searching the library");
-        let found = self.catalogue.look_up(&*suspect.scene()?, path, &job);
+        let found = self.catalogue.look_up(&suspect, path, &job);
         let found = self.session.within_limit(found, &job)?;
         let seconds = progress.finish();
         print(&self.catalogue, self.search, path, &found, &seconds)?;

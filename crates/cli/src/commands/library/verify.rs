@@ -56,7 +56,7 @@ impl Inquiry for Asking<'_> {
         let (catalogue, options) = (&self.catalogue, &self.arguments.search);
         progress.begin("search", "searching the library");
         let job = progress.job(options.common.threads());
-        let found = catalogue.look_up(&*self.suspect.scene()?, path, &job);
+        let found = catalogue.look_up(&self.suspect, path, &job);
         let found = self.session.within_limit(found, &job)?;
         let claimed = found.best().and_then(|best| Some((best, certificate_of(best)?)));
         let Some((best, number)) = claimed else {

@@ -43,6 +43,7 @@ use registration::PreparedMesh;
 
 use super::{
     Certificate, Issued, SigmarkError, Statement,
+    error::check_bound,
     keys::PublicKey,
     statistics::{margin_of, rademacher_tail},
     verify::{check_digest, check_key, cut_as},
@@ -243,8 +244,9 @@ impl Tracer {
     /// Names those whose copies are in a suspect: as a whole, or where that names nobody, in its connected parts, each put back by itself, by each of its large parts alone, or brought back from its pose.
     ///
     /// # Errors
-    /// When the original's bases can't be computed or are not those of the certificates; [`SigmarkError::Job`].
+    /// When the original's bases can't be computed or are not those of the certificates; [`SigmarkError::Bound`]; [`SigmarkError::Job`].
     pub fn trace(&self, suspect: impl Into<PreparedMesh>, job: &Job) -> Result<Trace, SigmarkError> {
+        check_bound(self.p_bound)?;
         let suspect = suspect.into();
         let has_parts = self.has_parts(suspect.mesh());
         let found = self.reader.find(&suspect, job)?;
