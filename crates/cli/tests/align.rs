@@ -288,6 +288,32 @@ fn degenerate_suspects_get_defined_answers() {
     assert_eq!(report["outcome"], "not_found");
 }
 
+/// Sketchfab calls every model scene.gltf, and its buffer scene.bin.
+#[test]
+fn what_a_strangers_file_names_replaces_nothing_that_is_read() {
+    let folder = Folder::empty();
+    folder.write_gltf("mine/scene.gltf", &model(), "scene.bin", b"\x89PNG mine");
+    let suspect = shapes::moved(&model(), &away());
+    folder.write_gltf("found/scene.gltf", &suspect, "scene.bin", b"\x89PNG found");
+    for name in ["mine/scene.bin", "mine/skin.png", "found/scene.bin"] {
+        let (kept, folder_of) = (folder.read(name), name.split('/').next().expect("a folder"));
+        folder.refused(
+            &format!("align found/scene.gltf mine/scene.gltf -o {folder_of}/aligned.gltf --force"),
+            &["the suspect refers to", "which is read; write to another folder"],
+        );
+        assert!(folder.read(name) == kept, "{name}");
+    }
+    std::fs::create_dir(folder.path("out")).expect("a folder");
+    folder.done("align found/scene.gltf mine/scene.gltf -o out/aligned.gltf");
+    assert!(
+        apart(
+            &opened(&folder, "out/aligned.gltf"),
+            &opened(&folder, "mine/scene.gltf")
+        ) < 1e-5
+    );
+    assert_eq!(folder.read("out/skin.png"), b"\x89PNG found");
+}
+
 #[test]
 fn a_time_limit_ends_the_work() {
     let folder = Folder::with_signed_model();

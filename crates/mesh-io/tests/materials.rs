@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use mesh::shapes;
+use mesh::{Similarity, shapes};
 use mesh_io::{Asset, Format, Precision, companions_of, write_mesh};
 
 const PNG: &[u8] = b"\x89PNG and so on";
@@ -68,6 +68,21 @@ fn materials_and_their_pictures_go_with_an_obj() {
     assert_eq!(fs::read(other.path().join("tex/bump.png")).unwrap(), PNG);
     // Beside the original all of it is there already.
     signed.save(beside("signed.obj"), false).unwrap();
+
+    fs::write(&model, obj("mtllib b.mtl\nvn 0 0 1\n")).unwrap();
+    let turned = Similarity {
+        rotation: [[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]],
+        ..Similarity::IDENTITY
+    };
+    let moved = Asset::open(&model).unwrap().moved_by(&turned).unwrap();
+    assert!(moved.asset.content().windows(9).any(|line| line == b"vn 0 -1 0"));
+    assert!(
+        moved
+            .asset
+            .companions()
+            .map(|(name, _)| name)
+            .eq(["b.mtl", "skin.png"])
+    );
 }
 
 #[test]

@@ -55,8 +55,10 @@ impl Asset {
         let (buffers, slots) = match asset.slots.as_ref() {
             Slots::Binary(_) => (buffers, asset.slots.as_ref().clone()),
             Slots::Text(_) => {
-                let bytes = buffers.swap_remove(0).bytes.as_ref().clone();
-                let (buffers, geometry) = formats::read(asset.format, &asset.path, bytes, &Beside::Nowhere)?;
+                // What lies beside the text stays as it is.
+                let bytes = buffers[0].bytes.as_ref().clone();
+                let (mut read, geometry) = formats::read(asset.format, &asset.path, bytes, &Beside::Nowhere)?;
+                buffers[0] = read.swap_remove(0);
                 (buffers, geometry.slots)
             }
             Slots::Scene(scene) => {

@@ -1,18 +1,22 @@
 mod pose;
 
-use std::sync::Arc;
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    sync::Arc,
+};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use job::JobError;
-use mesh_io::Unturned;
+use mesh_io::{Asset, Companion, Unturned};
 use registration::{AlignOptions, Aligner, Alignment, MatchedBy, RegistrationError, align, align_points};
 use serde_json::{Value, json};
 
 use crate::{
     Answer,
     args::Align,
-    files::{self, Text},
-    interrupt,
+    batch,
+    files::{self, Output, Text},
     points::{self, Pair},
     progress::Progress,
     report::{self, Lines, Seconds},
@@ -66,8 +70,7 @@ pub(crate) fn run(arguments: &Align) -> Result<Answer> {
                 moved.asset
             }
         };
-        let _whole = interrupt::writing();
-        written.save(&arguments.output, arguments.force)?;
+        write(&written, arguments)?;
     }
     let seconds = progress.finish();
 
@@ -90,7 +93,56 @@ fn check_output(arguments: &Align) -> Result<()> {
     if let Some(points) = &arguments.points {
         files::check_apart(output, points, "the file of points")?;
     }
+    check_companions(arguments)?;
     files::check_free(output, force)
+}
+
+/// What a stranger's file refers to by name replaces nothing that is read, also where files may be replaced.
+fn check_companions(arguments: &Align) -> Result<()> {
+    let named = |path: &Path| mesh_io::companions_of(path).unwrap_or_default();
+    let mut inputs: Vec<PathBuf> = arguments.points.iter().cloned().collect();
+    for model in [&arguments.suspect, &arguments.original] {
+        let beside = named(model)
+            .into_iter()
+            .map(|companion| model.with_file_name(companion.name));
+        inputs.extend(beside.chain([model.clone()]));
+    }
+    let inputs: Vec<PathBuf> = inputs.iter().map(|path| files::resolved(path)).collect();
+    for Companion { name, is_buffer } in named(&arguments.suspect) {
+        let source = arguments.suspect.with_file_name(&name);
+        let target = arguments.output.with_file_name(&name);
+        let is_there = !is_buffer && fs::read(&source).ok() == fs::read(&target).ok();
+        if !is_there && inputs.contains(&files::resolved(&target)) {
+            bail!(
+                "{}: the suspect refers to {name}, whose copy would replace {}, which is read; write to another folder",
+                arguments.output.display(),
+                target.display()
+            );
+        }
+    }
+    Ok(())
+}
+
+/// Writes the file and those that it refers to by name, but for what is there already, or nothing.
+fn write(written: &Asset, arguments: &Align) -> Result<()> {
+    let output = &arguments.output;
+    written.check_name(output)?;
+    let mut companions = Vec::new();
+    for (name, bytes) in written.companions() {
+        let path = output.with_file_name(name);
+        if fs::read(&path).is_ok_and(|there| there == bytes) {
+            continue;
+        }
+        batch::make_folder_of(&path)?;
+        companions.push((path, bytes));
+    }
+    let bytes = written.to_bytes();
+    let mut outputs: Vec<Output<'_>> = companions
+        .iter()
+        .map(|(path, bytes)| Output::public((path, bytes)))
+        .collect();
+    outputs.push(Output::public((output, &bytes)));
+    files::write_together(&outputs, arguments.force)
 }
 
 /// All pairs that were given, on the command line and in a file.
