@@ -142,19 +142,18 @@ impl ClaimFiles {
 }
 
 impl Claim {
-    /// Judges suspects by this claim; fails where original, certificate and key don't belong together.
+    /// Judges suspects by this claim, and undoes poses by the original's rig; fails where original, certificate and key don't belong together.
     pub(crate) fn verifier(&self) -> Result<Verifier, SigmarkError> {
-        Verifier::new(self.original.mesh(), &self.certificate, &self.public_key)
+        let verifier = Verifier::new(self.original.mesh(), &self.certificate, &self.public_key)?;
+        self.warn_of_rig();
+        Ok(verifier.with_rig(self.rig.clone()))
     }
 
-    /// As [`verifier`](Self::verifier), which undoes poses by the original's rig, and for the owner's information also where the original is of the same geometry and not the very file.
+    /// As [`verifier`](Self::verifier), and for the owner's information also where the original is of the same geometry and not the very file.
     pub(crate) fn verifier_for_owner(&self) -> Result<Verifier, SigmarkError> {
         let refused = match self.verifier() {
             Err(error @ SigmarkError::AnotherOriginal { .. }) => error,
-            other => {
-                self.warn_of_rig();
-                return Ok(other?.with_rig(self.rig.clone()));
-            }
+            other => return other,
         };
         Verifier::for_owner(self.original.mesh(), &self.certificate, &self.public_key).map_err(|error| {
             match error {
@@ -238,7 +237,7 @@ fn find_original(certificate: &Certificate, path: &Path) -> Result<(PathBuf, Ass
         name => format!(" ({name})"),
     };
     bail!(
-        "{}: its original{name} is not beside it; give the very file that was signed with --original",
+        "{}: its original{name} is not beside it (the signed copy is another file, whatever its name); give the very file that was signed with --original",
         path.display()
     )
 }

@@ -104,6 +104,39 @@ fn a_copy_in_another_pose_is_verified_also_as_evidence() {
     );
 }
 
+/// Who poses a published figure, shakes it by as much as a mark, and signs that as his original.
+#[test]
+fn a_posed_original_comes_second_and_what_that_does_not_say_is_told() {
+    let folder = folder();
+    let posed = Asset::open(folder.path("posed.obj")).unwrap().mesh().clone();
+    folder.write_mesh("his.ply", &shapes::jittered(&posed, 0.02, 4), Precision::Double);
+    folder.done("keygen -o his.pem");
+    folder.done("embed his.ply -o his_signed.ply -k his.pem");
+    let claim = |original: &str, signed: &str, key: &str| json!({"original": original, "certificate": format!("{signed}.cert.json"), "public_key": format!("{key}.pub.pem")});
+    folder.write(
+        "mine.claim.json",
+        claim("model.glb", "signed.glb", "owner").to_string(),
+    );
+    folder.write(
+        "his.claim.json",
+        claim("his.ply", "his_signed.ply", "his").to_string(),
+    );
+    let report = folder
+        .done("dispute mine.claim.json his.claim.json --json")
+        .json();
+    assert_eq!(
+        (&report["outcome"], &report["first_in_second"]["registration"]),
+        (&json!("first"), &json!("rig")),
+        "{report}"
+    );
+    assert!(
+        report["reasons"]
+            .to_string()
+            .contains("ask where the suspect comes from"),
+        "{report}"
+    );
+}
+
 #[test]
 fn a_rig_that_was_not_signed_is_named_and_passed_over() {
     let folder = folder();

@@ -26,8 +26,8 @@ use rand_chacha::{
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 use sigmark::{
-    Certificate, CertificateError, Embedder, GeometryDigest, Scheme, SigmarkError, Signature, Signed,
-    SigningKey, Strength, Verdict, Verifier,
+    Certificate, CertificateError, Dispute, Embedder, GeometryDigest, Precedence, Scheme, SigmarkError,
+    Signature, Signed, SigningKey, Strength, Verdict, Verifier,
     claim::{
         EVIDENCE,
         statistics::{p_of_chosen, p_value},
@@ -240,6 +240,32 @@ fn with_signature(
     signature: &Signature,
 ) -> Result<Certificate, CertificateError> {
     issued(person, claim, &[("/mark/signature", signature.to_hex().into())])
+}
+
+/// Who is about to come second spoils his own certificate, in what is sealed and not stated.
+#[test]
+fn a_claim_that_can_not_be_read_takes_nothing_from_the_other() {
+    let (owner, thief) = (Person::numbered(1), Person::numbered(2));
+    let original = cut(&shapes::bumpy_sphere(4, 9));
+    let signed = owner.embedder(4e-4).embed_in(&original, &job()).unwrap();
+    let stolen = cut(signed.mesh());
+    let honest = claim(&thief, &stolen, 4e-4);
+    let spoiled = issued(
+        &thief,
+        &honest,
+        &[("/mark/patches/0/last_eigenvalue", json!(1e6))],
+    )
+    .unwrap();
+    let verifier = |original: &Arc<Original>, certificate: &Certificate| {
+        Verifier::new(original.mesh(), certificate, certificate.public_key()).unwrap()
+    };
+    let owners = verifier(&original, signed.certificate());
+    for certificate in [&honest, &spoiled] {
+        let thiefs = verifier(&stolen, certificate);
+        let dispute = Dispute::between(&owners, &thiefs, None, &job()).unwrap();
+        assert_eq!(dispute.outcome, Precedence::First);
+        assert_eq!(dispute.second_in_first.is_err(), certificate == &spoiled);
+    }
 }
 
 /// He takes a mark W of his own off S and calls the rest his original; W's bits are a signature of his over something else. What does he

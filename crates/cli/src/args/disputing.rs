@@ -17,12 +17,13 @@ Take the keys from the people they belong to: anybody can make one.
 
 Each claim's mark is looked for in the other's original. Who made his original from a model that the other had signed has the other's \
 mark in it, and can't have his own in the other's: so the claim whose mark is in the other's original, and whose own original is clean, \
-came first. Only marks count that are evidence against a stranger (p at most 2^-120). In a suspect, if there is one, both are looked for.
+came first. Only marks count that are evidence against a stranger (p at most 2^-120). A claim whose mark can't be read proves nothing, and takes nothing from the other. \
+Where an original was posed, a mark is found in it all the same, and what that does not say is told. In a suspect, if there is one, both are looked for.
 
 Exit code 0 if one came first, 1 if that is undecided.
 
 --json prints: outcome (first, second or undecided), reasons, first_in_second, second_in_first, first_in_suspect, second_in_suspect \
-(each as `sigmark verify --json` prints it, or null), stamps (of both, each a list of time, authority and serial, or null where \
+(each as `sigmark verify --json` prints it; error alone, why it can't be read; or null), stamps (of both, each a list of time, authority and serial, or null where \
 --stamp-roots was not given), stamps_refused (of both, likewise, number and reason of those that do not check and count for nothing), seconds (of each stage).")]
 pub(crate) struct Dispute {
     /// The first claim

@@ -3,11 +3,14 @@ use std::{path::Path, sync::Arc};
 use anyhow::{Context, Result};
 use job::JobError;
 use mesh_io::Asset;
-use registration::PreparedMesh;
+use registration::{MatchedBy, PreparedMesh};
 use serde_json::json;
-use sigmark::{Dispute, Precedence, SigmarkError, Verdict, Verifier, claim::Tie};
+use sigmark::{
+    Dispute, Precedence, SigmarkError, Verdict, Verifier,
+    claim::{Read, Tie},
+};
 
-use super::verify::{described, probability, remark};
+use super::verify::{caveat, described, probability, recognised_by, remark};
 use crate::{
     Answer, args,
     claims::{Claim, ClaimFiles},
@@ -37,17 +40,18 @@ pub(crate) fn run(arguments: &args::Dispute) -> Result<Answer> {
     let dispute = Dispute::between(&verifiers[0], &verifiers[1], suspect.as_ref(), &job);
     let dispute = dispute.map_err(|error| match error {
         SigmarkError::Job(JobError::Cancelled) => arguments.time_limit.exceeded(),
-        error => {
-            anyhow::Error::new(error).context(format!("{} and {}", paths[0].display(), paths[1].display()))
-        }
+        error => error.into(),
     })?;
     let seconds = progress.finish();
 
-    let described = |verdict: &Verdict, i: usize| described(verdict, &claims[i]);
+    let described = |read: &Read, i: usize| match read {
+        Ok(verdict) => json!(described(verdict, &claims[i])),
+        Err(error) => json!({ "error": error.to_string() }),
+    };
     let suspect = dispute.in_suspect.as_ref();
     let object = json!({
         "outcome": dispute.outcome.name(),
-        "reasons": reasons(&dispute),
+        "reasons": reasons(&dispute, paths),
         "first_in_second": described(&dispute.first_in_second, 0),
         "second_in_first": described(&dispute.second_in_first, 1),
         "first_in_suspect": suspect.map(|[first, _]| described(first, 0)),
@@ -82,10 +86,10 @@ fn summary(
         _ => "UNDECIDED: the originals do not say which claim came first".into(),
     };
     let mut lines = Lines::new(headline);
-    for reason in reasons(dispute) {
+    for reason in reasons(dispute, [&arguments.first, &arguments.second]) {
         lines.field("reason", reason);
     }
-    let mut reading = |name: &str, verdict: &Verdict| lines.field(name, how_read(verdict));
+    let mut reading = |name: &str, read: &Read| lines.field(name, how_read(read));
     reading("1st in 2nd", &dispute.first_in_second);
     reading("2nd in 1st", &dispute.second_in_first);
     if let Some([first, second]) = &dispute.in_suspect {
@@ -103,17 +107,30 @@ fn summary(
 }
 
 /// How a mark was read in an original or in the suspect.
-fn how_read(verdict: &Verdict) -> String {
+fn how_read(read: &Read) -> String {
+    let verdict = match read {
+        Ok(verdict) => verdict,
+        Err(error) => return format!("it can't be read there: {error}"),
+    };
     let p = probability(verdict.p_value);
     match (verdict.mismatch, verdict.is_evidence()) {
         (Some(mismatch), _) => remark(mismatch),
-        (None, true) => format!("its mark is there: chance explains it with probability {p} at most"),
+        (None, true) => {
+            let by = bent(verdict).map(|by| format!(" ({})", recognised_by(by)));
+            let by = by.unwrap_or_default();
+            format!("its mark is there{by}: chance explains it with probability {p} at most")
+        }
         (None, false) => format!("its mark is not proven there: p = {p}, and 2^-120 is asked for"),
     }
 }
 
+/// By what a mark was read of a mesh in another pose.
+fn bent(verdict: &Verdict) -> Option<MatchedBy> {
+    verdict.registration().filter(|by| by.is_bent())
+}
+
 /// What the outcome rests on, and what would decide where nothing does.
-fn reasons(dispute: &Dispute) -> Vec<String> {
+fn reasons(dispute: &Dispute, [first, second]: [&Path; 2]) -> Vec<String> {
     let mut reasons = vec![String::from(match dispute.outcome {
         Precedence::First => "the first's mark is in the second's original, whose mark is not in the first's",
         Precedence::Second => {
@@ -126,11 +143,31 @@ fn reasons(dispute: &Dispute) -> Vec<String> {
         Precedence::Undecided(Tie::Unrelated) => {
             "the two originals are different shapes: both claims can be true, each of its own model"
         }
+        Precedence::Undecided(Tie::Unread) => {
+            "neither bears the other's mark as far as the claims can be read, and one of them can't"
+        }
         _ => {
             "the originals are the same shape, and neither bears the other's mark: time stamps from before the dispute would \
              decide, or an earlier state of the model"
         }
     })];
+    let crosswise = [
+        (&dispute.first_in_second, first),
+        (&dispute.second_in_first, second),
+    ];
+    for (read, claim) in crosswise {
+        match read {
+            Ok(verdict) if verdict.is_evidence() => {
+                let caveat = bent(verdict).and_then(caveat);
+                reasons.extend(caveat.map(|caveat| format!("of the mark of {}: {caveat}", claim.display())));
+            }
+            Ok(_) => {}
+            Err(error) => reasons.push(format!(
+                "the mark of {} can't be read, and proves nothing: {error}",
+                claim.display()
+            )),
+        }
+    }
     reasons.extend(dispute.suspect_bears().map(|bears| {
         String::from(match bears {
             [true, true] => "the suspect bears both marks",

@@ -1,3 +1,5 @@
+use std::sync::Arc;
+
 use job::Job;
 use registration::PreparedMesh;
 
@@ -9,17 +11,26 @@ use super::{SigmarkError, Verdict, Verifier};
 /// published it is in there, while his own mark can't be in an original that he never had in his hands. Marks count that are
 /// [evidence](Verdict::is_evidence) against a stranger; a mark can be removed from an "original" by spoiling it, but none can be brought
 /// into another's.
+///
+/// A claim whose mark can't be read has proved nothing, and takes nothing from the other: else who is about to come second would spoil his own certificate.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Dispute {
     /// The answer.
     pub outcome: Precedence,
     /// How the first claim's mark is read in the second's original.
-    pub first_in_second: Verdict,
+    pub first_in_second: Read,
     /// How the second claim's mark is read in the first's original.
-    pub second_in_first: Verdict,
+    pub second_in_first: Read,
     /// How the first's and the second's mark are read in the suspect, if there is one.
-    pub in_suspect: Option<[Verdict; 2]>,
+    pub in_suspect: Option<[Read; 2]>,
+}
+
+/// How a claim's mark is read in a mesh, or why it can't be.
+pub type Read = Result<Verdict, Arc<SigmarkError>>;
+
+fn is_evidence(read: &Read) -> bool {
+    read.as_ref().is_ok_and(Verdict::is_evidence)
 }
 
 /// Which of two claims came first.
@@ -44,6 +55,8 @@ pub enum Tie {
     Neither,
     /// Two shapes that don't lie on each other.
     Unrelated,
+    /// A claim's mark can't be read, and the other's is not in its original.
+    Unread,
 }
 
 impl Precedence {
@@ -56,14 +69,18 @@ impl Precedence {
         }
     }
 
-    fn of(first_in_second: &Verdict, second_in_first: &Verdict) -> Self {
-        let aligned = |verdict: &Verdict| verdict.mismatch.is_none();
-        match (first_in_second.is_evidence(), second_in_first.is_evidence()) {
+    fn of(first_in_second: &Read, second_in_first: &Read) -> Self {
+        match (is_evidence(first_in_second), is_evidence(second_in_first)) {
             (true, false) => Self::First,
             (false, true) => Self::Second,
             (true, true) => Self::Undecided(Tie::Both),
-            _ if aligned(first_in_second) || aligned(second_in_first) => Self::Undecided(Tie::Neither),
-            _ => Self::Undecided(Tie::Unrelated),
+            (false, false) => Self::Undecided(match (first_in_second, second_in_first) {
+                (Ok(first), Ok(second)) if first.mismatch.is_some() && second.mismatch.is_some() => {
+                    Tie::Unrelated
+                }
+                (Ok(_), Ok(_)) => Tie::Neither,
+                _ => Tie::Unread,
+            }),
         }
     }
 }
@@ -72,21 +89,18 @@ impl Dispute {
     /// Reads the mark of each of two claims in the other's original, and both in a suspect.
     ///
     /// # Errors
-    /// As [`Verifier::verify`].
+    /// [`SigmarkError::Job`]; what else goes wrong is part of the answer.
     pub fn between(
         first: &Verifier,
         second: &Verifier,
         suspect: Option<&PreparedMesh>,
         job: &Job,
     ) -> Result<Self, SigmarkError> {
-        let first_in_second = first.verify(second.original().clone(), job)?;
-        let second_in_first = second.verify(first.original().clone(), job)?;
+        let first_in_second = read(first, second.original(), job)?;
+        let second_in_first = read(second, first.original(), job)?;
         let in_suspect = match suspect {
             None => None,
-            Some(suspect) => Some([
-                first.verify(suspect.clone(), job)?,
-                second.verify(suspect.clone(), job)?,
-            ]),
+            Some(suspect) => Some([read(first, suspect, job)?, read(second, suspect, job)?]),
         };
         Ok(Self {
             outcome: Precedence::of(&first_in_second, &second_in_first),
@@ -98,7 +112,14 @@ impl Dispute {
 
     /// Whether the first's and the second's mark stand in the suspect, as evidence; none without a suspect.
     pub fn suspect_bears(&self) -> Option<[bool; 2]> {
-        let verdicts = self.in_suspect.as_ref()?;
-        Some(verdicts.each_ref().map(Verdict::is_evidence))
+        Some(self.in_suspect.as_ref()?.each_ref().map(is_evidence))
+    }
+}
+
+/// Judges by a claim; fails where nothing could be judged by any.
+fn read(claim: &Verifier, suspect: impl Into<PreparedMesh>, job: &Job) -> Result<Read, SigmarkError> {
+    match claim.verify(suspect, job) {
+        Err(error @ SigmarkError::Job(_)) => Err(error),
+        verdict => Ok(verdict.map_err(Arc::new)),
     }
 }

@@ -18,7 +18,7 @@ mod verify;
 pub use certificate::{
     Certificate, CertificateError, CertificateReader, Issued, LARGEST, PackedLabels, VERSION,
 };
-pub use dispute::{Dispute, Precedence, Tie};
+pub use dispute::{Dispute, Precedence, Read, Tie};
 pub use embed::{Embedder, ReadBack, Signed};
 pub use error::SigmarkError;
 pub use prediction::{Prediction, QUOTED_NOISE, bits_for};
