@@ -10,6 +10,7 @@ use sigmark::{
     Certificate, CertificateError, Curve, Embedder, GeometryDigest, PayloadKind, Scheme, SigmarkError,
     SigningKey,
     claim::{Carrier, LARGEST, PackedLabels, VERSION},
+    mark::MOST_FUNCTIONS,
 };
 
 fn mesh() -> TriMesh {
@@ -194,6 +195,10 @@ fn functions_beyond_a_patch_are_refused_before_any_work() {
         refusal(&value),
         CertificateError::Field { field: "patches", .. }
     ));
+    // Nor are more than can be computed with, whatever the patch has room for.
+    value["mark"]["patches"][0]["functions"] = (MOST_FUNCTIONS + 1).into();
+    let refused = refusal(&value).to_string();
+    assert!(refused.contains("at most 2048"), "{refused}");
 }
 
 /// Whoever reads a mark of another scheme reads pooled chips: the paper's carrier has other numbers of them.

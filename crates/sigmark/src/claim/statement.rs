@@ -8,7 +8,7 @@ use super::{
     keys::PublicKey,
 };
 use crate::{
-    mark::{Borders, ChipLayout, ChipPlan, LARGEST_PATCH, MarkError, VERTICES_PER_FUNCTION},
+    mark::{Borders, ChipLayout, ChipPlan, LARGEST_PATCH, MOST_FUNCTIONS, MarkError, VERTICES_PER_FUNCTION},
     payload::{GeometryDigest, Payload, PayloadKind, RigDigest, Scheme},
 };
 
@@ -323,8 +323,16 @@ fn wrong_patches(error: MarkError) -> CertificateError {
     }
 }
 
-/// Whether each patch has room for its functions and is not too large for anyone to compute.
+/// Whether each patch has room for its functions, and neither is too large for anyone to compute.
 fn check_sizes(sizes: &[usize], functions: &[usize]) -> Result<(), CertificateError> {
+    if let Some(most) = functions.iter().max().filter(|most| **most > MOST_FUNCTIONS) {
+        return Err(CertificateError::Field {
+            field: "patches",
+            problem: format!(
+                "has one of {most} functions, and at most {MOST_FUNCTIONS} can be computed with"
+            ),
+        });
+    }
     let least = |i: usize| functions[i].saturating_mul(VERTICES_PER_FUNCTION);
     match (0..sizes.len()).find(|&i| !(least(i)..=LARGEST_PATCH).contains(&sizes[i])) {
         None => Ok(()),

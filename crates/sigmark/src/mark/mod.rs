@@ -38,7 +38,7 @@ pub use detect::{
 pub use error::MarkError;
 pub use layout::{Levelled, MarkLayout, Written};
 pub use original::{Borders, Original};
-pub use patches::{LARGEST_PATCH, Patch, PatchCount, Patches, VERTICES_PER_FUNCTION};
+pub use patches::{LARGEST_PATCH, MOST_FUNCTIONS, Patch, PatchCount, Patches, VERTICES_PER_FUNCTION};
 pub use pool::Pool;
 pub use reader::{Found, FoundParts, ReadParts, Reader, Reading, ReadingMethod, Readings, Suspect, Wanted};
 pub use registered::Registered;

@@ -61,6 +61,10 @@ const PAPER_LIMIT: usize = 30_000;
 /// The largest patch: the basis of a larger one costs more memory and time than a user expects.
 pub const LARGEST_PATCH: usize = 60_000;
 
+/// The most functions in a patch. What is solved for a patch has three unknowns to each, so that a certificate of a kilobyte could ask for any memory:
+/// with so many it is some 1.3 GB.
+pub const MOST_FUNCTIONS: usize = 2048;
+
 /// A basis of m functions says something about a surface only if that has clearly more vertices.
 pub const VERTICES_PER_FUNCTION: usize = 2;
 

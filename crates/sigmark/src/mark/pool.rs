@@ -7,7 +7,9 @@
 use job::Job;
 use mesh::{Components, TriMesh, components};
 
-use super::{LARGEST_PATCH, MarkError, Patch, Patches, VERTICES_PER_FUNCTION, patches::label};
+use super::{
+    LARGEST_PATCH, MOST_FUNCTIONS, MarkError, Patch, Patches, VERTICES_PER_FUNCTION, patches::label,
+};
 
 /// How finely a pooled mark is laid out.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -169,7 +171,9 @@ fn useful_of_patch(patch: &Patch, vertices_per_harmonic: usize) -> usize {
         VERTICES_PER_FUNCTION => free.len(),
         _ => free.len().min(2 * spread),
     };
-    (counted / vertices_per_harmonic).saturating_sub(1)
+    (counted / vertices_per_harmonic)
+        .min(MOST_FUNCTIONS)
+        .saturating_sub(1)
 }
 
 /// Labels of the patches that hold a triangle, numbered anew: one of few vertices among large ones may hold none.
