@@ -51,7 +51,7 @@ pub fn of_verdict(verdict: &Verdict, statement: &Statement, own_key: bool) -> Ma
         "residual": verdict.residual,
         "transform": verdict.transform.map(|transform| transform.to_matrix()),
         "mirrored": verdict.transform.map(|transform| transform.mirrors()),
-        "attack_model": verdict.attack_model,
+        "attack_model": verdict.attack_model.filter(|_| verdict.outcome.is_found()),
         "marked_parts": verdict.marked_parts,
         "original_is": match verdict.compared_with {
             Compared::Original => "file",

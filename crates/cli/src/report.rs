@@ -40,6 +40,22 @@ pub(crate) fn printable(text: &str) -> String {
         .collect()
 }
 
+/// A text of a stranger's in quotation marks, which it can't end, nor fill the screen with blanks and more words.
+pub(crate) fn quoted(text: &str) -> String {
+    const LONGEST: usize = 200;
+    let words: Vec<&str> = text.split_whitespace().collect();
+    let one_line = words.join(" ");
+    let mut shown: String = one_line.chars().take(LONGEST).collect();
+    if shown.len() < one_line.len() {
+        shown.push('\u{2026}');
+    }
+    let inner = |c: char| match c {
+        '\u{201c}' | '\u{201d}' | '"' => '\'',
+        c => c,
+    };
+    format!("\u{201c}{}\u{201d}", shown.chars().map(inner).collect::<String>())
+}
+
 /// Characters that are not seen, but change what is: controls, and what turns the direction of writing.
 pub(crate) fn steers(c: char) -> bool {
     c.is_control()
@@ -137,6 +153,16 @@ pub(crate) fn listed(things: &[String]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_text_from_outside_stays_in_its_quotation_marks() {
+        assert_eq!(
+            quoted("Anna\u{201d} and \u{201c}Bert"),
+            "\u{201c}Anna' and 'Bert\u{201d}"
+        );
+        assert_eq!(quoted("Anna  \t  key  x"), "\u{201c}Anna key x\u{201d}");
+        assert_eq!(quoted(&"\u{e9}".repeat(1000)).chars().count(), 203);
+    }
 
     #[test]
     fn a_text_from_outside_can_neither_break_the_line_nor_steer_the_terminal() {

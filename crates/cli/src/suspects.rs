@@ -114,6 +114,14 @@ impl<'a> Session<'a> {
         })
     }
 
+    /// The same of work on a suspect.
+    pub(crate) fn within_limit_at<T>(&self, suspect: &Path, result: Result<T>, job: &Job) -> Result<T> {
+        result.map_err(|error| match job.is_cancelled() {
+            true => self.time_limit.exceeded_at(suspect),
+            false => error,
+        })
+    }
+
     /// Reads what all suspects are compared with.
     pub(crate) fn read<T>(&self, read: impl FnOnce(&Job) -> Result<T>) -> Result<T> {
         let progress = self.begun();

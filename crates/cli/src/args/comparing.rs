@@ -109,7 +109,7 @@ impl Compare {
 Example:
   sigmark align found.obj model.obj -o aligned.obj
 
-Exit code 0 if the suspect lies on the original now, 1 if it does not align with it: then nothing is written.
+Exit code 0 if the suspect lies on the original now, 1 if it does not align with it, or with --pose if no pose had to be undone: then nothing is written.
 
 The suspect may be moved, turned, scaled, mirrored, cropped, decimated or re-meshed; no first guess is needed. What is \
 written is the suspect's file with other vertex positions; normals and tangents stored in it turn with the mesh, and so do glTF's \

@@ -120,7 +120,7 @@ pub(crate) struct LibraryVerify {
     /// The mesh in question
     #[arg(value_name = "SUSPECT")]
     pub(crate) suspect: PathBuf,
-    /// Ask for evidence that holds against a stranger, who may have made his claim after he saw the suspect
+    /// Ask for evidence that holds against a stranger, who may have made his claim after he saw the suspect: with --public-key, which nothing is taken for
     #[arg(long, requires = "public_key")]
     pub(crate) dispute: bool,
     #[command(flatten)]

@@ -1,6 +1,6 @@
 //! What several commands have.
 
-use std::time::Duration;
+use std::{path::Path, time::Duration};
 
 use clap::Args;
 
@@ -8,7 +8,7 @@ use super::numbers;
 
 #[derive(Debug, Args)]
 pub(crate) struct TimeLimit {
-    /// Give up after so many seconds [default: never]
+    /// Give up after so many seconds; where there are several suspects, each has so many [default: never]
     #[arg(long = "time-limit", value_name = "SECONDS", allow_negative_numbers = true, value_parser = numbers::seconds)]
     limit: Option<Duration>,
 }
@@ -27,6 +27,11 @@ impl TimeLimit {
     pub(crate) fn exceeded(&self) -> anyhow::Error {
         let seconds = self.limit.unwrap_or_default().as_secs_f64();
         anyhow::anyhow!("stopped at the time limit of {seconds} s; allow more with --time-limit")
+    }
+
+    /// That it was reached with a suspect.
+    pub(crate) fn exceeded_at(&self, suspect: &Path) -> anyhow::Error {
+        self.exceeded().context(suspect.display().to_string())
     }
 }
 

@@ -156,7 +156,7 @@ pub(crate) struct Embed {
     /// Whom this copy is for: a text that stands in the certificate and is signed [default: none]
     #[arg(long, value_name = "TEXT", default_value = "", hide_default_value = true)]
     pub(crate) recipient: String,
-    /// Make a copy for each recipient of a list: CSV, the column with the header "recipient", or else the first. The output is a folder then
+    /// Make a copy for each recipient of a list: CSV, the column with the header "recipient", or a name in each line without any header. The output is a folder then
     #[arg(long, value_name = "CSV", conflicts_with_all = ["recipient", "certificate"])]
     pub(crate) recipients: Option<PathBuf>,
     /// Where to write the certificate [default: the output's name and .cert.json]
@@ -279,13 +279,13 @@ pub(crate) struct Verify {
     /// The certificate that embed wrote
     #[arg(long, value_name = "FILE")]
     pub(crate) certificate: PathBuf,
-    /// The very file that was signed [default: looked for beside the certificate]
+    /// The very file that was signed; has to be given with --dispute [default: looked for beside the certificate]
     #[arg(long, value_name = "FILE", required_if_eq("dispute", "true"))]
     pub(crate) original: Option<PathBuf>,
-    /// The signer's public key [default: the certificate's own]
+    /// The signer's public key; has to be given with --dispute [default: the certificate's own]
     #[arg(long, value_name = "PEM", required_if_eq("dispute", "true"))]
     pub(crate) public_key: Option<PathBuf>,
-    /// Ask for evidence that holds against a stranger, who may have made his claim after he saw the suspect
+    /// Ask for evidence that holds against a stranger, who may have made his claim after he saw the suspect: with --original and --public-key, which nothing is taken for
     #[arg(long)]
     pub(crate) dispute: bool,
     /// Read marks of the paper's profile, too, which do not say whose the model is

@@ -227,7 +227,7 @@ fn meaning() -> Html {
                what was read.";
     let p = "<b>p</b> is an upper bound on the probability that anybody at all would be named whose copy is not in the suspect, whatever was done to \
              the copies of others. All copies are counted in it, all positions in which the suspect could lie, and all rounds: who is named second was looked for after the first\u{2019}s \
-             pattern was taken out. <b>T<sub>0</sub></b> is how far the agreement lies beyond chance, in standard deviations.";
+             pattern was taken out. <b>T<sub>0</sub></b> is the signal-to-noise ratio of the copy\u{2019}s pattern in what was read: the number of standard deviations by which the agreement lies beyond chance, without the limit that so many bits set to that.";
     Html::markup("What it means")
         .within("h2", None)
         .and(Html::markup(how).within("p", None))

@@ -199,7 +199,8 @@ pub(super) fn registration(verdict: &Verdict) -> String {
 
 /// Shares of what moved the suspect's surface.
 pub(super) fn attack(verdict: &Verdict) -> Option<String> {
-    let model = verdict.attack_model?;
+    // Where there is no mark, what agrees with one is chance.
+    let model = verdict.attack_model.filter(|_| verdict.outcome.is_found())?;
     let shares = [
         ("the mark", model.mark),
         ("an imperfect alignment", model.misalignment),

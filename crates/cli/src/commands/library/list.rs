@@ -30,7 +30,7 @@ pub(crate) fn run(arguments: &LibraryList) -> Result<Answer> {
         let mut recipients: Vec<String> = certificates
             .iter()
             .filter(|certificate| !certificate.recipient.is_empty())
-            .map(|certificate| format!("\u{201c}{}\u{201d}", certificate.recipient))
+            .map(|certificate| report::quoted(&certificate.recipient))
             .collect();
         let more = recipients.len().saturating_sub(SHOWN);
         recipients.truncate(SHOWN);

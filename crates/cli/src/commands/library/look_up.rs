@@ -40,6 +40,8 @@ pub(super) struct Looked {
     pub(super) certificates: Vec<Certificate>,
     /// Those that it does not: of the paper's profile.
     of_paper: usize,
+    /// Those by another key than the one that was asked for.
+    pub(super) of_others: usize,
     /// With how many certificates it was read.
     pub(super) read: usize,
     /// None where it was not read.
@@ -207,11 +209,13 @@ impl Catalogue {
 
     fn candidate(&self, candidate: Candidate) -> Result<Looked> {
         let record = self.library.original(candidate.original)?;
-        let (mut certificates, mut of_paper) = (Vec::new(), 0);
+        let (mut certificates, mut of_paper, mut of_others) = (Vec::new(), 0, 0);
         for stored in self.library.certificates(&record.digest)? {
             // They were checked when they were added; the file may have been anywhere since.
             match Certificate::from_json(&stored.text) {
-                Ok(certificate) if self.key.is_some_and(|key| key != *certificate.public_key()) => {}
+                Ok(certificate) if self.key.is_some_and(|key| key != *certificate.public_key()) => {
+                    of_others += 1
+                }
                 Ok(certificate) if certificate.statement().binds_original() => certificates.push(certificate),
                 Ok(_) => of_paper += 1,
                 Err(error) => report::warning(&format!(
@@ -234,6 +238,7 @@ impl Catalogue {
             record,
             certificates,
             of_paper,
+            of_others,
             read: 0,
             finding: None,
             is_unread: false,

@@ -57,7 +57,7 @@ impl Inquiry for Asking<'_> {
         let job = progress.job(self.search.common.threads());
         progress.begin("search", "searching the library");
         let found = self.catalogue.look_up(&suspect, path, &job);
-        let found = self.session.within_limit(found, &job)?;
+        let found = self.session.within_limit_at(path, found, &job)?;
         let seconds = progress.finish();
         print(&self.catalogue, self.search, path, &found, &seconds)?;
         Ok(found.best.is_some())

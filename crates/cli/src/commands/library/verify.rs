@@ -57,7 +57,7 @@ impl Inquiry for Asking<'_> {
         progress.begin("search", "searching the library");
         let job = progress.job(options.common.threads());
         let found = catalogue.look_up(&self.suspect, path, &job);
-        let found = self.session.within_limit(found, &job)?;
+        let found = self.session.within_limit_at(path, found, &job)?;
         let claimed = found.best().and_then(|best| Some((best, certificate_of(best)?)));
         let Some((best, number)) = claimed else {
             search::print(catalogue, options, path, &found, &progress.finish())?;

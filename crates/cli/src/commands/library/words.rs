@@ -76,6 +76,10 @@ fn of_original(suspect: &str, catalogue: &Catalogue, found: &LookedUp, best: &Lo
                 0 if best.is_claimed() => {
                     "none that could be read with: this says which model it is, and is no claim".into()
                 }
+                0 if best.of_others > 0 => format!(
+                    "{} for this original, none by the key that was given: this says which model it is, and is no claim",
+                    report::counted(best.of_others, "certificate", "certificates")
+                ),
                 0 => "none for this original: this says which model it is, and is no claim".into(),
                 count => format!(
                     "{} asked for, and nothing of their marks",
@@ -128,7 +132,7 @@ fn of_mark(suspect: &str, found: &LookedUp, best: &Looked, marked: &Marked) -> L
             ("message", &statement.message),
         ] {
             if !text.is_empty() {
-                lines.field(what, format!("\u{201c}{text}\u{201d}"));
+                lines.field(what, report::quoted(text));
             }
         }
         lines.field("signed by", format!("key {}", statement.public_key.fingerprint()));

@@ -195,7 +195,7 @@ pub(crate) fn described(verdict: &Verdict, claim: &Claim) -> Map<String, Value> 
 /// The error with the name of the file that it is about.
 fn blame(error: SigmarkError, arguments: &Verify, claim: &Claim, suspect: &Path) -> anyhow::Error {
     let file: &Path = match error {
-        SigmarkError::Job(JobError::Cancelled) => return arguments.time_limit.exceeded(),
+        SigmarkError::Job(JobError::Cancelled) => return arguments.time_limit.exceeded_at(suspect),
         SigmarkError::PaperProfile => {
             let certificate = arguments.certificate.display();
             return anyhow!("{certificate}: {error}; ask for --profile paper to have it read all the same");

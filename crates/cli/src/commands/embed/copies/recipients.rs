@@ -14,7 +14,7 @@ use crate::{
 /// The header of the column to take.
 const COLUMN: &str = "recipient";
 
-/// Separators that spreadsheets write; the first is meant where no header tells another.
+/// Separators that spreadsheets write. Where no header tells which, there is one column, whose names may hold any but the first.
 const SEPARATORS: [u8; 3] = [b',', b';', b'\t'];
 
 /// Of a recipient's name as much stands in that of the folder.
@@ -66,7 +66,7 @@ fn is_device(name: &str) -> bool {
     DEVICES.contains(&name.trim_end_matches(|c: char| c.is_ascii_digit()))
 }
 
-/// Reads a list: a column with the header "recipient", or without it the first column of every row.
+/// Reads a list: a column with the header "recipient", or one column without a header. Of several without one, the first row would be a recipient, and the column a guess.
 pub(super) fn read(path: &Path) -> Result<Vec<Recipient>> {
     let text = files::read_text(path, Text::Recipients)?;
     let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
@@ -90,6 +90,9 @@ struct List<'a> {
 impl List<'_> {
     fn recipients(&self) -> Result<Vec<Recipient>> {
         let (separator, column) = self.header();
+        if column.is_none() {
+            self.check_one_column()?;
+        }
         let (mut recipients, mut fields) = (Vec::new(), None);
         for row in self.rows(separator).records() {
             let row = row.map_err(|error| anyhow!("{}: is no CSV file ({error})", self.path.display()))?;
@@ -117,6 +120,27 @@ impl List<'_> {
             Some((separator, Some(column)))
         });
         found.unwrap_or((SEPARATORS[0], None))
+    }
+
+    fn check_one_column(&self) -> Result<()> {
+        for separator in SEPARATORS {
+            let mut rows = self.rows(separator).into_records().map_while(Result::ok);
+            let first = rows.find(|row| !row.iter().all(str::is_empty));
+            if let Some(first) = first.filter(|first| first.len() > 1) {
+                bail!(
+                    "{}, line {}: has {} fields, and none is the header {COLUMN}; write that above the column to take, or put a name with {} in it in double quotes",
+                    self.path.display(),
+                    self.line_of(&first),
+                    first.len(),
+                    match separator {
+                        b',' => "a comma",
+                        b';' => "a semicolon",
+                        _ => "a tab",
+                    }
+                );
+            }
+        }
+        Ok(())
     }
 
     fn rows(&self, separator: u8) -> csv::Reader<&[u8]> {
@@ -218,7 +242,7 @@ mod tests {
         ] {
             assert_eq!(named(text), wanted, "{text}");
         }
-        assert_eq!(named("注文 4711,x\nb,y\n")[0].0, "注文 4711");
+        assert_eq!(named("\"注文; 4711\"\nb; c\n")[0].0, "注文; 4711");
     }
 
     #[test]
@@ -232,6 +256,12 @@ mod tests {
                 "line 2: has 2 fields where the first line has 1",
             ),
             ("n,recipient\n1,a\n2,\n", "line 3: names no recipient"),
+            (
+                "\nbuyer,email\nAnna,a@x\n",
+                "line 2: has 2 fields, and none is the header",
+            ),
+            ("Name;E-Mail\nAnna;a@x\n", "a name with a semicolon in it"),
+            ("Name\tE-Mail\nAnna\ta@x\n", "a name with a tab in it"),
             ("a\n\"b\nc\"\n", "line 2: b\u{fffd}c has control characters"),
             ("a\nb\x1b[2J\n", "line 2: b\u{fffd}[2J has control characters"),
         ];
