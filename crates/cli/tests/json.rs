@@ -201,8 +201,9 @@ fn lines(command: &str) -> &'static [&'static str] {
         ],
         "trace" => &[
             "trace signed.ply --original model.ply --certificates signed.ply.cert.json",
-            "trace worn.ply torus.ply bad.ply --original model.ply --certificates sold signed.ply.cert.json",
+            "trace worn.ply torus.ply bad.ply --original model.ply --certificates sold --certificates signed.ply.cert.json",
             "trace leak.ply --original model.ply --certificates sold",
+            "trace model.ply --original model.ply --certificates sold",
         ],
         "dispute" => &[
             "dispute mine.claim.json theirs.claim.json",

@@ -264,6 +264,8 @@ fn certificates_that_were_edited_name_nobody() {
     }
     let trace = tracer.trace(&shop.copies[1], &job).unwrap();
     assert!(!trace.is_found() && trace.unsigned.is_empty());
+    // His own mark was not asked for, and nobody is told so that it is not in there.
+    assert_eq!(trace.altered, [1]);
     // The same statement with another seal is the same pattern, and is refused when it would be named.
     let mut tracer = Tracer::new(shop.original.mesh(), &key(1).public_key()).unwrap();
     let text = shop.certificates[1].to_json().unwrap();
@@ -278,7 +280,7 @@ fn certificates_that_were_edited_name_nobody() {
     tracer.add(&edited).unwrap();
     let trace = tracer.trace(&shop.copies[1], &job).unwrap();
     assert!(!trace.is_found());
-    assert_eq!(trace.unsigned, [1]);
+    assert_eq!((trace.unsigned, trace.altered), (vec![1], Vec::new()));
     // Beside the true one it shields nobody, whichever comes first.
     tracer.add(&reader.read(&text).unwrap()).unwrap();
     let trace = tracer.trace(&shop.copies[1], &job).unwrap();

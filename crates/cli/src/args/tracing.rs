@@ -28,7 +28,7 @@ say which. Exit code 0 if somebody is named, 1 if nobody is; of several suspects
 in one, and 2 if one could not be judged.
 
 --json prints: an object a suspect, each in a line, of suspect (file name), accused (whose copies are in it, the surest first: recipient, message, certificate (file name), p_value, correlation, margin (T0, beside those \
-before)), candidates (copies that were asked for), passed_over (certificates of other originals or keys), unreadable (file names in the folders that look like certificates and could not be read), unsigned (certificates that would have been named, but that the key did not sign), p_bound, registration (connectivity, surroundings, surface, parts, rig: by its vertices, brought back from its pose by the joints and morph targets of the original's file, which the certificate binds, rig_surface: by its surface, brought back likewise, local_frames: by its vertices, each seen from its own surroundings, where something had bent or posed it, or bent_surface: by its surface, likewise), poses, overlap, \
+before)), candidates (copies that were asked for), passed_over (certificates of other originals or keys), unreadable (file names in the folders that look like certificates and could not be read), unsigned (certificates that would have been named, but that the key did not sign), altered (where nobody is named, others that it did not sign: the marks that these were issued with were not asked for), p_bound, registration (connectivity, surroundings, surface, parts, rig: by its vertices, brought back from its pose by the joints and morph targets of the original's file, which the certificate binds, rig_surface: by its surface, brought back likewise, local_frames: by its vertices, each seen from its own surroundings, where something had bent or posed it, or bent_surface: by its surface, likewise), poses, overlap, \
 coverage, missing, transform (4 × 4, suspect to original; null where it was bent or posed), mirrored, attack_model (as `sigmark verify` has it), remark (why it is another shape), original (file name), \
 public_key (fingerprint), own_key (whether the key is the certificates'), seconds (of each stage). What can't be said is null. Of one of several suspects that could not be judged: suspect and error alone.")]
 pub(crate) struct Trace {
@@ -38,8 +38,8 @@ pub(crate) struct Trace {
     /// The very file that was signed
     #[arg(long, value_name = "FILE")]
     pub(crate) original: PathBuf,
-    /// Folders that hold the certificates of all copies, or certificates
-    #[arg(long, required = true, num_args = 1.., value_name = "DIR")]
+    /// A folder that holds the certificates of all copies, or a certificate; may be given again
+    #[arg(long, required = true, value_name = "DIR")]
     pub(crate) certificates: Vec<PathBuf>,
     /// The signer's public key [default: the certificates' own]
     #[arg(long, value_name = "PEM")]

@@ -80,7 +80,8 @@ pub(super) fn verify(arguments: &Verify, claim: &Claim, suspects: &[&Path]) -> S
 pub(super) fn trace(arguments: &Trace, suspects: &[&Path]) -> String {
     let mut words = begun("trace", suspects);
     words.extend(option("--original", [&arguments.original]));
-    words.extend(option("--certificates", &arguments.certificates));
+    let certificates = arguments.certificates.iter();
+    words.extend(certificates.filter_map(|path| option("--certificates", [path])));
     words.extend(option("--public-key", &arguments.public_key));
     if arguments.p_bound != 1e-5 {
         words.push(format!("--p-bound {:e}", arguments.p_bound));

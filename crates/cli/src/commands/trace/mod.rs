@@ -123,6 +123,7 @@ impl Asking<'_> {
             "passed_over": self.copies.passed_over,
             "unreadable": self.copies.unreadable,
             "unsigned": trace.unsigned.iter().filter_map(path).collect::<Vec<_>>(),
+            "altered": trace.altered.iter().filter_map(path).collect::<Vec<_>>(),
             "p_bound": self.arguments.p_bound,
             "remark": trace.mismatch.map(remark),
             "original": self.arguments.original,
@@ -135,7 +136,7 @@ impl Asking<'_> {
     /// The error with the name of the file that it is about.
     fn blame(&self, error: SigmarkError, suspect: &Path) -> anyhow::Error {
         let file: &Path = match error {
-            SigmarkError::Job(JobError::Cancelled) => return self.arguments.time_limit.exceeded(),
+            SigmarkError::Job(JobError::Cancelled) => return self.arguments.time_limit.exceeded_at(suspect),
             SigmarkError::Mark(MarkError::Registration(_) | MarkError::Mesh(_)) => suspect,
             _ => &self.arguments.original,
         };

@@ -1,6 +1,6 @@
 //! What `trace` says to people.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use sigmark::claim::{Accused, Trace};
 
@@ -91,7 +91,7 @@ pub(crate) fn accused<'a>(
 pub(crate) fn named(copy: &IssuedCopy) -> String {
     match copy.recipient.as_str() {
         "" => format!("nobody by name ({})", copy.certificate.display()),
-        recipient => format!("\u{201c}{recipient}\u{201d}"),
+        recipient => report::quoted(recipient),
     }
 }
 
@@ -107,12 +107,19 @@ fn tell_of_certificates(lines: &mut Lines, trace: &Trace, copies: &Copies) {
             format!("{count}; whose copy they are for was not asked for"),
         );
     }
-    for copy in trace
-        .unsigned
-        .iter()
-        .filter_map(|&number| copies.copies.get(number))
-    {
-        let path = copy.certificate.display();
+    let of = |numbers: &[usize]| -> Vec<PathBuf> {
+        let copies = numbers.iter().filter_map(|&number| copies.copies.get(number));
+        copies.map(|copy| copy.certificate.clone()).collect()
+    };
+    for path in of(&trace.altered) {
+        let path = path.display();
+        lines.field(
+            "altered",
+            format!("{path}: the key did not sign it: it was edited or damaged, and the mark that it was issued with was not asked for"),
+        );
+    }
+    for path in of(&trace.unsigned) {
+        let path = path.display();
         lines.field(
             "not named",
             format!("{path}: its mark is there, but the key did not sign it: it was edited"),

@@ -14,6 +14,8 @@ pub struct Trace {
     pub accused: Vec<Accused>,
     /// Candidates, by their numbers, whose certificates would have been named, but are not signed by the key.
     pub unsigned: Vec<usize>,
+    /// Where nobody is named, the other candidates whose certificates are not signed by the key: they were edited or damaged, and the marks that they were issued with were not asked for.
+    pub altered: Vec<usize>,
     /// How many candidates were asked for.
     pub candidates: usize,
     /// In how many ways the suspect could lie on the original.
@@ -74,6 +76,7 @@ impl Trace {
         Self {
             accused: Vec::new(),
             unsigned: Vec::new(),
+            altered: Vec::new(),
             candidates,
             poses: 0,
             matched_by: MatchedBy::Parts,

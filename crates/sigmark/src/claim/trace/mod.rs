@@ -454,7 +454,23 @@ impl Tracer {
             residues[lot].truncate(1);
             residues[lot][0].take_out(&pattern);
         }
+        if trace.accused.is_empty() {
+            trace.altered = self.altered(&asked, job)?;
+        }
         Ok(trace)
+    }
+
+    /// Of some candidates those whose certificates the key did not sign.
+    fn altered(&self, asked: &[usize], job: &Job) -> Result<Vec<usize>, SigmarkError> {
+        const AT_ONCE: usize = 64;
+        let has_certificate = |number: &usize| *number < self.candidates.len();
+        let candidates: Vec<usize> = asked.iter().copied().filter(has_certificate).collect();
+        let is_signed = job.map(candidates.len(), AT_ONCE, |i| self.is_signed(candidates[i]))?;
+        let pairs = candidates.into_iter().zip(is_signed);
+        Ok(pairs
+            .filter(|(_, is_signed)| !is_signed)
+            .map(|(number, _)| number)
+            .collect())
     }
 
     /// The lot and the pattern of a candidate, or of a decoy.
