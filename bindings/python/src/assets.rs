@@ -86,12 +86,8 @@ impl Asset {
                 ))
             })
         };
-        let format = match format {
-            Some(name) => known(name)?,
-            None => Format::of_content(data).ok_or_else(|| {
-                PyValueError::new_err("the bytes look like no format that is read; name it with `format`")
-            })?,
-        };
+        // A packed one shows its format only once it is unpacked.
+        let format = format.map(known).transpose()?;
         let data = data.to_vec();
         run(py, Running::new(Some(1), None), move |_| {
             Ok(Self::new(mesh_io::Asset::from_bytes(data, format)?))

@@ -42,6 +42,17 @@ impl Input {
         }
     }
 
+    /// Bytes of the file and of those that it refers to, as they are kept.
+    pub(crate) fn file_bytes(&self) -> usize {
+        match self {
+            Self::Mesh(_) => 0,
+            Self::Asset(asset) => {
+                let companions = asset.inner().companions();
+                asset.inner().content().len() + companions.map(|(_, bytes)| bytes.len()).sum::<usize>()
+            }
+        }
+    }
+
     /// What is given, with the vertices of other libraries' objects welded or as they are.
     pub(crate) fn of(object: &Bound<'_, PyAny>, weld: bool) -> PyResult<Self> {
         if let Ok(mesh) = object.cast::<Mesh>() {

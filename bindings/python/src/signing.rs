@@ -380,12 +380,13 @@ impl Prepared {
         })
     }
 
-    /// Bytes of the harmonics and the mesh that are kept, about; more than a gigabyte of harmonics is not.
+    /// Bytes of the harmonics, the mesh and its file that are kept, about; more than a gigabyte of harmonics is not.
     #[getter]
     fn nbytes(&self) -> usize {
         let original = self.prepared.original();
         let mesh = original.mesh();
-        original.basis_bytes().min(1 << 30) + 24 * mesh.vertex_count() + 12 * mesh.triangle_count()
+        let mesh = 24 * mesh.vertex_count() + 12 * mesh.triangle_count();
+        original.basis_bytes().min(1 << 30) + mesh + self.input.file_bytes()
     }
 
     /// What `sigmark embed --json` prints of the marks.

@@ -211,6 +211,7 @@ impl Trace {
         let mut object = figures::of_trace(trace);
         object.insert("accused".into(), accused.collect());
         object.insert("unsigned".into(), json!(trace.unsigned));
+        object.insert("altered".into(), json!(trace.altered));
         object.insert("mismatch".into(), trace.mismatch.map(mismatch).into());
         Value::Object(object)
     }

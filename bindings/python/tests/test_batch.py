@@ -125,6 +125,13 @@ def test_jobs_that_make_no_sense_are_refused(folder: Path, tmp_path: Path) -> No
         batch.verify(one.slice(0, 0), tmp_path / "out")
     with pytest.raises(ValueError, match="engine"):
         batch.verify(one, tmp_path / "out", engine="spark")  # type: ignore[arg-type]
+    for bound in (0.0, 1.0, float("nan")):
+        with pytest.raises(ValueError, match="p_bound"):
+            batch.verify(one, tmp_path / "out", p_bound=bound)
+    with pytest.raises(ValueError, match="threads is 0"):
+        batch.verify(one, tmp_path / "out", threads=0)
+    with pytest.raises(ValueError, match="several columns 'ticket'"):
+        batch.verify(one.append_column("ticket", [[1]]), tmp_path / "out")
     assert not (tmp_path / "out").exists()
 
 
@@ -224,6 +231,42 @@ def test_copies_are_those_of_embed(folder: Path, tmp_path: Path, key: sigmark.Si
     assert Path(orders["output"][0].as_py()).read_text() == "mine"
 
 
+def test_two_buyers_have_no_file_in_common(folder: Path, tmp_path: Path) -> None:
+    model, output = str(folder / "model.obj"), str(tmp_path / "copy.obj")
+    jobs = pa.table({"model": [model] * 3, "output": [output, str(tmp_path / "other.obj"), f"{tmp_path}/./copy.obj"], "recipient": ["Anna", "Bert", "Carl"]})
+    with pytest.raises(ValueError, match="rows 0 and 2 both write"):
+        batch.embed(jobs, tmp_path / "out", key=str(folder / "owner.pem"), engine="serial")
+    assert not (tmp_path / "out").exists() and not (tmp_path / "copy.obj").exists()
+    # The same job twice gives the same bytes.
+    jobs = jobs.set_column(2, "recipient", pa.array(["Anna", "Bert", "Anna"]))
+    assert batch.embed(jobs, tmp_path / "out", key=str(folder / "owner.pem"), engine="serial").errors == 0
+
+
+def test_copies_and_jobs_may_lie_among_the_results(folder: Path, tmp_path: Path) -> None:
+    jobs = tmp_path / "jobs.csv"
+    jobs.write_text(f"model,output,recipient\n{folder}/model.obj,{tmp_path}/anna.obj,Anna\n")
+    summary = batch.embed(jobs, tmp_path, key=str(folder / "owner.pem"), engine="serial")
+    assert (summary.rows, summary.errors) == (1, 0) and summary.table().num_rows == 1
+
+
+def test_what_failed_is_tried_again_by_a_later_call_and_not_by_the_same(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    late = tmp_path / "late.obj"
+    jobs = pa.table({"suspect": [str(late)], "original": [str(folder / "model.obj")], "certificate": [str(folder / "signed.obj.cert.json")]})
+    with monkeypatch.context() as ended:
+        ended.setattr("sigmark.batch._run._ended", lambda *_: 1 / 0)
+        with pytest.raises(ZeroDivisionError):
+            batch.verify(jobs, tmp_path / "out", engine="serial")
+    late.write_bytes((folder / "signed.obj").read_bytes())
+    assert batch.verify(jobs, tmp_path / "out", engine="serial").errors == 0
+
+
+def test_a_passphrase_is_in_no_name_of_a_file() -> None:
+    from sigmark.batch._ledger import key_of
+
+    options = {"key": "owner.pem", "passphrase": "secret"}
+    assert key_of("embed", options, 0, {}) == key_of("embed", options | {"passphrase": "another"}, 0, {})
+
+
 def test_numbers_are_recipients_as_they_are_written(folder: Path, tmp_path: Path) -> None:
     """In a CSV 0042 is not 42, and 0 is somebody; an empty cell is nobody, and a row without a message has the run's."""
     names = ["0042", "0", ""]
@@ -248,6 +291,8 @@ def test_columns_of_any_type_stay_beside_the_results(folder: Path, tmp_path: Pat
     from decimal import Decimal
 
     others = {"day": date(2026, 1, 2), "at": datetime(2026, 1, 2, 3, 4), "price": Decimal("9.90"), "blob": b"\xff\x00"}
+    # Names that mean something to engines.
+    others |= {"result": "paid", "c0": 1, "*": 2, "a": {"b": 3}, "a.b": 4}
     table = jobs(folder, "found0.obj")
     for name, value in others.items():
         table = table.append_column(name, [[value]])

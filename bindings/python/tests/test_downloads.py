@@ -55,7 +55,7 @@ def test_one_preparation_serves_all_who_wait_for_it(shop: Any) -> None:
         thread.start()
     for thread in asking:
         thread.join()
-    assert answers == [200] * 8 and list(shop.app.state.shop.shelf.kept) == ["vase.obj"]
+    assert answers == [200] * 8 and [name for name, *_ in shop.app.state.shop.shelf.kept] == ["vase.obj"]
 
 
 def test_what_is_not_there_or_cannot_be_signed_is_said(shop: Any, tmp_path: Path) -> None:
@@ -91,4 +91,16 @@ def test_the_shelf_makes_room(shop: Any, tmp_path: Path, torus: sigmark.Mesh) ->
     shelf.room = int(2.5 * shelf.prepared("0.obj").nbytes)
     for name in ("1.obj", "0.obj", "2.obj"):
         shelf.prepared(name)
-    assert list(shelf.kept) == ["0.obj", "2.obj"]
+    assert [name for name, *_ in shelf.kept] == ["0.obj", "2.obj"]
+
+
+def test_a_model_that_was_replaced_is_prepared_anew(shop: Any, tmp_path: Path, torus: sigmark.Mesh, key: sigmark.SigningKey) -> None:
+    assert shop.get("/orders/4711/vase.obj").status_code == 200
+    (tmp_path / "models/vase.obj").write_bytes(obj(sigmark.Mesh(2 * torus.vertices, torus.faces)))
+    # An order has one copy, and its certificate stays.
+    before = (tmp_path / "certificates/4711/vase.obj.cert.json").read_bytes()
+    assert shop.get("/orders/4711/vase.obj").status_code == 500
+    assert (tmp_path / "certificates/4711/vase.obj.cert.json").read_bytes() == before
+    copy = shop.get("/orders/4712/vase.obj")
+    certificate = sigmark.Certificate.read(tmp_path / "certificates/4712/vase.obj.cert.json")
+    assert copy.status_code == 200 and sigmark.verify(sigmark.Asset.from_bytes(copy.content, "obj"), certificate, tmp_path / "models/vase.obj")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 import json
 import stat
 import subprocess
@@ -222,6 +223,15 @@ def test_small_meshes_hold_a_tag_and_smaller_ones_nothing(key: sigmark.SigningKe
         sigmark.embed(sigmark.shapes.sphere(3), key, strength="loud")  # type: ignore[arg-type]
 
 
+@pytest.mark.parametrize("bound", [1.0, 2.0, -0.1, float("inf"), float("nan")])
+def test_no_bound_is_taken_by_which_everything_would_be_found(bound: float, torus: sigmark.Mesh, signed: sigmark.Signed) -> None:
+    with pytest.raises(sigmark.SigmarkError) as refused:
+        sigmark.verify(torus, signed.certificate, torus, p_bound=bound)
+    assert refused.value.variant == "Bound"
+    with pytest.raises(sigmark.SigmarkError):
+        sigmark.trace(torus, torus, [signed.certificate], p_bound=bound)
+
+
 def test_files_in_memory(torus: sigmark.Mesh) -> None:
     asset = sigmark.Asset.from_bytes(obj(torus))
     assert asset.format == "obj" and np.array_equal(asset.mesh.vertices, torus.vertices)
@@ -229,6 +239,10 @@ def test_files_in_memory(torus: sigmark.Mesh) -> None:
     with pytest.raises(sigmark.AssetError) as refused:
         sigmark.Asset.from_bytes(b"ply\nformat ascii 1.0\n", "ply")
     assert refused.value.variant == "Malformed"
+    packed = sigmark.Asset.from_bytes(gzip.compress(obj(torus)))
+    assert packed.format == "obj" and packed.is_gzipped
+    with pytest.raises(sigmark.AssetError, match="no known format"):
+        sigmark.Asset.from_bytes(b"a letter")
     with pytest.raises(sigmark.AssetError, match="nowhere.obj"):
         sigmark.read("nowhere.obj")
 

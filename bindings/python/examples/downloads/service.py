@@ -33,20 +33,25 @@ class Shelf:
     room: int
     """Bytes of what is kept."""
     lock: threading.Lock = field(default_factory=threading.Lock)
-    kept: OrderedDict[str, Future[sigmark.Prepared]] = field(default_factory=OrderedDict)
+    kept: OrderedDict[tuple[str, int, int], Future[sigmark.Prepared]] = field(default_factory=OrderedDict)
+    # Each takes all processors, and memory that nothing counts yet.
+    preparing: threading.Lock = field(default_factory=threading.Lock)
 
     def prepared(self, model: str) -> sigmark.Prepared:
-        """Computed by the first who asks; others wait for it."""
+        """Computed by the first who asks; others wait for it. A file that was replaced is another model."""
+        stat = (self.models / model).stat()
+        version = (model, stat.st_size, stat.st_mtime_ns)
         with self.lock:
-            first = model not in self.kept
-            future = self.kept.setdefault(model, Future())
-            self.kept.move_to_end(model)
+            first = version not in self.kept
+            future = self.kept.setdefault(version, Future())
+            self.kept.move_to_end(version)
         if first:
             try:
-                future.set_result(sigmark.prepare(self._one_file(model), self.key, message=self.message))
+                with self.preparing:
+                    future.set_result(sigmark.prepare(self._one_file(model), self.key, message=self.message))
             except BaseException as error:
                 with self.lock:
-                    del self.kept[model]
+                    del self.kept[version]
                 future.set_exception(error)
                 raise
             self._make_room()
@@ -61,13 +66,13 @@ class Shelf:
 
     def _make_room(self) -> None:
         with self.lock:
-            done = [name for name, future in self.kept.items() if future.done()]
-            taken = sum(self.kept[name].result().nbytes for name in done)
+            done = [version for version, future in self.kept.items() if future.done()]
+            taken = sum(self.kept[version].result().nbytes for version in done)
             # The one that was asked for last stays, however large it is.
-            for name in done[:-1]:
+            for version in done[:-1]:
                 if taken <= self.room:
                     break
-                taken -= self.kept.pop(name).result().nbytes
+                taken -= self.kept.pop(version).result().nbytes
 
 
 class Shop:
@@ -96,11 +101,14 @@ class Shop:
     def _keep(certificate: sigmark.Certificate, path: Path) -> None:
         """Whole or not at all, and there before the copy is."""
         path.parent.mkdir(parents=True, exist_ok=True)
-        if not path.exists():
-            # Two requests of one order write the same.
-            certificate.save(path, overwrite=True)
-        elif sigmark.Certificate.read(path).digest != certificate.digest:
-            raise HTTPException(500, f"{path.name} of this order is of another model or key: nothing is sent")
+        try:
+            certificate.save(path)
+        except sigmark.Error:
+            # Two requests of one order, perhaps of two processes, write the same.
+            if not path.exists():
+                raise
+        if sigmark.Certificate.read(path).digest != certificate.digest:
+            raise HTTPException(500, f"{path.name} of this order is of another model, another state of it, or another key: nothing is sent")
 
 
 @asynccontextmanager

@@ -20,6 +20,9 @@ TEXT = pa.large_string()
 # Of how many originals a process keeps what it computed: up to a gigabyte each.
 KEPT = 2
 
+# Names of files say which these are; an OBJ by itself hardly shows it.
+FORMATS = ("obj", "ply", "stl", "off", "gltf", "glb")
+
 _Made = TypeVar("_Made")
 
 
@@ -35,6 +38,8 @@ class Operation:
     gives: pa.Schema
     """The columns of a result. `details` is JSON; `error` says why the others are empty."""
     does: Callable[[Worker, dict[str, Any]], dict[str, Any]]
+    writes: str | None = None
+    """The column that names the file that it writes."""
 
     @property
     def reads(self) -> tuple[str, ...]:
@@ -136,7 +141,11 @@ def _text(job: dict[str, Any], column: str) -> str:
 def _asset(name: str) -> sigmark.Asset:
     place = Place(name)
     # A model may name files beside it, which a path alone leads to.
-    return sigmark.read(place.path) if place.is_local else sigmark.Asset.from_bytes(place.read())
+    if place.is_local:
+        return sigmark.read(place.path)
+    # What is packed shows what it is.
+    ending = place.path.lower().removesuffix(".gz").rpartition(".")[2]
+    return sigmark.Asset.from_bytes(place.read(), ending if ending in FORMATS else None)
 
 
 def _asset_alone(name: str) -> sigmark.Asset:
@@ -188,6 +197,7 @@ OPERATIONS = {
             ("recipient", "message"),
             _columns(certificate=TEXT, digest=TEXT, margin_predicted=pa.float64()),
             _embed,
+            writes="output",
         ),
     ]
 }

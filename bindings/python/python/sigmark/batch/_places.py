@@ -10,6 +10,11 @@ from typing import Any
 import pyarrow.fs as fs
 
 
+def normal(name: str) -> str:
+    """One name for all spellings of a path; a URI as it is."""
+    return name if "://" in name else os.path.normcase(os.path.abspath(name))
+
+
 class Place:
     """A file or a folder on some file system."""
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+from collections import Counter
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -16,7 +17,7 @@ from .. import __version__
 from ._engines import by_daft, discard_parts, in_this_process, is_part
 from ._ledger import Ledger
 from ._operations import OPERATIONS, TEXT, Operation
-from ._places import Place
+from ._places import Place, normal
 
 Engine = Literal["native", "ray", "serial"]
 
@@ -77,6 +78,8 @@ def verify(
     Summary
         Its rows have `outcome`, `p_value`, `margin`, `extraction_rate`, `overlap`, `message`, `own_key`, `details` (what `sigmark verify --json` prints) and `error`.
     """
+    if not 0 < p_bound < 1:
+        raise ValueError(f"p_bound is {p_bound}: a probability between 0 and 1")
     options = {"public_key": public_key, "p_bound": p_bound, "threads": threads}
     return _run("verify", jobs, output, options, engine, workers, overwrite)
 
@@ -135,9 +138,13 @@ def _run(
     operation, place = OPERATIONS[name], Place(os.fspath(output))
     if engine not in ("native", "ray", "serial"):
         raise ValueError(f'engine is {engine!r}; it is "native", "ray" or "serial"')
+    for what, count in (("threads", options["threads"]), ("workers", workers)):
+        if count is not None and count < 1:
+            raise ValueError(f"{what} is {count}: one or more")
     if (place / ENDED).exists() and not overwrite:
         raise FileExistsError(f"{place.name} has complete results already: name another folder, or give overwrite=True")
     table = _numbered(_read(jobs, operation), operation)
+    _check_apart(table, operation)
     # What else a table holds may be of any type, and nobody who works on a row needs it.
     options |= {"columns": ["row", *(name for name in operation.reads if name in table.column_names)]}
     ledger = Ledger((place / "_ledger").name)
@@ -155,8 +162,11 @@ def _take(place: Place, ledger: Ledger) -> None:
     others = [name for name in place.entries() if is_part(name)]
     if others and not is_ours:
         raise FileExistsError(f"{place.name} holds {others[0]}, which is of no run of this kind and would be deleted: name another folder")
+    if (place / ENDED).exists():
+        # Of a run that was killed after its end.
+        ledger.discard()
     # First the ledger, by which a later call knows the folder however this one ends.
-    ledger.folder.system.create_dir(ledger.folder.path, recursive=True)
+    ledger.begin()
     if (place / ENDED).exists():
         (place / ENDED).delete()
     discard_parts(place)
@@ -174,7 +184,9 @@ def _ended(place: Place, ledger: Ledger, jobs: int) -> Summary:
 
 
 def _rows(place: Place, columns: list[str] | None = None) -> pa.Table:
-    return pyarrow.dataset.dataset(place.path, filesystem=place.system, format="parquet").to_table(columns=columns)
+    # Copies and lists may lie in the folder, too.
+    parts = [(place / name).path for name in filter(is_part, place.entries())]
+    return pyarrow.dataset.dataset(parts, filesystem=place.system, format="parquet").to_table(columns=columns)
 
 
 def _read(jobs: pa.Table | str | os.PathLike[str], operation: Operation) -> pa.Table:
@@ -194,6 +206,9 @@ def _numbered(jobs: pa.Table, operation: Operation) -> pa.Table:
     missing = [name for name in operation.needs if name not in jobs.column_names]
     if missing:
         raise ValueError(f"the jobs have no column {', '.join(map(repr, missing))}, but {', '.join(map(repr, jobs.column_names))}")
+    twice = sorted({name for name in jobs.column_names if jobs.column_names.count(name) > 1})
+    if twice:
+        raise ValueError(f"the jobs have several columns {', '.join(map(repr, twice))}: rename all but one")
     taken = [name for name in ["row", *operation.gives.names] if name in jobs.column_names]
     if taken:
         raise ValueError(f"results have a column {', '.join(map(repr, taken))} of their own: rename the jobs'")
@@ -202,6 +217,22 @@ def _numbered(jobs: pa.Table, operation: Operation) -> pa.Table:
     fields = [field.with_type(TEXT) if _becomes_text(field, operation) else field for field in jobs.schema]
     jobs = jobs.cast(pa.schema(fields))
     return jobs.add_column(0, "row", pa.array(range(jobs.num_rows), pa.int64()))
+
+
+def _check_apart(jobs: pa.Table, operation: Operation) -> None:
+    """No two rows write one file, but for the same job twice: the one that came last would have it."""
+    if operation.writes is None:
+        return
+    outputs = [normal(output) if output else None for output in jobs.column(operation.writes).to_pylist()]
+    count = Counter(output for output in outputs if output)
+    shared = pa.array([output is not None and count[output] > 1 for output in outputs], pa.bool_())
+    first: dict[str, dict[str, Any]] = {}
+    columns = ["row", *(name for name in operation.reads if name in jobs.column_names)]
+    for job in jobs.filter(shared).select(columns).to_pylist():
+        output = normal(job[operation.writes])
+        before = first.setdefault(output, job)
+        if any(before[name] != job[name] for name in columns if name not in ("row", operation.writes)):
+            raise ValueError(f"rows {before['row']} and {job['row']} both write {output}, and not the same: name a file for each")
 
 
 def _becomes_text(field: pa.Field, operation: Operation) -> bool:
