@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import io
 import json
 import struct
+import zipfile
 
 import numpy as np
 
@@ -52,6 +54,23 @@ def gltf(mesh: sigmark.Mesh, buffer: str) -> tuple[bytes, bytes]:
     document = json.loads(plain[20 : 20 + length])
     document["buffers"][0]["uri"] = buffer
     return json.dumps(document).encode(), plain[28 + length :]
+
+
+def three_mf(mesh: sigmark.Mesh) -> bytes:
+    """The model's part of a 3MF."""
+    vertices = "".join(f'<vertex x="{x!r}" y="{y!r}" z="{z!r}"/>' for x, y, z in mesh.vertices.tolist())
+    triangles = "".join(f'<triangle v1="{a}" v2="{b}" v3="{c}"/>' for a, b, c in mesh.faces.tolist())
+    inside = f'<object id="1" type="model"><mesh><vertices>{vertices}</vertices><triangles>{triangles}</triangles></mesh></object>'
+    space = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
+    return f'<model unit="millimeter" xmlns="{space}"><resources>{inside}</resources><build><item objectid="1"/></build></model>'.encode()
+
+
+def archive(name: str, data: bytes) -> bytes:
+    """A zip archive of one file."""
+    whole = io.BytesIO()
+    with zipfile.ZipFile(whole, "w", zipfile.ZIP_DEFLATED) as packed:
+        packed.writestr(name, data)
+    return whole.getvalue()
 
 
 def rigged_glb(mesh: sigmark.Mesh, weights: np.ndarray[tuple[int, int], np.dtype[np.float64]]) -> bytes:

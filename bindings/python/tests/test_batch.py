@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 import os
 import signal
 import subprocess
@@ -15,7 +16,7 @@ from typing import Any
 import pytest
 
 import sigmark
-from files import gltf, obj
+from files import archive, glb, gltf, obj, three_mf
 
 pa = pytest.importorskip("pyarrow", reason="batches need pyarrow")
 pytest.importorskip("daft", reason="batches are run by Daft")
@@ -121,17 +122,20 @@ def test_jobs_that_make_no_sense_are_refused(folder: Path, tmp_path: Path) -> No
         batch.verify(one.drop_columns(["certificate"]), tmp_path / "out")
     with pytest.raises(ValueError, match="a column 'error' of their own"):
         batch.verify(one.append_column("error", [["x"]]), tmp_path / "out")
+    with pytest.raises(ValueError, match="more than one column 'ticket'"):
+        batch.verify(one.append_column("ticket", [["x"]]), tmp_path / "out")
     with pytest.raises(ValueError, match="no jobs"):
         batch.verify(one.slice(0, 0), tmp_path / "out")
     with pytest.raises(ValueError, match="engine"):
         batch.verify(one, tmp_path / "out", engine="spark")  # type: ignore[arg-type]
-    for bound in (0.0, 1.0, float("nan")):
-        with pytest.raises(ValueError, match="p_bound"):
+    for bound in (0.0, 1.0, 2.0, -1.0, float("nan"), float("inf")):
+        with pytest.raises(ValueError, match=f"p_bound={bound} is not"):
             batch.verify(one, tmp_path / "out", p_bound=bound)
-    with pytest.raises(ValueError, match="threads is 0"):
-        batch.verify(one, tmp_path / "out", threads=0)
-    with pytest.raises(ValueError, match="several columns 'ticket'"):
-        batch.verify(one.append_column("ticket", [[1]]), tmp_path / "out")
+    for number in (0, -1):
+        with pytest.raises(ValueError, match=f"workers is {number}; it is 1 at least"):
+            batch.verify(one, tmp_path / "out", workers=number)
+        with pytest.raises(ValueError, match=f"threads is {number}; it is 1 at least"):
+            batch.embed(one, tmp_path / "out", key="none.pem", threads=number)
     assert not (tmp_path / "out").exists()
 
 
@@ -159,6 +163,64 @@ def wait_for_rows(output: Path, rows: int, process: subprocess.Popen[bytes]) -> 
             return finished
         time.sleep(0.02)
     raise AssertionError("the run did not come so far")
+
+
+def test_rows_that_failed_are_tried_again_by_the_next_call_and_not_before(folder: Path, tmp_path: Path, read_files: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from sigmark.batch import _run
+
+    suspects, output = jobs(folder, "found0.obj", "broken.obj").set_column(0, "suspect", [[str(folder / "found0.obj"), str(tmp_path / "later.obj")]]), tmp_path / "out"
+
+    def ended(*_: Any) -> None:
+        raise KeyboardInterrupt
+
+    def reads() -> list[int]:
+        count = Counter(read_files.read_text().split())
+        return [count["found0.obj"], count["later.obj"]]
+
+    with monkeypatch.context() as patch:
+        patch.setattr(_run, "_ended", ended)
+        with pytest.raises(KeyboardInterrupt):
+            batch.verify(suspects, output, engine="serial")
+    assert reads() == [1, 1] and len(list(output.glob("_ledger/??-failed/*.json"))) == 1
+    (tmp_path / "later.obj").write_bytes((folder / "signed.obj").read_bytes())
+    assert batch.verify(suspects, output, engine="serial").table()["error"].to_pylist() == [None, None]
+    assert reads() == [1, 2]
+
+
+def test_a_run_that_ends_early_does_not_repeat_what_failed(folder: Path, tmp_path: Path, read_files: Path) -> None:
+    from sigmark.batch._child import Child
+
+    options = {"public_key": None, "p_bound": 1e-6, "threads": 1}
+    [job] = jobs(folder, "missing.obj").to_pylist()
+    results = []
+    for _ in range(2):
+        child = Child("verify", options, str(tmp_path / "_ledger"))
+        results.append(child.result(0, job))
+        child.close()
+    assert results[0] == results[1] and "missing.obj" in results[0]["error"]
+    assert Counter(read_files.read_text().split())["missing.obj"] == 1
+
+
+def test_an_ended_run_never_answers_for_the_next(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from sigmark.batch._ledger import Ledger
+
+    (tmp_path / "found.obj").write_bytes((folder / "signed.obj").read_bytes())
+    one = jobs(tmp_path, "found.obj").set_column(1, "original", [[str(folder / "model.obj")]])
+    one = one.set_column(2, "certificate", [[str(folder / "signed.obj.cert.json")]])
+    with monkeypatch.context() as patch:
+        # As one that is killed between its last two steps.
+        patch.setattr(Ledger, "discard", lambda _: None)
+        assert batch.verify(one, tmp_path / "out", engine="serial").table()["outcome"].to_pylist() == ["verified"]
+    assert (tmp_path / "out/_ledger").exists() and (tmp_path / "out/_SUCCESS").exists()
+    (tmp_path / "found.obj").write_bytes((folder / "model.obj").read_bytes())
+    assert batch.verify(one, tmp_path / "out", engine="serial", overwrite=True).table()["outcome"].to_pylist() == ["not_found"]
+
+
+def test_names_in_the_ledger_tell_nothing_of_the_passphrase() -> None:
+    from sigmark.batch._ledger import key_of
+
+    keys = {key_of("embed", {"key": "shop.pem", "passphrase": passphrase}, 0, {"model": "a.obj"}) for passphrase in (None, "secret")}
+    assert len(keys) == 1
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="looks for processes in /proc")
@@ -231,40 +293,48 @@ def test_copies_are_those_of_embed(folder: Path, tmp_path: Path, key: sigmark.Si
     assert Path(orders["output"][0].as_py()).read_text() == "mine"
 
 
-def test_two_buyers_have_no_file_in_common(folder: Path, tmp_path: Path) -> None:
-    model, output = str(folder / "model.obj"), str(tmp_path / "copy.obj")
-    jobs = pa.table({"model": [model] * 3, "output": [output, str(tmp_path / "other.obj"), f"{tmp_path}/./copy.obj"], "recipient": ["Anna", "Bert", "Carl"]})
-    with pytest.raises(ValueError, match="rows 0 and 2 both write"):
-        batch.embed(jobs, tmp_path / "out", key=str(folder / "owner.pem"), engine="serial")
-    assert not (tmp_path / "out").exists() and not (tmp_path / "copy.obj").exists()
-    # The same job twice gives the same bytes.
-    jobs = jobs.set_column(2, "recipient", pa.array(["Anna", "Bert", "Anna"]))
-    assert batch.embed(jobs, tmp_path / "out", key=str(folder / "owner.pem"), engine="serial").errors == 0
+@pytest.mark.parametrize("engine", ["serial", "native"])
+def test_copies_and_jobs_may_lie_among_the_results(folder: Path, tmp_path: Path, engine: Any) -> None:
+    (tmp_path / "orders.csv").write_text(f"model,output\n{folder / 'model.obj'},{tmp_path / 'copies/Anna.obj'}\n{folder / 'model.obj'},{tmp_path / 'Bert.obj'}\n")
+    summary = batch.embed(tmp_path / "orders.csv", tmp_path, key=str(folder / "owner.pem"), engine=engine, workers=1)
+    assert (summary.rows, summary.errors, summary.table().num_rows) == (2, 0, 2)
+    assert (tmp_path / "copies/Anna.obj").exists() and (tmp_path / "orders.csv").exists()
 
 
-def test_copies_and_jobs_may_lie_among_the_results(folder: Path, tmp_path: Path) -> None:
-    jobs = tmp_path / "jobs.csv"
-    jobs.write_text(f"model,output,recipient\n{folder}/model.obj,{tmp_path}/anna.obj,Anna\n")
-    summary = batch.embed(jobs, tmp_path, key=str(folder / "owner.pem"), engine="serial")
-    assert (summary.rows, summary.errors) == (1, 0) and summary.table().num_rows == 1
+def test_two_copies_are_never_written_to_one_place(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    outputs = ["Bert.obj", "copies/Anna.obj", f"{tmp_path}/copies/../copies//Anna.obj"]
+    orders = pa.table({"model": [str(folder / "model.obj")] * 3, "output": outputs, "recipient": ["Bert", "Anna", "Carl"]})
+    arguments: dict[str, Any] = {"key": str(folder / "owner.pem"), "workers": 2}
+    with pytest.raises(ValueError, match="rows 1 and 2 both write .*Anna.obj, "):
+        batch.embed(orders, tmp_path / "out", **arguments)
+    assert list(tmp_path.iterdir()) == []
+    # One job twice is one copy.
+    twice = orders.set_column(2, "recipient", [["Bert", "Anna", "Anna"]])
+    rows = batch.embed(twice, tmp_path / "out", **arguments).table().to_pylist()
+    assert [row["error"] for row in rows] == [None] * 3 and rows[1]["digest"] == rows[2]["digest"]
 
 
-def test_what_failed_is_tried_again_by_a_later_call_and_not_by_the_same(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    late = tmp_path / "late.obj"
-    jobs = pa.table({"suspect": [str(late)], "original": [str(folder / "model.obj")], "certificate": [str(folder / "signed.obj.cert.json")]})
-    with monkeypatch.context() as ended:
-        ended.setattr("sigmark.batch._run._ended", lambda *_: 1 / 0)
-        with pytest.raises(ZeroDivisionError):
-            batch.verify(jobs, tmp_path / "out", engine="serial")
-    late.write_bytes((folder / "signed.obj").read_bytes())
-    assert batch.verify(jobs, tmp_path / "out", engine="serial").errors == 0
+@pytest.mark.parametrize("links", [True, False], ids=["links", "no links"])
+def test_what_is_created_never_takes_the_place_of_a_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, links: bool) -> None:
+    from sigmark.batch._operations import _write_once
+    from sigmark.batch._places import Place
 
+    def no_links(*_: Any) -> None:
+        raise PermissionError("no links here")
 
-def test_a_passphrase_is_in_no_name_of_a_file() -> None:
-    from sigmark.batch._ledger import key_of
-
-    options = {"key": "owner.pem", "passphrase": "secret"}
-    assert key_of("embed", options, 0, {}) == key_of("embed", options | {"passphrase": "another"}, 0, {})
+    if not links:
+        monkeypatch.setattr(os, "link", no_links)
+    place = Place(str(tmp_path / "copies/Anna.obj"))
+    _write_once(place, b"Anna's", private=True)
+    _write_once(place, b"Anna's", private=True)
+    assert os.stat(place.path).st_mode & 0o077 == 0 or os.name == "nt"
+    # Nobody had it when it was looked for.
+    monkeypatch.setattr(Place, "exists", lambda _: False)
+    _write_once(place, b"Anna's", private=False)
+    with pytest.raises(FileExistsError, match="Anna.obj is there already, and is another file"):
+        _write_once(place, b"Bert's", private=False)
+    assert place.read() == b"Anna's" and os.listdir(tmp_path / "copies") == ["Anna.obj"]
 
 
 def test_numbers_are_recipients_as_they_are_written(folder: Path, tmp_path: Path) -> None:
@@ -291,13 +361,22 @@ def test_columns_of_any_type_stay_beside_the_results(folder: Path, tmp_path: Pat
     from decimal import Decimal
 
     others = {"day": date(2026, 1, 2), "at": datetime(2026, 1, 2, 3, 4), "price": Decimal("9.90"), "blob": b"\xff\x00"}
-    # Names that mean something to engines.
-    others |= {"result": "paid", "c0": 1, "*": 2, "a": {"b": 3}, "a.b": 4}
     table = jobs(folder, "found0.obj")
     for name, value in others.items():
         table = table.append_column(name, [[value]])
     [row] = batch.verify(table, tmp_path / "out", engine=engine, workers=1).table().to_pylist()
     assert row["outcome"] == "verified" and {name: row[name] for name in others} == others
+
+
+@pytest.mark.parametrize("engine", ["serial", "native"])
+def test_columns_of_any_name_stay_beside_the_results(folder: Path, tmp_path: Path, engine: Any) -> None:
+    others = {name: f"of {name}" for name in ("result", "*", "a.b", "a", "c0", "c1", "")}
+    table = jobs(folder, "found0.obj")
+    for name, value in others.items():
+        table = table.append_column(name, [[value]])
+    [row] = batch.verify(table, tmp_path / "out", engine=engine, workers=1).table().to_pylist()
+    assert row["outcome"] == "verified" and {name: row[name] for name in others} == others
+    assert list(row)[: len(table.column_names) + 1] == ["row", *table.column_names]
 
 
 def test_a_copy_is_one_file_of_the_models_format_or_an_error(folder: Path, tmp_path: Path, torus: sigmark.Mesh) -> None:
@@ -341,6 +420,23 @@ def test_the_command_says_what_is_wrong(folder: Path, tmp_path: Path) -> None:
     assert missing.returncode == 2 and missing.stderr.startswith("sigmark.batch: ") and "Traceback" not in missing.stderr
 
 
+@pytest.mark.parametrize("name", ["model.obj.gz", "MODEL.OBJ.GZ", "model.glb", "model.3mf", "model.zip"])
+def test_packed_models_may_lie_on_object_storage(tmp_path: Path, torus: sigmark.Mesh, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+    from sigmark.batch._operations import _asset
+    from sigmark.batch._places import Place
+
+    data = {"gz": gzip.compress(obj(torus)), "glb": glb(torus), "3mf": archive("3D/3dmodel.model", three_mf(torus)), "zip": archive("model.obj", obj(torus))}
+    (tmp_path / name).write_bytes(data[name.lower().rpartition(".")[2]])
+    at_hand = sigmark.read(tmp_path / name)
+    monkeypatch.setattr(Place, "is_local", False)
+    far_off = _asset(str(tmp_path / name))
+    assert far_off.format == at_hand.format and far_off.to_bytes() == at_hand.to_bytes()
+    far_off.check_name(name)
+    copy = Place(str(tmp_path / f"copy of {name}"))
+    copy.write(far_off.to_bytes())
+    assert copy.read() == (tmp_path / f"copy of {name}").read_bytes() == far_off.to_bytes()
+
+
 def test_everything_may_lie_on_object_storage(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     server = pytest.importorskip("moto.server", reason="moto stands for a store").ThreadedMotoServer(port=0, verbose=False)
     server.start()
@@ -353,12 +449,16 @@ def test_everything_may_lie_on_object_storage(folder: Path, tmp_path: Path, monk
 
         store = fs.S3FileSystem(endpoint_override=variables["AWS_ENDPOINT_URL"], allow_bucket_creation=True)
         store.create_dir("shop")
-        for name in ("model.obj", "owner.pem", "owner.pub.pem"):
-            with store.open_output_stream(f"shop/{name}") as stream:
-                stream.write((folder / name).read_bytes())
-        orders = pa.table({"model": ["s3://shop/model.obj"] * 2, "recipient": ["Anna", "Bert"], "output": ["s3://shop/Anna.obj", "s3://shop/Bert.obj"]})
+        (tmp_path / "model.obj.gz").write_bytes(gzip.compress((folder / "model.obj").read_bytes()))
+        for path in (folder / "model.obj", folder / "owner.pem", folder / "owner.pub.pem", tmp_path / "model.obj.gz"):
+            with store.open_output_stream(f"shop/{path.name}", compression=None) as stream:
+                stream.write(path.read_bytes())
+        models = ["s3://shop/model.obj", "s3://shop/model.obj.gz"]
+        orders = pa.table({"model": models, "recipient": ["Anna", "Bert"], "output": ["s3://shop/Anna.obj", "s3://shop/Bert.obj.gz"]})
         signed = batch.embed(orders, "s3://shop/signed", key="s3://shop/owner.pem", workers=2)
         assert signed.errors == 0, signed.table()
+        # Once more, where all is there already.
+        assert batch.embed(orders, "s3://shop/again", key="s3://shop/owner.pem", workers=2).table().equals(signed.table())
         copies = signed.table()
         suspects = pa.table({"suspect": copies["output"], "original": copies["model"], "certificate": copies["certificate"]})
         asked = batch.verify(suspects, "s3://shop/verdicts", public_key="s3://shop/owner.pub.pem", workers=2)

@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 import sigmark
+import sigmark.shapes
 from files import gltf, obj
 
 pytest.importorskip("fastapi", reason="the service is FastAPI's")
@@ -55,7 +56,72 @@ def test_one_preparation_serves_all_who_wait_for_it(shop: Any) -> None:
         thread.start()
     for thread in asking:
         thread.join()
-    assert answers == [200] * 8 and [name for name, *_ in shop.app.state.shop.shelf.kept] == ["vase.obj"]
+    assert answers == [200] * 8 and names(shop.app.state.shop.shelf) == ["vase.obj"]
+
+
+def names(shelf: Any) -> list[str]:
+    return [name for name, _, _ in shelf.kept]
+
+
+def test_one_model_is_prepared_at_a_time(shop: Any, tmp_path: Path, torus: sigmark.Mesh, monkeypatch: pytest.MonkeyPatch) -> None:
+    prepare, under_way, most = sigmark.prepare, [0], [0]
+
+    def counted(*arguments: Any, **options: Any) -> sigmark.Prepared:
+        under_way[0] += 1
+        most[0] = max(most[0], under_way[0])
+        try:
+            return prepare(*arguments, **options)
+        finally:
+            under_way[0] -= 1
+
+    monkeypatch.setattr(sigmark, "prepare", counted)
+    for i in range(4):
+        (tmp_path / f"models/{i}.obj").write_bytes(obj(torus))
+    answers: list[int] = []
+    asking = [threading.Thread(target=lambda i=i: answers.append(shop.get(f"/orders/4711/{i}.obj").status_code)) for i in range(4)]
+    for thread in asking:
+        thread.start()
+    for thread in asking:
+        thread.join()
+    assert answers == [200] * 4 and most == [1]
+
+
+def test_a_model_that_was_replaced_is_prepared_anew(shop: Any, tmp_path: Path) -> None:
+    model = tmp_path / "models/vase.obj"
+    assert shop.get("/orders/4711/vase.obj").status_code == 200
+    kept = sigmark.Certificate.read(tmp_path / "certificates/4711/vase.obj.cert.json").to_json()
+    model.rename(tmp_path / "former.obj")
+    model.write_bytes(obj(sigmark.shapes.bumpy_torus(seed=2)))
+    # The order has a copy of the former: its certificate is the only one that names it.
+    answer = shop.get("/orders/4711/vase.obj")
+    assert answer.status_code == 500 and "another version of the model" in answer.json()["detail"]
+    assert sigmark.Certificate.read(tmp_path / "certificates/4711/vase.obj.cert.json").to_json() == kept
+    copy = shop.get("/orders/4712/vase.obj")
+    assert copy.status_code == 200
+    traced = sigmark.trace(sigmark.Asset.from_bytes(copy.content, "obj"), model, [tmp_path / "certificates/4712/vase.obj.cert.json"])
+    assert [accused.recipient for accused in traced.accused] == ["4712"]
+
+
+@pytest.mark.parametrize("same", [True, False], ids=["of the same copy", "of another"])
+def test_a_certificate_that_another_process_saves_meanwhile_stays(shop: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, same: bool) -> None:
+    import service  # type: ignore[import-not-found, unused-ignore]
+
+    path = tmp_path / "certificates/4711/vase.obj.cert.json"
+    own = shop.app.state.shop.shelf.key
+    theirs = sigmark.embed(tmp_path / "models/vase.obj", own if same else sigmark.SigningKey.generate(), recipient="4711").certificate
+    keep: Any = service.Shop._keep
+
+    class Late:
+        def __init__(self, certificate: sigmark.Certificate) -> None:
+            self.certificate, self.digest = certificate, certificate.digest
+
+        def save(self, path: Path, *, overwrite: bool = False) -> None:
+            theirs.save(path)
+            self.certificate.save(path, overwrite=overwrite)
+
+    monkeypatch.setattr(service.Shop, "_keep", staticmethod(lambda certificate, path: keep(Late(certificate), path)))
+    assert shop.get("/orders/4711/vase.obj").status_code == (200 if same else 500)
+    assert sigmark.Certificate.read(path).to_json() == theirs.to_json()
 
 
 def test_what_is_not_there_or_cannot_be_signed_is_said(shop: Any, tmp_path: Path) -> None:
@@ -91,16 +157,4 @@ def test_the_shelf_makes_room(shop: Any, tmp_path: Path, torus: sigmark.Mesh) ->
     shelf.room = int(2.5 * shelf.prepared("0.obj").nbytes)
     for name in ("1.obj", "0.obj", "2.obj"):
         shelf.prepared(name)
-    assert [name for name, *_ in shelf.kept] == ["0.obj", "2.obj"]
-
-
-def test_a_model_that_was_replaced_is_prepared_anew(shop: Any, tmp_path: Path, torus: sigmark.Mesh, key: sigmark.SigningKey) -> None:
-    assert shop.get("/orders/4711/vase.obj").status_code == 200
-    (tmp_path / "models/vase.obj").write_bytes(obj(sigmark.Mesh(2 * torus.vertices, torus.faces)))
-    # An order has one copy, and its certificate stays.
-    before = (tmp_path / "certificates/4711/vase.obj.cert.json").read_bytes()
-    assert shop.get("/orders/4711/vase.obj").status_code == 500
-    assert (tmp_path / "certificates/4711/vase.obj.cert.json").read_bytes() == before
-    copy = shop.get("/orders/4712/vase.obj")
-    certificate = sigmark.Certificate.read(tmp_path / "certificates/4712/vase.obj.cert.json")
-    assert copy.status_code == 200 and sigmark.verify(sigmark.Asset.from_bytes(copy.content, "obj"), certificate, tmp_path / "models/vase.obj")
+    assert names(shelf) == ["0.obj", "2.obj"]

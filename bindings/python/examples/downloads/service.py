@@ -20,6 +20,9 @@ from fastapi import FastAPI, HTTPException, Response
 
 import sigmark
 
+# A model's name, size and time: what was computed of a file serves that file alone, not one that took its place.
+Version = tuple[str, int, int]
+
 NAME = re.compile(r"[A-Za-z0-9_-][A-Za-z0-9._-]{0,99}")
 
 
@@ -33,20 +36,20 @@ class Shelf:
     room: int
     """Bytes of what is kept."""
     lock: threading.Lock = field(default_factory=threading.Lock)
-    kept: OrderedDict[tuple[str, int, int], Future[sigmark.Prepared]] = field(default_factory=OrderedDict)
-    # Each takes all processors, and memory that nothing counts yet.
     preparing: threading.Lock = field(default_factory=threading.Lock)
+    kept: OrderedDict[Version, Future[sigmark.Prepared]] = field(default_factory=OrderedDict)
 
     def prepared(self, model: str) -> sigmark.Prepared:
-        """Computed by the first who asks; others wait for it. A file that was replaced is another model."""
-        stat = (self.models / model).stat()
-        version = (model, stat.st_size, stat.st_mtime_ns)
+        """Computed by the first who asks; others wait for it."""
+        status = (self.models / model).stat()
+        version = (model, status.st_size, status.st_mtime_ns)
         with self.lock:
             first = version not in self.kept
             future = self.kept.setdefault(version, Future())
             self.kept.move_to_end(version)
         if first:
             try:
+                # One at a time: it takes all processors, and memory before there is a number to make room by.
                 with self.preparing:
                     future.set_result(sigmark.prepare(self._one_file(model), self.key, message=self.message))
             except BaseException as error:
@@ -103,12 +106,12 @@ class Shop:
         path.parent.mkdir(parents=True, exist_ok=True)
         try:
             certificate.save(path)
-        except sigmark.Error:
-            # Two requests of one order, perhaps of two processes, write the same.
+        except sigmark.AssetError:
+            # Two requests of one order write the same, here or in another process.
             if not path.exists():
                 raise
-        if sigmark.Certificate.read(path).digest != certificate.digest:
-            raise HTTPException(500, f"{path.name} of this order is of another model, another state of it, or another key: nothing is sent")
+            if sigmark.Certificate.read(path).digest != certificate.digest:
+                raise HTTPException(500, f"{path.name} of this order is there, of a copy of another version of the model, or by another key: nothing is sent") from None
 
 
 @asynccontextmanager

@@ -47,16 +47,16 @@ def by_daft(jobs: pa.Table, output: Place, operation: Operation, options: dict[s
         raise ImportError('batches are run by Daft: pip install "sigmark[batch]", or take engine="serial"') from error
     _choose_runner(daft, engine)
     work = _work_for_daft(daft, operation, options, ledger, engine, workers)
-    # In names of its own Daft reads wildcards and parts of structures.
-    inner = {name: f"c{number}" for number, name in enumerate(jobs.column_names)}
+    # Names of the jobs' own may mean something to Daft, as "*" and "a.b" do, or be that of the result.
+    inner = {name: f"c{i}" for i, name in enumerate(jobs.column_names)}
     frame = daft.from_arrow(jobs.rename_columns(list(inner.values())))
     if engine == "ray":
         # Several a worker, so that none waits long for the slowest.
         frame = frame.into_partitions(max(1, min(jobs.num_rows, 4 * workers)))
     frame = frame.with_column("result", work(*[daft.col(inner[name]) for name in options["columns"]]))
-    own = [daft.col(column).alias(name) for name, column in inner.items()]
     result = daft.col("result")
-    frame = frame.select(*own, *[result[name].alias(name) for name in operation.gives.names])
+    columns = [daft.col(column).alias(name) for name, column in inner.items()]
+    frame = frame.select(*columns, *(result[name].alias(name) for name in operation.gives.names))
     _until_it_ends(lambda: frame.write_parquet(output.name), output, Place(ledger))
 
 

@@ -6,7 +6,7 @@ import json
 from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, TypeVar
+from typing import Any, Literal, TypeVar, get_args
 
 import pyarrow as pa
 
@@ -20,8 +20,8 @@ TEXT = pa.large_string()
 # Of how many originals a process keeps what it computed: up to a gigabyte each.
 KEPT = 2
 
-# Names of files say which these are; an OBJ by itself hardly shows it.
-FORMATS = ("obj", "ply", "stl", "off", "gltf", "glb")
+Format = Literal["obj", "ply", "stl", "off", "gltf", "glb", "3mf"]
+FORMATS: tuple[Format, ...] = get_args(Format)
 
 _Made = TypeVar("_Made")
 
@@ -39,7 +39,7 @@ class Operation:
     """The columns of a result. `details` is JSON; `error` says why the others are empty."""
     does: Callable[[Worker, dict[str, Any]], dict[str, Any]]
     writes: str | None = None
-    """The column that names the file that it writes."""
+    """The column that says which file it writes."""
 
     @property
     def reads(self) -> tuple[str, ...]:
@@ -141,11 +141,13 @@ def _text(job: dict[str, Any], column: str) -> str:
 def _asset(name: str) -> sigmark.Asset:
     place = Place(name)
     # A model may name files beside it, which a path alone leads to.
-    if place.is_local:
-        return sigmark.read(place.path)
-    # What is packed shows what it is.
-    ending = place.path.lower().removesuffix(".gz").rpartition(".")[2]
-    return sigmark.Asset.from_bytes(place.read(), ending if ending in FORMATS else None)
+    return sigmark.read(place.path) if place.is_local else sigmark.Asset.from_bytes(place.read(), _format(place.path))
+
+
+def _format(path: str) -> Format | None:
+    """The format that a name tells, which bytes that are packed don't; an archive's is that of the mesh inside."""
+    ending = path.lower().removesuffix(".gz").rpartition(".")[2]
+    return next((format for format in FORMATS if format == ending), None)
 
 
 def _asset_alone(name: str) -> sigmark.Asset:
@@ -158,11 +160,11 @@ def _asset_alone(name: str) -> sigmark.Asset:
 
 def _write_once(place: Place, data: bytes, *, private: bool) -> None:
     """Writes a file that nobody may have changed since: the same job gives the same bytes."""
-    there = place.read_if_any()
-    if there is None:
-        place.write(data, private=private)
-    elif there != data:
-        raise FileExistsError(f"{place.name} is there already, and is another file")
+    try:
+        place.create(data, private=private)
+    except FileExistsError:
+        if place.read() != data:
+            raise FileExistsError(f"{place.name} is there already, and is another file") from None
 
 
 def _json(value: dict[str, Any]) -> str:
@@ -197,7 +199,7 @@ OPERATIONS = {
             ("recipient", "message"),
             _columns(certificate=TEXT, digest=TEXT, margin_predicted=pa.float64()),
             _embed,
-            writes="output",
+            "output",
         ),
     ]
 }

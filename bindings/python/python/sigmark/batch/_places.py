@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import os
 import uuid
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import pyarrow.fs as fs
-
-
-def normal(name: str) -> str:
-    """One name for all spellings of a path; a URI as it is."""
-    return name if "://" in name else os.path.normcase(os.path.abspath(name))
 
 
 class Place:
@@ -37,29 +34,47 @@ class Place:
         return bool(self.system.get_file_info(self.path).type != fs.FileType.NotFound)
 
     def read(self) -> bytes:
-        with self.system.open_input_stream(self.path) as stream:
+        # By default what ends in .gz would be unpacked here, and packed once more where it is written.
+        with self.system.open_input_stream(self.path, compression=None) as stream:
             return bytes(stream.read())
 
     def read_if_any(self) -> bytes | None:
         """None where there is no such file."""
         return self.read() if self.exists() else None
 
-    def write(self, data: bytes, *, private: bool = False) -> None:
-        """Writes the whole file or nothing of it; `private` keeps others of this machine from reading it."""
-        if not self.is_local:
+    def write(self, data: bytes) -> None:
+        """Writes the whole file or nothing of it, in the place of one that is there."""
+        if self.is_local:
+            with self._unfinished(data, 0o666) as unfinished:
+                os.replace(unfinished, self.path)
+        else:
             # An object appears when all of it is there.
-            with self.system.open_output_stream(self.path) as stream:
+            with self.system.open_output_stream(self.path, compression=None) as stream:
                 stream.write(data)
-            return
+
+    def create(self, data: bytes, *, private: bool = False) -> None:
+        """As `write`, but a file that is there stays as it is: FileExistsError. `private` keeps others of this machine from reading it."""
+        if self.exists():
+            raise FileExistsError(f"{self.name} is there already")
+        if self.is_local:
+            with self._unfinished(data, 0o600 if private else 0o666) as unfinished:
+                _publish(unfinished, Path(self.path))
+        else:
+            # What another creates at the same moment is not seen: stores have no call of this kind that pyarrow knows.
+            self.write(data)
+
+    @contextmanager
+    def _unfinished(self, data: bytes, mode: int) -> Iterator[Path]:
+        """All of a file under a name that nobody else takes; it goes away unless it is renamed."""
         path = Path(self.path)
         path.parent.mkdir(parents=True, exist_ok=True)
         unfinished = path.with_name(f".{path.name}.{uuid.uuid4().hex}")
         try:
-            with open(os.open(unfinished, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600 if private else 0o666), "wb") as file:
+            with open(os.open(unfinished, os.O_WRONLY | os.O_CREAT | os.O_EXCL, mode), "wb") as file:
                 file.write(data)
                 file.flush()
                 os.fsync(file.fileno())
-            os.replace(unfinished, path)
+            yield unfinished
         finally:
             unfinished.unlink(missing_ok=True)
 
@@ -74,3 +89,16 @@ class Place:
     def delete_folder(self) -> None:
         if self.exists():
             self.system.delete_dir(self.path)
+
+
+def _publish(unfinished: Path, path: Path) -> None:
+    """Gives a file its name, unless another has it."""
+    try:
+        os.link(unfinished, path)
+    except FileExistsError:
+        raise
+    except (OSError, NotImplementedError):
+        # Not every file system has links; a rename would take the place of what was there.
+        if os.path.lexists(path):
+            raise FileExistsError(f"{path} is there already") from None
+        os.replace(unfinished, path)

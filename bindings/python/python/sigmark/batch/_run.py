@@ -6,6 +6,7 @@ import json
 import os
 from collections import Counter
 from dataclasses import dataclass
+from itertools import chain
 from typing import Any, Literal
 
 import pyarrow as pa
@@ -17,7 +18,7 @@ from .. import __version__
 from ._engines import by_daft, discard_parts, in_this_process, is_part
 from ._ledger import Ledger
 from ._operations import OPERATIONS, TEXT, Operation
-from ._places import Place, normal
+from ._places import Place
 
 Engine = Literal["native", "ray", "serial"]
 
@@ -79,7 +80,7 @@ def verify(
         Its rows have `outcome`, `p_value`, `margin`, `extraction_rate`, `overlap`, `message`, `own_key`, `details` (what `sigmark verify --json` prints) and `error`.
     """
     if not 0 < p_bound < 1:
-        raise ValueError(f"p_bound is {p_bound}: a probability between 0 and 1")
+        raise ValueError(f"the largest p-value that counts is a number between 0 and 1: p_bound={p_bound} is not")
     options = {"public_key": public_key, "p_bound": p_bound, "threads": threads}
     return _run("verify", jobs, output, options, engine, workers, overwrite)
 
@@ -101,7 +102,7 @@ def embed(
     """Signs copies of models, each for its recipient.
 
     What was computed of a model serves its next rows, so rows of one model belong together. The same job gives the same bytes, so a copy that is there already is left; another file of
-    that name is an error of its row.
+    that name is an error of its row. Nothing is signed where two different jobs name one `output`.
 
     Parameters
     ----------
@@ -138,13 +139,13 @@ def _run(
     operation, place = OPERATIONS[name], Place(os.fspath(output))
     if engine not in ("native", "ray", "serial"):
         raise ValueError(f'engine is {engine!r}; it is "native", "ray" or "serial"')
-    for what, count in (("threads", options["threads"]), ("workers", workers)):
-        if count is not None and count < 1:
-            raise ValueError(f"{what} is {count}: one or more")
+    for what, number in (("workers", workers), ("threads", options["threads"])):
+        if number is not None and number < 1:
+            raise ValueError(f"{what} is {number}; it is 1 at least")
     if (place / ENDED).exists() and not overwrite:
         raise FileExistsError(f"{place.name} has complete results already: name another folder, or give overwrite=True")
     table = _numbered(_read(jobs, operation), operation)
-    _check_apart(table, operation)
+    _refuse_shared_places(table, operation)
     # What else a table holds may be of any type, and nobody who works on a row needs it.
     options |= {"columns": ["row", *(name for name in operation.reads if name in table.column_names)]}
     ledger = Ledger((place / "_ledger").name)
@@ -163,12 +164,13 @@ def _take(place: Place, ledger: Ledger) -> None:
     if others and not is_ours:
         raise FileExistsError(f"{place.name} holds {others[0]}, which is of no run of this kind and would be deleted: name another folder")
     if (place / ENDED).exists():
-        # Of a run that was killed after its end.
+        # A ledger beside it is of the run that ended, killed before its last step: files may have changed since.
         ledger.discard()
     # First the ledger, by which a later call knows the folder however this one ends.
-    ledger.begin()
+    ledger.folder.system.create_dir(ledger.folder.path, recursive=True)
     if (place / ENDED).exists():
         (place / ENDED).delete()
+    ledger.forget_failed()
     discard_parts(place)
 
 
@@ -184,7 +186,7 @@ def _ended(place: Place, ledger: Ledger, jobs: int) -> Summary:
 
 
 def _rows(place: Place, columns: list[str] | None = None) -> pa.Table:
-    # Copies and lists may lie in the folder, too.
+    """The results, and nothing else that lies there: copies and jobs may be in the same folder."""
     parts = [(place / name).path for name in filter(is_part, place.entries())]
     return pyarrow.dataset.dataset(parts, filesystem=place.system, format="parquet").to_table(columns=columns)
 
@@ -206,9 +208,9 @@ def _numbered(jobs: pa.Table, operation: Operation) -> pa.Table:
     missing = [name for name in operation.needs if name not in jobs.column_names]
     if missing:
         raise ValueError(f"the jobs have no column {', '.join(map(repr, missing))}, but {', '.join(map(repr, jobs.column_names))}")
-    twice = sorted({name for name in jobs.column_names if jobs.column_names.count(name) > 1})
+    twice = [name for name, count in Counter(jobs.column_names).items() if count > 1]
     if twice:
-        raise ValueError(f"the jobs have several columns {', '.join(map(repr, twice))}: rename all but one")
+        raise ValueError(f"the jobs have more than one column {', '.join(map(repr, twice))}: rename all but one")
     taken = [name for name in ["row", *operation.gives.names] if name in jobs.column_names]
     if taken:
         raise ValueError(f"results have a column {', '.join(map(repr, taken))} of their own: rename the jobs'")
@@ -219,20 +221,29 @@ def _numbered(jobs: pa.Table, operation: Operation) -> pa.Table:
     return jobs.add_column(0, "row", pa.array(range(jobs.num_rows), pa.int64()))
 
 
-def _check_apart(jobs: pa.Table, operation: Operation) -> None:
-    """No two rows write one file, but for the same job twice: the one that came last would have it."""
+def _refuse_shared_places(jobs: pa.Table, operation: Operation) -> None:
+    """Of two copies in one place one would be lost, and with it the certificate that tells whose the other is."""
     if operation.writes is None:
         return
-    outputs = [normal(output) if output else None for output in jobs.column(operation.writes).to_pylist()]
-    count = Counter(output for output in outputs if output)
-    shared = pa.array([output is not None and count[output] > 1 for output in outputs], pa.bool_())
-    first: dict[str, dict[str, Any]] = {}
-    columns = ["row", *(name for name in operation.reads if name in jobs.column_names)]
-    for job in jobs.filter(shared).select(columns).to_pylist():
-        output = normal(job[operation.writes])
-        before = first.setdefault(output, job)
-        if any(before[name] != job[name] for name in columns if name not in ("row", operation.writes)):
-            raise ValueError(f"rows {before['row']} and {job['row']} both write {output}, and not the same: name a file for each")
+    first: dict[str, int] = {}
+    for row, name in enumerate(chain.from_iterable(chunk.to_pylist() for chunk in jobs.column(operation.writes).chunks)):
+        if not name:
+            continue
+        place = _normal(name)
+        other = first.setdefault(place, row)
+        if other != row and _job(jobs, operation, other) != _job(jobs, operation, row):
+            raise ValueError(f"rows {other} and {row} both write {place}, and are not the same job: name another place for one of them")
+
+
+def _normal(name: str) -> str:
+    """One name for a file that has several."""
+    return name if "://" in name else os.path.normcase(os.path.normpath(os.path.abspath(name)))
+
+
+def _job(jobs: pa.Table, operation: Operation, row: int) -> list[str]:
+    """What is read of a row, but for the place, which may have several names; an empty cell is as good as none."""
+    names = [name for name in operation.reads if name in jobs.column_names and name != operation.writes]
+    return [jobs.column(name)[row].as_py() or "" for name in names]
 
 
 def _becomes_text(field: pa.Field, operation: Operation) -> bool:
