@@ -1,7 +1,8 @@
 //! Decimal numbers: how precise they are, and how new ones are written.
 
-/// The digits of text from which single precision can no longer be told from double.
+/// The most digits with which single precision is written, and those that it holds of any number.
 const SINGLE_DIGITS: usize = 9;
+const SURE_DIGITS: usize = 6;
 
 /// From here on numbers are written with an exponent; plain ones would have more digits than their precision.
 const LARGEST_PLAIN_SINGLE: f64 = 1e9;
@@ -12,15 +13,39 @@ pub(crate) fn parse(token: &[u8]) -> Option<f64> {
     std::str::from_utf8(token).ok()?.parse().ok()
 }
 
-/// Whether `token`, which reads as `value`, may have been written from a single-precision number.
+/// Whether `token`, which reads as `value`, may have been written from a single-precision number: one that is written so with as many digits, so that nothing is
+/// lost of them.
 pub(crate) fn fits_single(token: &[u8], value: f64) -> bool {
-    let mantissa = token
-        .iter()
-        .take_while(|&&b| b != b'e' && b != b'E')
-        .filter(|b| b.is_ascii_digit());
-    let significant = mantissa.skip_while(|&&b| b == b'0').count();
-    let in_range = value == 0.0 || ((value as f32).is_finite() && (value as f32).is_normal());
-    significant <= SINGLE_DIGITS && (in_range || !value.is_finite())
+    let end = token.iter().position(|b| matches!(b, b'e' | b'E'));
+    let (mantissa, exponent) = token.split_at(end.unwrap_or(token.len()));
+    let digits = mantissa.iter().filter(|b| b.is_ascii_digit());
+    let significant = digits.skip_while(|&&b| b == b'0').count();
+    let single = value as f32;
+    let in_range = value == 0.0 || (single.is_finite() && single.is_normal());
+    match significant {
+        _ if !value.is_finite() => true,
+        0..=SURE_DIGITS => in_range,
+        ..=SINGLE_DIGITS => {
+            // Half a unit of the last digit, and what rounding may add.
+            let half = 0.5000001 * 10_f64.powi(last_place(mantissa, exponent));
+            in_range && (f64::from(single) - value).abs() <= half
+        }
+        _ => false,
+    }
+}
+
+/// The power of ten that a mantissa's last digit counts. Zeros that only fill up a whole number are none.
+fn last_place(mantissa: &[u8], exponent: &[u8]) -> i32 {
+    let from_end = || mantissa.iter().rev();
+    let decimals = match from_end().position(|&b| b == b'.') {
+        Some(decimals) => decimals as i32,
+        None => -(from_end().take_while(|&&b| b == b'0').count() as i32),
+    };
+    let exponent = exponent
+        .get(1..)
+        .and_then(|digits| std::str::from_utf8(digits).ok());
+    let exponent: i32 = exponent.and_then(|digits| digits.parse().ok()).unwrap_or(0);
+    exponent.saturating_sub(decimals)
 }
 
 /// Appends the shortest decimal that reads back, also by way of f64, to the same single-precision number.
@@ -85,11 +110,21 @@ mod tests {
     }
 
     #[test]
-    fn the_tenth_digit_or_a_range_beyond_f32_makes_a_double() {
+    fn digits_that_f32_does_not_hold_or_a_range_beyond_it_make_a_double() {
         for (token, expected) in [
-            ("0.123456789", true),
-            ("0.1234567891", false),
-            ("-000123456789e-5", true),
+            ("0.123456791", true),
+            ("0.123456789", false),
+            ("0.1234567910", false),
+            ("-000123456787e-5", true),
+            ("-000123456789e-5", false),
+            // Metres of a country's grid, to the centimetre.
+            ("5412345.67", false),
+            ("523457.40", false),
+            ("523457.375", true),
+            ("16777217", false),
+            ("58720350", true),
+            ("1.6777216E+7", true),
+            ("324.69", true),
             ("12.00000000", false),
             ("1e39", false),
             ("1e-45", false),

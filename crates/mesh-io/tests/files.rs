@@ -153,7 +153,7 @@ fn a_coordinate_that_keeps_its_rounded_value_keeps_its_bytes() {
 }
 
 #[test]
-fn ten_digits_make_a_text_file_double() {
+fn digits_that_single_precision_would_lose_make_a_text_file_double() {
     let read = |x: &str| {
         opened(
             format!("v {x} 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").into(),
@@ -163,8 +163,14 @@ fn ten_digits_make_a_text_file_double() {
     let third = [[1.0 / 3.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
     let written =
         |x| String::from_utf8(read(x).with_positions(&third).unwrap().to_bytes().into_owned()).unwrap();
-    assert!(written("0.123456789").starts_with("v 0.33333334 0 0\n"));
-    assert!(written("0.1234567891").starts_with("v 0.3333333333333333 0 0\n"));
+    assert!(written("0.123456791").starts_with("v 0.33333334 0 0\n"));
+    // The second in metres of a country's grid, to the centimetre.
+    for double in ["0.123456789", "523457.40", "0.1234567891"] {
+        assert!(
+            written(double).starts_with("v 0.3333333333333333 0 0\n"),
+            "{double}"
+        );
+    }
 }
 
 #[test]
