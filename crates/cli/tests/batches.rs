@@ -224,7 +224,7 @@ fn materials_and_their_pictures_go_with_every_signed_copy_of_an_obj() {
     }
     folder.write_mesh("in/bare.obj", &model(), Precision::Single);
     let bare = folder.text("in/bare.obj");
-    folder.write("in/model.obj", &format!("mtllib model.mtl\n{bare}"));
+    folder.write("in/model.obj", format!("mtllib model.mtl\n{bare}"));
     folder.write("in/model.mtl", "newmtl skin\nmap_Kd skin.png\n");
     std::fs::write(folder.path("in/skin.png"), b"\x89PNG a picture").unwrap();
     folder.write("orders.csv", "recipient\nAnna\n");
@@ -238,7 +238,7 @@ fn materials_and_their_pictures_go_with_every_signed_copy_of_an_obj() {
         assert!(same("model.mtl") && same("skin.png"), "{}", signed.display());
         assert!(!same("model.obj"));
     }
-    folder.write("in/model.obj", &format!("mtllib owner.pem\n{bare}"));
+    folder.write("in/model.obj", format!("mtllib owner.pem\n{bare}"));
     std::fs::copy(folder.path("owner.pem"), folder.path("in/owner.pem")).unwrap();
     folder.refused(
         "embed in/model.obj -o again.obj -k in/owner.pem",

@@ -22,16 +22,10 @@ pub(crate) fn fits_single(token: &[u8], value: f64) -> bool {
     let significant = digits.skip_while(|&&b| b == b'0').count();
     let single = value as f32;
     let in_range = value == 0.0 || (single.is_finite() && single.is_normal());
-    match significant {
-        _ if !value.is_finite() => true,
-        0..=SURE_DIGITS => in_range,
-        ..=SINGLE_DIGITS => {
-            // Half a unit of the last digit, and what rounding may add.
-            let half = 0.5000001 * 10_f64.powi(last_place(mantissa, exponent));
-            in_range && (f64::from(single) - value).abs() <= half
-        }
-        _ => false,
-    }
+    // Half a unit of the last digit, and what rounding may add.
+    let half = || 0.500_000_1 * 10_f64.powi(last_place(mantissa, exponent));
+    let is_held = || significant <= SURE_DIGITS || (f64::from(single) - value).abs() <= half();
+    significant <= SINGLE_DIGITS && (!value.is_finite() || in_range && is_held())
 }
 
 /// The power of ten that a mantissa's last digit counts. Zeros that only fill up a whole number are none.

@@ -19,7 +19,7 @@ fn obj(head: &str) -> Vec<u8> {
 }
 
 fn names(path: &Path) -> Vec<String> {
-    let asset = Asset::open(path).unwrap();
+    let asset = Asset::open(path).expect("a model");
     asset.companions().map(|(name, _)| name.into()).collect()
 }
 

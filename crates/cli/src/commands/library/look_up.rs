@@ -214,7 +214,7 @@ impl Catalogue {
             // They were checked when they were added; the file may have been anywhere since.
             match Certificate::from_json(&stored.text) {
                 Ok(certificate) if self.key.is_some_and(|key| key != *certificate.public_key()) => {
-                    of_others += 1
+                    of_others += 1;
                 }
                 Ok(certificate) if certificate.statement().binds_original() => certificates.push(certificate),
                 Ok(_) => of_paper += 1,
