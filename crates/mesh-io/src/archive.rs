@@ -79,6 +79,11 @@ impl Archive {
         self.unpacked(&(self.folder().to_owned() + name), limit)
     }
 
+    /// The mesh's entry, with its folder.
+    pub(crate) fn entry(&self) -> &str {
+        &self.entry
+    }
+
     /// Where in the archive the mesh lies: empty, or with a slash at its end.
     fn folder(&self) -> &str {
         let end = self.entry.rfind('/').map_or(0, |slash| slash + 1);

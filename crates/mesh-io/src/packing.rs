@@ -97,6 +97,14 @@ pub(crate) enum Beside<'a> {
 }
 
 impl Beside<'_> {
+    /// What the file itself is called in its archive; empty outside of one.
+    pub(crate) fn own_name(&self) -> &str {
+        match self {
+            Self::Archive(archive, _) => archive.entry(),
+            Self::Nowhere | Self::Folder(_) => "",
+        }
+    }
+
     /// The bytes of a file that the one at `path` names.
     pub(crate) fn read(&self, path: &Path, name: &str) -> Result<Vec<u8>, AssetError> {
         match self {

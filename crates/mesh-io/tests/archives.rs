@@ -195,6 +195,29 @@ fn what_a_threemf_lacks_is_said() {
     }
 }
 
+/// Objects are numbered anew in each part of a package (3MF's production extension).
+#[test]
+fn an_object_of_another_part_is_never_taken_for_one_of_the_same_number() {
+    let read = |component: &str, item: &str| {
+        let resources = format!(
+            r#"<object id="1">{MESH}</object><object id="2"><components>{component}</components></object><object id="3"><components><component objectid="1" p:path="/3D/unused.model"/></components></object>"#
+        );
+        Asset::from_bytes(threemf(&model(&resources, item)), None)
+    };
+    let own = r#"<component objectid="1" p:path="/3D/3DModel.model"/>"#;
+    let other = r#"<component objectid="1" p:path="/3D/Objects/a.model"/>"#;
+    let asset = read(own, r#"<item objectid="2"/>"#).unwrap();
+    assert_eq!(asset.mesh().triangle_count(), 4);
+    for (component, item) in [
+        (other, r#"<item objectid="1"/><item objectid="2"/>"#),
+        (own, r#"<item objectid="2" p:path="/3D/Objects/a.model"/>"#),
+    ] {
+        let message = read(component, item).unwrap_err().to_string();
+        let words = "lies in another part of the package, /3D/Objects/a.model";
+        assert!(message.contains(words) && message.contains("line "), "{message}");
+    }
+}
+
 /// Ten of each in the next, fifteen deep, and no mesh in any of them.
 #[test]
 fn objects_that_are_made_of_nothing_again_and_again_are_refused() {

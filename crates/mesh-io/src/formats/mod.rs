@@ -34,7 +34,7 @@ pub(crate) fn read(
         Format::Ply => ply::read(&file.bytes),
         Format::Stl => stl::read(&file.bytes),
         Format::Off => off::read(&file.bytes),
-        Format::ThreeMf => threemf::read(&file.bytes),
+        Format::ThreeMf => threemf::read(&file.bytes, beside.own_name()),
         Format::Gltf | Format::Glb => return gltf::read(path, file, beside),
     };
     let geometry = geometry.map_err(|fault| fault.of(path))?;

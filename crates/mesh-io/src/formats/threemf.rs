@@ -24,23 +24,26 @@ struct Model {
     text: TextGeometry,
     /// The mesh's vertices and triangles in the text, of each object that has one.
     meshes: HashMap<String, (Range<usize>, Vec<[u32; 3]>)>,
-    /// Objects that others are made of, and how they are placed there.
-    components: HashMap<String, Vec<(String, Option<Placement>)>>,
+    /// Objects that others are made of.
+    components: HashMap<String, Vec<Part>>,
     /// What objects are called, if anything.
     names: HashMap<String, String>,
-    items: Vec<(String, Option<Placement>)>,
-    /// Whether an object lies in another part of the package.
-    has_others: bool,
+    items: Vec<Part>,
 }
 
-pub(crate) fn read(bytes: &[u8]) -> Result<Geometry, Fault> {
-    let model = Model::of(bytes)?;
-    if model.meshes.is_empty() && model.has_others {
-        return Err(Fault::in_file(
-            "its meshes lie in other parts of the package (3MF's production extension), which are not read: export it as plain 3MF, or as STL",
-        ));
-    }
-    model.assembled(bytes)
+/// An object where an item or a component puts it.
+struct Part {
+    object: String,
+    placement: Option<Placement>,
+    /// The part of the package in which the object lies, where one is named (3MF's production extension).
+    path: Option<String>,
+    /// Where this stands in the text.
+    at: usize,
+}
+
+/// Reads the part of this name in its package.
+pub(crate) fn read(bytes: &[u8], name: &str) -> Result<Geometry, Fault> {
+    Model::of(bytes)?.assembled(bytes, name)
 }
 
 impl Model {
@@ -97,11 +100,12 @@ impl Model {
                     triangles.push([a, b, c]);
                 }
                 name @ ("component" | "item") => {
-                    let placed = (
-                        attribute(element, "objectid").unwrap_or_default(),
-                        transform(element),
-                    );
-                    model.has_others |= attribute(element, "path").is_some();
+                    let placed = Part {
+                        object: attribute(element, "objectid").unwrap_or_default(),
+                        placement: transform(element),
+                        path: attribute(element, "path"),
+                        at,
+                    };
                     match name {
                         "item" => model.items.push(placed),
                         _ => model.components.entry(object.clone()).or_default().push(placed),
@@ -132,13 +136,14 @@ impl Model {
     }
 
     /// Every mesh where the first build item has it; the other times are instances. Objects that no item builds are not shown.
-    fn assembled(mut self, bytes: &[u8]) -> Result<Geometry, Fault> {
+    fn assembled(mut self, bytes: &[u8], name: &str) -> Result<Geometry, Fault> {
         let mut gathered = Gathered {
             shown: Vec::new(),
             room: MOST_SHOWN,
         };
-        for (object, placement) in &self.items {
-            self.gather(object, *placement, 0, &mut gathered)?;
+        let check = |part: &Part| part.check(bytes, name);
+        for item in &self.items {
+            self.gather(item, item.placement, &check, 0, &mut gathered)?;
         }
         let mut first: HashMap<String, Option<Placement>> = HashMap::new();
         let (mut instances, mut room) = (Vec::new(), bytes.len());
@@ -185,31 +190,50 @@ impl Model {
         })
     }
 
-    /// The meshes that an object is made of.
+    /// The meshes of which an object is made that is placed so in the end.
     fn gather(
         &self,
-        object: &str,
+        part: &Part,
         placement: Option<Placement>,
+        check: &impl Fn(&Part) -> Result<(), Fault>,
         depth: usize,
         gathered: &mut Gathered,
     ) -> Result<(), Fault> {
+        check(part)?;
         if depth > DEEPEST || gathered.room == 0 {
             return Err(Fault::in_file(
                 "its objects are made of each other without end: export the model anew",
             ));
         }
         gathered.room -= 1;
-        if self.meshes.contains_key(object) {
-            gathered.shown.push((object.into(), placement));
+        if self.meshes.contains_key(&part.object) {
+            gathered.shown.push((part.object.clone(), placement));
         }
-        for (part, own) in self.components.get(object).into_iter().flatten() {
-            let together = match (own, placement) {
+        for component in self.components.get(&part.object).into_iter().flatten() {
+            let together = match (component.placement, placement) {
                 (Some(own), Some(outer)) => own.then(&outer),
                 (own, outer) => own.or(outer),
             };
-            self.gather(part, together, depth + 1, gathered)?;
+            self.gather(component, together, check, depth + 1, gathered)?;
         }
         Ok(())
+    }
+}
+
+impl Part {
+    /// Refuses an object of another part of the package than the one of this name: one of the same number here may be any other.
+    fn check(&self, bytes: &[u8], name: &str) -> Result<(), Fault> {
+        let is_own = |path: &str| path.trim_start_matches('/').eq_ignore_ascii_case(name);
+        match &self.path {
+            Some(path) if !is_own(path) => {
+                let problem = format!(
+                    "object {} lies in another part of the package, {path} (3MF's production extension), which is not read: export the model as plain 3MF, or as STL",
+                    self.object
+                );
+                Err(Fault::at_line(bytes, self.at, problem))
+            }
+            _ => Ok(()),
+        }
     }
 }
 
